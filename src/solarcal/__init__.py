@@ -1,0 +1,3 @@
+"""solarcal: calibrate a sun tracker from the terminal."""
+
+__version__ = "0.1.0"

@@ -1,0 +1,59 @@
+"""The controller's own correction: the first-order formula in P1..P6.
+
+    E1 = -P1 sin(AX1)/tan(AX2) + P2 - P3 cos(AX1)/tan(AX2) - P5*AX1
+    E2 =  P1 cos(AX1) - P3 sin(AX1) + P4 - P6*AX2
+
+the first-order expansion of a rigid rotation of the mechanism by omega = (-P3, -P1, 0) about the
+native x and y axes, plus zero offsets and scale errors.
+"""
+
+import msgspec
+import numpy as np
+
+from solarcal.units import RAD_PER_DEG, Angles
+
+COEFFICIENT_NAMES = ("P1", "P2", "P3", "P4", "P5", "P6")
+COEFFICIENT_UNITS = ("deg", "deg", "deg", "deg", "deg/deg", "deg/deg")
+
+
+class Coefficients(msgspec.Struct, frozen=True):
+    """The six tilt-error coefficients. P1..P4 in degrees, P5 and P6 in degrees per degree."""
+
+    P1: float = 0.0
+    P2: float = 0.0
+    P3: float = 0.0
+    P4: float = 0.0
+    P5: float = 0.0
+    P6: float = 0.0
+
+    def as_tuple(self) -> tuple[float, float, float, float, float, float]:
+        return (self.P1, self.P2, self.P3, self.P4, self.P5, self.P6)
+
+    def rounded(self, tilt_decimals: int, scale_decimals: int) -> "Coefficients":
+        """What a controller keeps that stores so many decimals of P1..P4 and of P5, P6."""
+        digits = (tilt_decimals,) * 4 + (scale_decimals,) * 2
+        # Adding zero turns a negative zero into a plain one, so that a read-back compares equal.
+        return Coefficients(
+            *(round(p, d) + 0.0 for p, d in zip(self.as_tuple(), digits, strict=True))
+        )
+
+
+class Offsets(msgspec.Struct, frozen=True):
+    """The two reference offsets O, degrees."""
+
+    O1: float = 0.0
+    O2: float = 0.0
+
+
+def correction_deg(p: Coefficients, ax1_deg: Angles, ax2_deg: Angles) -> tuple[Angles, Angles]:
+    """E1, E2 to be ADDED to the ideal axis angles, degrees; any broadcastable shapes.
+
+    ``ax1_deg`` is the branch value. Singular at AX2 = 0 and 180 deg.
+    """
+    ax1 = ax1_deg * RAD_PER_DEG
+    ax2 = ax2_deg * RAD_PER_DEG
+    sin1, cos1 = np.sin(ax1), np.cos(ax1)
+    cot2 = 1.0 / np.tan(ax2)
+    e1 = -p.P1 * sin1 * cot2 + p.P2 - p.P3 * cos1 * cot2 - p.P5 * ax1_deg
+    e2 = p.P1 * cos1 - p.P3 * sin1 + p.P4 - p.P6 * ax2_deg
+    return e1, e2

@@ -1,0 +1,221 @@
+"""The records of a session file: one JSON object a line, the header first.
+
+A record is frozen and complete in itself: whoever replays a session needs nothing but its records,
+and every number the fit uses is in them, so that a replay gives the same answer to the last bit.
+Angles are degrees, ``utc`` the laptop's time (ISO 8601, milliseconds), AX1 on the branch.
+"""
+
+from typing import Any, Literal
+
+import msgspec
+
+from solarcal.mount.drive import Drive
+from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.mount.limits import Limits
+from solarcal.site import Site, Weather
+
+FORMAT_VERSION = 1
+
+PointStatus = Literal["accepted", "aborted", "rejected"]
+Pair = tuple[float, float]
+
+
+class UnitRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """Who was on the line. No port and no path: the same run on another line is the same file."""
+
+    model: str
+    serial: str
+    firmware: str
+    zone_west_h: float
+    drive1: Drive
+    drive2: Drive
+    limits: Limits
+    update_range_deg: float
+    reference1_deg: float
+    reference2_deg: float
+    tilt_decimals: int
+    scale_decimals: int
+    site: Site
+
+
+class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
+    """First line of a session file. ``refraction`` is the one the CONTROLLER applies."""
+
+    format: int = FORMAT_VERSION
+    seq: int = 0
+    utc: str
+    software: str
+    unit: UnitRecord
+    site: Site
+    geometry: str
+    ax1_centre_deg: float
+    sun_model: str = "solartrak"
+    refraction: str = "none"
+    tolerance_deg: float = 0.1
+    coefficients: Coefficients = Coefficients()
+    offsets: Offsets = Offsets()
+    operator: str = ""
+    weather: Weather = Weather()
+    pointing_device: str = ""
+    continues: str = ""
+
+
+class _Record(msgspec.Struct, frozen=True, kw_only=True):
+    seq: int
+    utc: str
+
+
+class Initialised(_Record, frozen=True, kw_only=True, tag="initialised"):
+    """The technician began the calibration proper (Alt-F3)."""
+
+    distance_to_limits_deg: float
+
+
+class ClockSet(_Record, frozen=True, kw_only=True, tag="clock_set"):
+    """Unit clock minus laptop clock, before and after setting."""
+
+    before_s: float
+    after_s: float
+    tick_minus_laptop_s: float | None = None
+    tick_sigma_s: float | None = None
+
+
+class RefCheck(_Record, frozen=True, kw_only=True, tag="ref_check"):
+    """Counts found at the reference switches, 0 expected."""
+
+    number: int
+    complete: bool
+    difference_counts: tuple[int, int]
+
+
+class SunOffset(_Record, frozen=True, kw_only=True, tag="sun_offset"):
+    """Set Sun Offset: the axes stood on the Sun at this instant."""
+
+    ideal_deg: Pair
+    reading_deg: Pair
+    counts: tuple[int, int]
+    offsets: Offsets
+    coefficients: Coefficients
+    approach: tuple[int, int]
+
+
+class Answers(msgspec.Struct, frozen=True, kw_only=True):
+    """The three questions in the manual's order; ``None`` was not asked."""
+
+    ref_check: bool | None = None
+    sun_offset: bool | None = None
+    tracking: bool | None = None
+
+
+class PointRecord(_Record, frozen=True, kw_only=True, tag="point"):
+    """A data point, or the attempt at one.
+
+    ``error_deg`` is the axis error, reading - ideal on the Sun: E(coefficients in force) + O, the
+    TOTAL correction. ``ideal_deg``, ``reading_deg``, ``counts`` and ``offsets`` belong to the instant
+    ``read_utc``: the Set Sun Offset this point stands on (``basis`` "sun_offset"), or, where the
+    offset was set without us seeing it, the gathering ("gathering").
+    """
+
+    status: PointStatus
+    answers: Answers
+    reason: str = ""
+    basis: Literal["sun_offset", "gathering"] | None = None
+    read_utc: str | None = None
+    unit_minus_laptop_s: float | None = None
+    ideal_deg: Pair | None = None
+    precise_deg: Pair | None = None
+    reading_deg: Pair | None = None
+    counts: tuple[int, int] | None = None
+    offsets: Offsets | None = None
+    coefficients: Coefficients | None = None
+    approach: tuple[int, int] | None = None
+    distance_to_limits_deg: float | None = None
+    error_deg: Pair | None = None
+    expected_counts: Pair | None = None
+    found_counts: tuple[int, int] | None = None
+    sigma_deg: float | None = None
+
+
+class CheckRecord(_Record, frozen=True, kw_only=True, tag="check"):
+    """A check point after an upload: never fitted. ``error_deg`` is what is LEFT, O on the Sun."""
+
+    status: PointStatus
+    answers: Answers
+    reason: str = ""
+    read_utc: str | None = None
+    ideal_deg: Pair | None = None
+    error_deg: Pair | None = None
+    sky_error_deg: float | None = None
+
+
+class FitRecord(_Record, frozen=True, kw_only=True, tag="fit"):
+    """What the fit said after a point: for the history, never read back as truth."""
+
+    method: str
+    points: int
+    coefficients: Coefficients
+    sigmas: Coefficients | None
+    sky_rms_deg: float
+    message: str | None = None
+
+
+class UploadRecord(_Record, frozen=True, kw_only=True, tag="upload"):
+    """Old and new P and O, and whether the unit read back exactly the new ones."""
+
+    old_coefficients: Coefficients
+    old_offsets: Offsets
+    new_coefficients: Coefficients
+    new_offsets: Offsets
+    verified: bool
+    method: str = "manual"
+    forced: str = ""
+    rollback: bool = False
+
+
+class Note(_Record, frozen=True, kw_only=True, tag="note"):
+    text: str
+
+
+class Void(_Record, frozen=True, kw_only=True, tag="void"):
+    """Strikes record ``voids``. Voiding a void restores what it struck."""
+
+    voids: int
+    reason: str
+
+
+class Override(_Record, frozen=True, kw_only=True, tag="override"):
+    """A guard the technician overruled, in so many words."""
+
+    guard: str
+    reason: str
+
+
+class LinkLost(_Record, frozen=True, kw_only=True, tag="link_lost"):
+    reason: str
+
+
+class LinkRestored(_Record, frozen=True, kw_only=True, tag="link_restored"):
+    serial: str
+
+
+class Closed(_Record, frozen=True, kw_only=True, tag="closed"):
+    """The file was closed on purpose; ``next`` names the file that continues, if any."""
+
+    reason: str
+    next: str = ""
+
+
+class UnknownRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """A type this version does not know: kept in the file, ignored by everything."""
+
+    seq: int
+    utc: str
+    type: str
+    fields: dict[str, Any]
+
+
+KnownRecord = (
+    Header | Initialised | ClockSet | RefCheck | SunOffset | PointRecord | CheckRecord | FitRecord
+    | UploadRecord | Note | Void | Override | LinkLost | LinkRestored | Closed
+)  # fmt: skip
+Record = KnownRecord | UnknownRecord

@@ -1,0 +1,46 @@
+"""Where the tracker stands."""
+
+import msgspec
+
+from solarcal.errors import ConfigurationError
+
+
+class Site(msgspec.Struct, frozen=True):
+    """A place on Earth. Longitude is positive EAST, elevation in metres above the ellipsoid."""
+
+    latitude_deg: float
+    longitude_deg: float
+    elevation_m: float = 0.0
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        for value, low, high, what in (
+            (self.latitude_deg, -90.0, 90.0, "latitude"),
+            (self.longitude_deg, -180.0, 360.0, "longitude (positive east)"),
+            (self.elevation_m, -500.0, 9000.0, "elevation in metres"),
+        ):
+            if not low <= value <= high:
+                raise ConfigurationError(f"{what} {value:g} is not between {low:g} and {high:g}")
+
+
+class Weather(msgspec.Struct, frozen=True):
+    """Air at the station, for refraction: STATION pressure (not reduced to sea level)."""
+
+    pressure_hpa: float = 1013.25
+    temperature_c: float = 15.0
+
+    def __post_init__(self) -> None:
+        if not 300.0 <= self.pressure_hpa <= 1100.0:
+            raise ConfigurationError(
+                f"pressure {self.pressure_hpa:g} hPa is not between 300 and 1100; "
+                "give the station pressure, not the one reduced to sea level"
+            )
+        if not -60.0 <= self.temperature_c <= 70.0:
+            raise ConfigurationError(
+                f"temperature {self.temperature_c:g} C is not between -60 and 70"
+            )
+
+
+def standard_pressure_hpa(elevation_m: float) -> float:
+    """Mean station pressure at an elevation (ICAO standard atmosphere, troposphere)."""
+    return float(1013.25 * (1.0 - 2.25577e-5 * elevation_m) ** 5.25588)

@@ -1,0 +1,44 @@
+"""Instants as UTC in POSIX seconds (float64), and their ISO 8601 form in files and on screens.
+
+POSIX seconds count every day as 86400 s. A leap second therefore has no name of its own, which
+costs nothing here: none has been inserted since 2016 and a second is 0.004 deg of Sun.
+"""
+
+from datetime import UTC, datetime
+
+from solarcal.errors import ConfigurationError
+
+SECONDS_PER_DAY = 86400.0
+
+
+def parse_utc(text: str) -> float:
+    """POSIX seconds of an ISO 8601 instant; without an offset the text is taken as UTC.
+
+    Raises
+    ------
+    ConfigurationError
+        The text is not an instant.
+    """
+    try:
+        instant = datetime.fromisoformat(text.strip())
+    except ValueError:
+        raise ConfigurationError(
+            f"{text!r} is not a date and time; write it like 2026-06-21T15:30:00Z"
+        ) from None
+    if instant.tzinfo is None:
+        instant = instant.replace(tzinfo=UTC)
+    return instant.timestamp()
+
+
+def format_utc(utc_s: float, decimals: int = 3) -> str:
+    """ISO 8601 with ``Z``, rounded to the given decimals of a second (0, 3 or 6)."""
+    rounded = round(utc_s, decimals)
+    instant = datetime.fromtimestamp(rounded, UTC).replace(tzinfo=None)
+    spec = {0: "seconds", 3: "milliseconds", 6: "microseconds"}[decimals]
+    if decimals == 3:
+        # fromtimestamp rounds to the microsecond, isoformat truncates to the millisecond.
+        millis = round(rounded * 1000.0)
+        instant = datetime.fromtimestamp(millis // 1000, UTC).replace(
+            tzinfo=None, microsecond=(millis % 1000) * 1000
+        )
+    return instant.isoformat(timespec=spec) + "Z"

@@ -1,0 +1,198 @@
+"""The ``Tracker`` interface: what the station asks of any controller, whatever its wire.
+
+A driver turns these calls into its own protocol. Nothing here knows the Sun: ``ideal`` angles are
+what the UNIT says it believes.
+"""
+
+from enum import StrEnum
+from typing import Protocol
+
+import msgspec
+
+from solarcal.mount.drive import Drive
+from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.mount.limits import Limits
+from solarcal.site import Site
+
+
+class Mode(StrEnum):
+    """What the unit is doing."""
+
+    TRACK = "TRACK"
+    MANUAL = "MANUAL"
+    JOG = "JOG"
+    REF = "REF"
+    STOW = "STOW"
+    STOP = "STOP"
+    LIMIT = "LIMIT"
+    FAULT = "FAULT"
+
+
+class UnitIdentity(msgspec.Struct, frozen=True):
+    """Who answers. ``extensions`` holds ``X`` for an emulator."""
+
+    model: str
+    serial: str
+    firmware: str
+    protocol: int = 1
+    extensions: frozenset[str] = frozenset()
+
+    @property
+    def is_emulator(self) -> bool:
+        return "X" in self.extensions
+
+
+class UnitSite(msgspec.Struct, frozen=True):
+    """Where the unit believes it stands, and how it is mounted. Zone in hours WEST of UTC."""
+
+    site: Site
+    zone_west_h: float
+    geometry: str
+    ax1_centre_deg: float = 0.0
+
+
+class UnitParameters(msgspec.Struct, frozen=True):
+    """What is set in the unit and needed to judge it. Reference position: absolute read-outs."""
+
+    drive1: Drive
+    drive2: Drive
+    limits: Limits
+    update_range_deg: float
+    reference1_deg: float
+    reference2_deg: float
+    tilt_decimals: int
+    scale_decimals: int
+
+
+class Status(msgspec.Struct, frozen=True):
+    """One exchange: what the unit believed and where its axes stood at one instant.
+
+    ``unit_utc_s`` is the unit's local clock plus its zone. ``moving`` and ``approach`` hold the
+    sense of motion of each axis now and of the last finished one: +1, -1, 0 (at rest / unknown).
+    ``update_phase`` runs from 0 just after an update to 1 when the next one is due.
+    """
+
+    mode: Mode
+    unit_utc_s: float
+    ideal1_deg: float
+    ideal2_deg: float
+    reading1_deg: float
+    reading2_deg: float
+    counts1: int
+    counts2: int
+    target1_deg: float
+    target2_deg: float
+    offsets: Offsets
+    moving: tuple[int, int]
+    approach: tuple[int, int]
+    update_phase: float
+    referenced: bool
+    unlocked_s: float
+
+
+class RefCheckResult(msgspec.Struct, frozen=True):
+    """Counts found on the register when the reference switches were reached (0 expected)."""
+
+    number: int
+    complete: bool
+    difference1: int
+    difference2: int
+
+
+class Stored(msgspec.Struct, frozen=True):
+    """Coefficients and offsets in force (temporary memory) and in permanent memory."""
+
+    coefficients: Coefficients
+    offsets: Offsets
+    permanent_coefficients: Coefficients
+    permanent_offsets: Offsets
+
+
+class Spot(msgspec.Struct, frozen=True):
+    """What the sunspot device shows: by how much each axis must move to centre the Sun.
+
+    Axis degrees, eye noise included; ``visible`` is false when the spot is off the target plate
+    or the Sun is down.
+    """
+
+    visible: bool
+    error1_deg: float
+    error2_deg: float
+
+
+class Truth(msgspec.Struct, frozen=True):
+    """An emulator's hidden truth: the world's P1..P6 and the true error with what is in force."""
+
+    coefficients: Coefficients
+    day_rms_deg: float
+    day_max_deg: float
+    year_rms_deg: float
+
+
+class Emulation(Protocol):
+    """The emulator-only requests (``X``). Never sent to a unit that does not announce them."""
+
+    def time(self) -> tuple[float, float]:
+        """True UTC and the laptop's UTC, POSIX seconds."""
+        ...
+
+    def advance(self, seconds: float) -> None: ...
+
+    def spot(self) -> Spot: ...
+
+    def truth(self) -> Truth: ...
+
+    def fault(self, name: str) -> None: ...
+
+
+class Tracker(Protocol):
+    """A controller. Every method may raise ``LinkError``, ``ProtocolError`` or ``UnitRefused``.
+
+    Methods that write or move ask the unit for its unlock first; ``stop`` and ``stow`` never need
+    one and may be called from another thread while another call is waiting.
+    """
+
+    @property
+    def emulation(self) -> Emulation | None: ...
+
+    def open(self) -> UnitIdentity:
+        """Open the line and learn who is there; again after a lost link."""
+        ...
+
+    def close(self) -> None: ...
+
+    def site(self) -> UnitSite: ...
+
+    def parameters(self) -> UnitParameters: ...
+
+    def status(self) -> Status: ...
+
+    def set_clock(self, utc_s: float) -> None: ...
+
+    def set_mode(self, mode: Mode) -> None:
+        """TRACK or MANUAL."""
+        ...
+
+    def stop(self) -> None: ...
+
+    def stow(self) -> None: ...
+
+    def jog(self, target1_deg: float, target2_deg: float) -> None:
+        """Go to absolute read-outs. The target expires after 5 s unless renewed."""
+        ...
+
+    def set_sun_offset(self) -> Status:
+        """Set O so that reading = ideal + E + O where the axes now stand; that instant's status."""
+        ...
+
+    def start_ref_check(self) -> None:
+        """Begin a reference check; ``ref_check_result`` tells when it is complete."""
+        ...
+
+    def ref_check_result(self) -> RefCheckResult: ...
+
+    def stored(self) -> Stored: ...
+
+    def write_coefficients(self, coefficients: Coefficients, offsets: Offsets) -> Stored:
+        """One unlocked transaction: write P and O, store permanently, read both back."""
+        ...

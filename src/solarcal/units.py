@@ -1,0 +1,30 @@
+"""Angle constants and wrapping, shared by every floor."""
+
+from typing import TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray: TypeAlias = NDArray[np.float64]
+"""float64 array; its shape is in the docstring of whoever takes or returns it."""
+
+Angles = TypeVar("Angles", float, FloatArray)
+
+RAD_PER_DEG = np.pi / 180.0
+ARCSEC_PER_DEG = 3600.0
+RAD_PER_ARCSEC = RAD_PER_DEG / ARCSEC_PER_DEG
+
+
+def wrap_deg(angle_deg: Angles, centre_deg: float = 0.0) -> Angles:
+    """Bring angles onto the branch (centre - 180, centre + 180], elementwise.
+
+    An angle already on the branch is returned unchanged to the last bit.
+    """
+    turns = np.ceil((angle_deg - centre_deg - 180.0) / 360.0)
+    return angle_deg - 360.0 * turns  # type: ignore[return-value]
+
+
+def format_degrees(angle_deg: float, decimals: int = 3) -> str:
+    """A signed angle for a table, without a negative zero."""
+    text = f"{angle_deg:+.{decimals}f}"
+    return text if float(text) else text.replace("-", "+")
