@@ -8,12 +8,16 @@ native x and y axes, plus zero offsets and scale errors.
 """
 
 import msgspec
-import numpy as np
 
+from solarcal.errors import ConfigurationError
+from solarcal.mount.elementwise import maths_for
 from solarcal.units import RAD_PER_DEG, Angles
 
 COEFFICIENT_NAMES = ("P1", "P2", "P3", "P4", "P5", "P6")
 COEFFICIENT_UNITS = ("deg", "deg", "deg", "deg", "deg/deg", "deg/deg")
+
+# Closer to a pole than this (6e-10 deg) the cotangent is rounding noise.
+_POLE_RAD = 1e-11
 
 
 class Coefficients(msgspec.Struct, frozen=True):
@@ -48,12 +52,26 @@ class Offsets(msgspec.Struct, frozen=True):
 def correction_deg(p: Coefficients, ax1_deg: Angles, ax2_deg: Angles) -> tuple[Angles, Angles]:
     """E1, E2 to be ADDED to the ideal axis angles, degrees; any broadcastable shapes.
 
-    ``ax1_deg`` is the branch value. Singular at AX2 = 0 and 180 deg.
+    ``ax1_deg`` is the branch value.
+
+    Raises
+    ------
+    ConfigurationError
+        AX2 at a pole (0 or 180 deg) while P1 or P3 is not zero: E1 has no value there.
     """
+    m = maths_for(ax1_deg, ax2_deg)
+    e1 = p.P2 - p.P5 * ax1_deg
+    e2 = p.P4 - p.P6 * ax2_deg
+    if p.P1 == 0.0 and p.P3 == 0.0:
+        # Nothing leans: both axes are plain functions of their own angle, at the poles too.
+        return e1, e2
     ax1 = ax1_deg * RAD_PER_DEG
     ax2 = ax2_deg * RAD_PER_DEG
-    sin1, cos1 = np.sin(ax1), np.cos(ax1)
-    cot2 = 1.0 / np.tan(ax2)
-    e1 = -p.P1 * sin1 * cot2 + p.P2 - p.P3 * cos1 * cot2 - p.P5 * ax1_deg
-    e2 = p.P1 * cos1 - p.P3 * sin1 + p.P4 - p.P6 * ax2_deg
-    return e1, e2
+    sin1, cos1, sin2 = m.sin(ax1), m.cos(ax1), m.sin(ax2)
+    if m.any(abs(sin2) < _POLE_RAD):
+        raise ConfigurationError(
+            "the correction of axis 1 has no value at AX2 = 0 or 180 deg, on the primary axis: "
+            "leave such directions out"
+        )
+    lean1 = (p.P1 * sin1 + p.P3 * cos1) * m.cos(ax2) / sin2
+    return e1 - lean1, e2 + p.P1 * cos1 - p.P3 * sin1

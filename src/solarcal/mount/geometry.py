@@ -1,0 +1,181 @@
+"""Native frames: how the axes of each mount see a direction.
+
+Every mount has a right-handed frame x, y, z fixed to Earth with z along its primary axis. For a
+unit vector s in native components AX1 = atan2(s_y, s_x) and AX2 = acos(s_z): AX2 is the polar
+distance from the primary axis, in [0, 180].
+
+    geometry      x (AX1 = 0)                     y       z (primary axis)
+    azel          South                           East    Up
+    tiltroll-ew   Up                              South   East
+    tiltroll-ns   Up                              East    North
+    polar         meridian point of the equator   East    north celestial pole
+
+AX1 lies on the continuous branch (c - 180, c + 180] around the mount's ``ax1_centre_deg`` c.
+"""
+
+import math
+from functools import lru_cache
+
+import msgspec
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solarcal.errors import ConfigurationError
+from solarcal.mount.elementwise import Maths, Value, Vector, dot, maths_for, unit_vector
+from solarcal.units import RAD_PER_DEG, Angles, FloatArray, wrap_deg
+
+GEOMETRIES = ("azel", "tiltroll-ew", "tiltroll-ns", "polar")
+
+_EAST: Vector = (1.0, 0.0, 0.0)
+_NORTH: Vector = (0.0, 1.0, 0.0)
+_SOUTH: Vector = (0.0, -1.0, 0.0)
+_UP: Vector = (0.0, 0.0, 1.0)
+_DEG_PER_RAD = 1.0 / RAD_PER_DEG
+
+
+@lru_cache(maxsize=64)
+def _rows(name: str, latitude_deg: float) -> tuple[Vector, Vector, Vector]:
+    """Native x, y, z as East-North-Up vectors."""
+    if name == "azel":
+        return _SOUTH, _EAST, _UP
+    if name == "tiltroll-ew":
+        return _UP, _SOUTH, _EAST
+    if name == "tiltroll-ns":
+        return _UP, _EAST, _NORTH
+    sin_lat = math.sin(latitude_deg * RAD_PER_DEG)
+    cos_lat = math.cos(latitude_deg * RAD_PER_DEG)
+    return (0.0, -sin_lat, cos_lat), _EAST, (0.0, cos_lat, sin_lat)
+
+
+class MountGeometry(msgspec.Struct, frozen=True):
+    """The axes of one mount at one latitude, with the branch of AX1.
+
+    Angles are degrees, scalars or arrays that broadcast together; floats in give floats out.
+
+    Raises
+    ------
+    ConfigurationError
+        Unknown geometry, or a latitude or branch centre that cannot be.
+    """
+
+    name: str
+    latitude_deg: float
+    ax1_centre_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.name not in GEOMETRIES:
+            raise ConfigurationError(
+                f"unknown geometry {self.name!r}: choose {', '.join(GEOMETRIES)}"
+            )
+        if not -90.0 <= self.latitude_deg <= 90.0:
+            raise ConfigurationError(f"latitude {self.latitude_deg:g} is not between -90 and 90")
+        if not -360.0 <= self.ax1_centre_deg <= 360.0:
+            raise ConfigurationError(
+                f"AX1 branch centre {self.ax1_centre_deg:g} deg is not between -360 and 360"
+            )
+
+    def basis(self) -> FloatArray:
+        """Rows x, y, z of the native frame in East-North-Up components, shape (3, 3)."""
+        return np.array(_rows(self.name, self.latitude_deg))
+
+    def up_native(self) -> FloatArray:
+        """The local vertical in native components, shape (3,)."""
+        return np.array(self.up_components())
+
+    def up_components(self) -> Vector:
+        """The local vertical in native components as three floats."""
+        x, y, z = _rows(self.name, self.latitude_deg)
+        return x[2], y[2], z[2]
+
+    def branch(self, ax1_deg: Angles) -> Angles:
+        """AX1 brought onto (c - 180, c + 180]; a value already there is not touched."""
+        return maths_for(ax1_deg).wrap_deg(ax1_deg, self.ax1_centre_deg)  # type: ignore[no-any-return]
+
+    def axes_from_horizontal(
+        self, azimuth_deg: Angles, zenith_deg: Angles
+    ) -> tuple[Angles, Angles]:
+        """(AX1, AX2) of a direction; azimuth from North through East, zenith angle, degrees."""
+        m = maths_for(azimuth_deg, zenith_deg)
+        azimuth, zenith = azimuth_deg * RAD_PER_DEG, zenith_deg * RAD_PER_DEG
+        sin_zenith = m.sin(zenith)
+        enu = (sin_zenith * m.sin(azimuth), sin_zenith * m.cos(azimuth), m.cos(zenith))
+        x, y, z = _rows(self.name, self.latitude_deg)
+        return self.axes_from_components(m, (dot(x, enu), dot(y, enu), dot(z, enu)))
+
+    def horizontal_from_axes(self, ax1_deg: Angles, ax2_deg: Angles) -> tuple[Angles, Angles]:
+        """(azimuth in [0, 360), zenith angle) of the direction at these axis angles, degrees."""
+        m = maths_for(ax1_deg, ax2_deg)
+        native = unit_vector(m, ax1_deg * RAD_PER_DEG, ax2_deg * RAD_PER_DEG)
+        # The basis is orthonormal: its transpose leads back from native to ENU components.
+        east, north, up = (
+            dot(native, column) for column in zip(*_rows(self.name, self.latitude_deg), strict=True)
+        )
+        azimuth = m.arctan2(east, north) * _DEG_PER_RAD
+        azimuth = m.where(azimuth < 0.0, azimuth + 360.0, azimuth)
+        # A hair west of North plus 360 rounds up to 360.
+        azimuth = m.where(azimuth >= 360.0, azimuth - 360.0, azimuth)
+        return azimuth, m.arctan2(m.hypot(east, north), up) * _DEG_PER_RAD
+
+    def axes_from_native(self, native: ArrayLike) -> tuple[Value, Value]:
+        """(AX1, AX2) of vectors in native components, shape (..., 3); any length but zero."""
+        vectors = np.asarray(native, dtype=np.float64)
+        if vectors.ndim == 1:
+            x, y, z = vectors.tolist()
+            return self.axes_from_components(maths_for(x), (x, y, z))
+        x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
+        return self.axes_from_components(maths_for(x), (x, y, z))
+
+    def native_from_axes(self, ax1_deg: Angles, ax2_deg: Angles) -> FloatArray:
+        """Unit vectors in native components, shape (..., 3)."""
+        m = maths_for(ax1_deg, ax2_deg)
+        x, y, z = unit_vector(m, ax1_deg * RAD_PER_DEG, ax2_deg * RAD_PER_DEG)
+        return np.stack(np.broadcast_arrays(x, y, z), axis=-1)
+
+    def axes_from_components(self, m: Maths, native: Vector) -> tuple[Value, Value]:
+        """(AX1 on the branch, AX2) of three native components, degrees.
+
+        atan2 instead of acos: acos loses half the digits near the primary axis. On the axis itself
+        AX1 is undetermined and given as 0 (on the branch).
+        """
+        x, y, z = native
+        ax1 = m.wrap_deg(m.arctan2(y, x) * _DEG_PER_RAD, self.ax1_centre_deg)
+        return ax1, m.arctan2(m.hypot(x, y), z) * _DEG_PER_RAD
+
+    def sky_separation_deg(
+        self, first1_deg: Angles, first2_deg: Angles, second1_deg: Angles, second2_deg: Angles
+    ) -> Angles:
+        """Angle on the sky between two pairs of axis angles, degrees (haversine formula)."""
+        m = maths_for(first1_deg, first2_deg, second1_deg, second2_deg)
+        first2, second2 = first2_deg * RAD_PER_DEG, second2_deg * RAD_PER_DEG
+        along = m.sin(0.5 * (second2 - first2))
+        across = m.sin(0.5 * RAD_PER_DEG * (second1_deg - first1_deg))
+        half = along * along + m.sin(first2) * m.sin(second2) * across * across
+        # Rounding can carry antipodes beyond 1 and, at a pole of AX2 = 180, below 0.
+        half = m.where(half > 1.0, 1.0, m.where(half < 0.0, 0.0, half))
+        return 2.0 * _DEG_PER_RAD * m.arctan2(m.sqrt(half), m.sqrt(1.0 - half))  # type: ignore[no-any-return]
+
+
+def default_ax1_centre(name: str, latitude_deg: float) -> float:
+    """Branch centre that keeps the Sun's daily path whole outside the tropics, degrees.
+
+    180 for ``azel`` south of the equator, where the Sun culminates in the North; else 0.
+    """
+    return 180.0 if name == "azel" and latitude_deg < 0.0 else 0.0
+
+
+def crosses_branch(ax1_deg: FloatArray, ax1_centre_deg: float = 0.0) -> bool:
+    """Whether a path of ideal AX1 jumps across c +- 180: one range cannot hold it.
+
+    Parameters
+    ----------
+    ax1_deg : (n,) array, degrees, in order of time: the Sun's path within limits, on any branch.
+        NaN parts one stretch from the next (night, beyond limits): a step over it does not count.
+
+    Notes
+    -----
+    Between two samples the axis is taken to have gone the short way round, so they must be dense
+    enough that it turns less than 180 deg from one to the next (a minute or two at most where the
+    Sun passes close to the primary axis).
+    """
+    steps = np.diff(wrap_deg(np.asarray(ax1_deg, dtype=np.float64), ax1_centre_deg))
+    return bool(np.any(np.abs(steps) > 180.0))

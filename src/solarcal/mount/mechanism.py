@@ -1,0 +1,268 @@
+"""The exact kinematics of a mechanism that is not what the drawing says.
+
+A mechanism leans (P1, P3), its encoders are off by constants (P2, P4) and scales (P5, P6), its
+second axis is not quite perpendicular to the first (N), the collector does not look quite along
+its arm (C), and its weight bends it (sag). Its first-order form is ``formula.correction_deg``.
+"""
+
+import math
+
+import msgspec
+
+from solarcal.errors import ConfigurationError
+from solarcal.mount.elementwise import Maths, Value, Vector, dot, maths_for, unit_vector
+from solarcal.mount.formula import Coefficients
+from solarcal.mount.geometry import MountGeometry
+from solarcal.units import RAD_PER_DEG, Angles
+
+_LARGEST_ANGLE_DEG = 45.0
+_LARGEST_SCALE = 0.5
+_CONVERGED_DEG = 1e-11
+_CONVERGED_RAD = 1e-15
+_MAX_ITERATIONS = 60
+# Closer to its own primary axis than this (6e-10 deg) axis 1 is rounding noise.
+_AXIS_RAD = 1e-11
+
+
+class Mechanism(msgspec.Struct, frozen=True):
+    """What is wrong with a mount. P1..P4 and angles in degrees, P5 and P6 in degrees per degree.
+
+    ``sag_deg`` is how far gravity pulls down a collector that looks at the horizon; at the zenith
+    angle z it is sag * sin(z), in the vertical plane.
+
+    Raises
+    ------
+    ConfigurationError
+        A value that is not finite or beyond 45 deg (P1, P3, C, N, sag) or 0.5 (P5, P6).
+    """
+
+    P1: float = 0.0
+    P2: float = 0.0
+    P3: float = 0.0
+    P4: float = 0.0
+    P5: float = 0.0
+    P6: float = 0.0
+    collimation_deg: float = 0.0
+    nonperpendicularity_deg: float = 0.0
+    sag_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, largest in (
+            ("P1", _LARGEST_ANGLE_DEG),
+            ("P2", 360.0),
+            ("P3", _LARGEST_ANGLE_DEG),
+            ("P4", 360.0),
+            ("P5", _LARGEST_SCALE),
+            ("P6", _LARGEST_SCALE),
+            ("collimation_deg", _LARGEST_ANGLE_DEG),
+            ("nonperpendicularity_deg", _LARGEST_ANGLE_DEG),
+            ("sag_deg", _LARGEST_ANGLE_DEG),
+        ):
+            value = getattr(self, name)
+            if not abs(value) <= largest:
+                raise ConfigurationError(
+                    f"a mechanism with {name} = {value:g} cannot be: not within +-{largest:g}"
+                )
+
+    @classmethod
+    def from_coefficients(
+        cls,
+        coefficients: Coefficients,
+        collimation_deg: float = 0.0,
+        nonperpendicularity_deg: float = 0.0,
+        sag_deg: float = 0.0,
+    ) -> "Mechanism":
+        """The mechanism whose first-order form the six coefficients are."""
+        return cls(
+            *coefficients.as_tuple(),
+            collimation_deg=collimation_deg,
+            nonperpendicularity_deg=nonperpendicularity_deg,
+            sag_deg=sag_deg,
+        )
+
+    def errors_deg(
+        self, geometry: MountGeometry, ax1_deg: Angles, ax2_deg: Angles
+    ) -> tuple[Angles, Angles]:
+        """Axis errors (reading - ideal) with which the collector looks at an ideal direction.
+
+        E1 lies in (-180, 180] plus offset and scale; scales act on the ideal branch angle.
+
+        Raises
+        ------
+        ConfigurationError
+            A direction on the leaning primary axis, or so near that C and N put it out of reach.
+        """
+        m = maths_for(ax1_deg, ax2_deg)
+        ax1 = m.wrap_deg(ax1_deg, geometry.ax1_centre_deg)
+        sun = unit_vector(m, ax1 * RAD_PER_DEG, ax2_deg * RAD_PER_DEG)
+        aim = self._raised(m, sun, geometry.up_components())
+        own_x, own_y, own_z = self._own_axes()
+        axis1, axis2 = self._axes_aiming_along(
+            m, (dot(own_x, aim), dot(own_y, aim), dot(own_z, aim))
+        )
+        e1 = m.wrap_deg(axis1 / RAD_PER_DEG - ax1) + self.P2 - self.P5 * ax1
+        e2 = axis2 / RAD_PER_DEG - ax2_deg + self.P4 - self.P6 * ax2_deg
+        return e1, e2
+
+    def readings_deg(
+        self, geometry: MountGeometry, ax1_deg: Angles, ax2_deg: Angles
+    ) -> tuple[Angles, Angles]:
+        """Axis read-outs at which the collector looks at an ideal direction; see ``errors_deg``."""
+        e1, e2 = self.errors_deg(geometry, ax1_deg, ax2_deg)
+        return geometry.branch(ax1_deg) + e1, ax2_deg + e2
+
+    def pointing_deg(
+        self, geometry: MountGeometry, reading1_deg: Angles, reading2_deg: Angles
+    ) -> tuple[Angles, Angles]:
+        """(AX1 on the branch, AX2) of the direction the collector looks at with these read-outs.
+
+        The inverse of ``readings_deg`` to 1e-9 deg. Read-outs give the angles of the mechanism
+        but for the scales, which act on the ideal angles looked for: a fixed point, reached in a
+        few steps because scales are small.
+
+        Raises
+        ------
+        ConfigurationError
+            The iteration does not settle (a large scale error very near the primary axis).
+        """
+        m = maths_for(reading1_deg, reading2_deg)
+        rows, up = self._own_axes(), geometry.up_components()
+        want1, want2 = reading1_deg - self.P2, reading2_deg - self.P4
+        axis1, axis2 = want1 / (1.0 - self.P5), want2 / (1.0 - self.P6)
+        for _ in range(_MAX_ITERATIONS):
+            ax1, ax2 = self._looked_at(m, rows, up, axis1, axis2)
+            miss1 = want1 - (axis1 - self.P5 * ax1)
+            miss2 = want2 - (axis2 - self.P6 * ax2)
+            if not m.any((abs(miss1) > _CONVERGED_DEG) | (abs(miss2) > _CONVERGED_DEG)):
+                return m.wrap_deg(ax1, geometry.ax1_centre_deg), ax2
+            axis1 = axis1 + miss1 / (1.0 - self.P5)
+            axis2 = axis2 + miss2 / (1.0 - self.P6)
+        raise ConfigurationError(
+            f"no direction found for the axis read-outs after {_MAX_ITERATIONS} steps: scale "
+            f"errors P5 = {self.P5:g}, P6 = {self.P6:g} are too large so near the primary axis "
+            "(shift the read-outs away from AX2 = 0 or 180, or correct the gear ratio)"
+        )
+
+    def _own_axes(self) -> tuple[Vector, Vector, Vector]:
+        """The mechanism's own x, y, z in native components: rotated by omega = (-P3, -P1, 0)."""
+        x, y = -self.P3 * RAD_PER_DEG, -self.P1 * RAD_PER_DEG
+        angle = math.hypot(x, y)
+        if angle == 0.0:
+            return (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+        # Rodrigues' formula for an axis (x, y, 0) in the plane.
+        x, y = x / angle, y / angle
+        cos, sin = math.cos(angle), math.sin(angle)
+        rest = 1.0 - cos
+        return (
+            (cos + rest * x * x, rest * x * y, -sin * y),
+            (rest * x * y, cos + rest * y * y, sin * x),
+            (sin * y, -sin * x, cos),
+        )
+
+    def _axes_aiming_along(self, m: Maths, direction: Vector) -> tuple[Value, Value]:
+        """A1, A2 (rad) that solve Rz(A1) Rx(N) Ry(A2) Rx(C) z = direction, A2 in [0, 180] deg.
+
+        The third component gives A2, the other two A1. sin A2 comes from the components across
+        the axis, because 1 - cos^2 would lose half the digits near it.
+        """
+        x, y, z = direction
+        sin_c, _, sin_n, _ = self._sines()
+        square = x * x + y * y - sin_c * sin_c - sin_n * sin_n - 2.0 * z * sin_c * sin_n
+        if m.any(square < _AXIS_RAD * _AXIS_RAD):
+            raise ConfigurationError(
+                "a direction on the leaning primary axis, or so near that collimation "
+                f"{self.collimation_deg:g} and non-perpendicularity "
+                f"{self.nonperpendicularity_deg:g} deg put it out of reach: axis 1 is undetermined"
+            )
+        axis2 = m.arctan2(m.sqrt(square), z + sin_c * sin_n)
+        across, along = self._arm(m, axis2)
+        return m.arctan2(y, x) - m.arctan2(across, along), axis2
+
+    def _arm(self, m: Maths, axis2: Value) -> tuple[Value, Value]:
+        """y and x component of Rx(N) Ry(A2) Rx(C) z: how far axis 1 misses the collector."""
+        sin_c, cos_c, sin_n, cos_n = self._sines()
+        return -sin_c * cos_n - m.cos(axis2) * cos_c * sin_n, m.sin(axis2) * cos_c
+
+    def _sines(self) -> tuple[float, float, float, float]:
+        c = self.collimation_deg * RAD_PER_DEG
+        n = self.nonperpendicularity_deg * RAD_PER_DEG
+        return math.sin(c), math.cos(c), math.sin(n), math.cos(n)
+
+    def _looked_at(
+        self,
+        m: Maths,
+        rows: tuple[Vector, Vector, Vector],
+        up: Vector,
+        axis1_deg: Value,
+        axis2_deg: Value,
+    ) -> tuple[Value, Value]:
+        """Ideal angles of the collector's direction at axis angles free of offset and scale.
+
+        AX1 comes within 180 deg of the axis, not on the branch: a gear does not jump there.
+        """
+        axis1, axis2 = axis1_deg * RAD_PER_DEG, axis2_deg * RAD_PER_DEG
+        sin_c, cos_c, sin_n, cos_n = self._sines()
+        across, along = self._arm(m, axis2)
+        sin1, cos1 = m.sin(axis1), m.cos(axis1)
+        x = cos1 * along - sin1 * across
+        y = sin1 * along + cos1 * across
+        z = m.cos(axis2) * cos_c * cos_n - sin_c * sin_n
+        own_x, own_y, own_z = rows
+        aim = (
+            x * own_x[0] + y * own_y[0] + z * own_z[0],
+            x * own_x[1] + y * own_y[1] + z * own_z[1],
+            x * own_x[2] + y * own_y[2] + z * own_z[2],
+        )
+        x, y, z = self._lowered(m, aim, up)
+        polar = m.hypot(x, y)
+        # On Earth's primary axis every AX1 is the same direction: keep where axis 1 stands.
+        longitude = m.where(polar < 1e-14, axis1, m.arctan2(y, x)) / RAD_PER_DEG
+        return axis1_deg - m.wrap_deg(axis1_deg - longitude), m.arctan2(polar, z) / RAD_PER_DEG
+
+    def _raised(self, m: Maths, look: Vector, up: Vector) -> Vector:
+        """Where a stiff arm must aim for a bending one to look at ``look``: sag*sin(z) higher."""
+        if self.sag_deg == 0.0:
+            return look
+        cos_z = dot(look, up)
+        rise = _across(up, look, cos_z)
+        sin_z = m.sqrt(dot(rise, rise))
+        return _turned(m, look, rise, sin_z, self.sag_deg * RAD_PER_DEG * sin_z)
+
+    def _lowered(self, m: Maths, aim: Vector, up: Vector) -> Vector:
+        """Where a bending arm looks when a stiff one aims at ``aim``: the inverse of ``_raised``.
+
+        The zenith angle looked at solves z - sag*sin(z) = z_aim (Kepler's equation, by Newton).
+        """
+        if self.sag_deg == 0.0:
+            return aim
+        sag = self.sag_deg * RAD_PER_DEG
+        cos_aim = dot(aim, up)
+        rise = _across(up, aim, cos_aim)
+        sin_aim = m.sqrt(dot(rise, rise))
+        z_aim = m.arctan2(sin_aim, cos_aim)
+        z = z_aim + sag * m.sin(z_aim)
+        for _ in range(_MAX_ITERATIONS):
+            step = (z - sag * m.sin(z) - z_aim) / (1.0 - sag * m.cos(z))
+            z = z - step
+            if not m.any(abs(step) > _CONVERGED_RAD):
+                break
+        return _turned(m, aim, rise, sin_aim, z_aim - z)
+
+
+def _across(up: Vector, direction: Vector, cosine: Value) -> Vector:
+    """The part of ``up`` square to a direction: points up the sky, sin(z) long."""
+    return (
+        up[0] - cosine * direction[0],
+        up[1] - cosine * direction[1],
+        up[2] - cosine * direction[2],
+    )
+
+
+def _turned(m: Maths, direction: Vector, rise: Vector, sin_z: Value, angle_rad: Value) -> Vector:
+    """A direction turned up the sky by an angle (down when negative); at the zenith that is 0."""
+    cos, sin = m.cos(angle_rad), m.sin(angle_rad) / m.where(sin_z < 1e-14, 1.0, sin_z)
+    return (
+        cos * direction[0] + sin * rise[0],
+        cos * direction[1] + sin * rise[1],
+        cos * direction[2] + sin * rise[2],
+    )
