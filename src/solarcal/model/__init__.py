@@ -1,0 +1,1 @@
+"""What errors does it have?"""

@@ -1,0 +1,86 @@
+"""Weighted linear least squares that knows what the data cannot tell.
+
+Columns are normalised before the singular value decomposition, so that rank and condition number
+do not depend on the units of the parameters. Directions with a singular value below ``RANK_LIMIT``
+are not fixed by the data; along them the solution is the one of minimum norm in units of the prior
+sigmas, and the covariance carries the prior itself, because nothing else is known there.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solarcal.units import FloatArray
+
+RANK_LIMIT = 1e-6
+NEGLIGIBLE = 1e-9
+"""A column whose effect at one prior sigma is below this part of the data's weight is no column:
+it is the rounding of cos(90 deg), and normalising it would make a parameter out of nothing."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LeastSquares:
+    """What k parameters come out of m weighted data.
+
+    ``values`` (k,). ``data_covariance`` (k, k): what unit-variance data leave, along the
+    directions they fix. ``prior_covariance`` (k, k): the prior's share along the others, None at
+    full rank. ``null_directions`` (k, k - rank): those others, orthonormal, in column-normalised
+    parameters. ``weighted_residuals`` (m,).
+    """
+
+    values: FloatArray
+    data_covariance: FloatArray
+    prior_covariance: FloatArray | None
+    null_directions: FloatArray
+    weighted_residuals: FloatArray
+    rank: int
+    condition_number: float
+
+
+def solve(
+    rows: FloatArray, measured: FloatArray, prior_sigma: FloatArray, data_weight: float
+) -> LeastSquares:
+    """Solve rows.T @ x = measured in the least-squares sense.
+
+    Parameters
+    ----------
+    rows : (k, m)
+        Effect of each parameter on each datum, weighted. One row a parameter: it is the
+        transposed design matrix, which keeps every parameter contiguous in memory.
+    measured : (m,)
+        The data, weighted.
+    prior_sigma : (k,)
+        Units in which the norm is minimised where the data leave a choice.
+    data_weight
+        Root sum square of the weights: what an effect of one on every datum would amount to.
+    """
+    k, m = rows.shape
+    norms = np.sqrt(np.einsum("ij,ij->i", rows, rows))
+    absent = norms * prior_sigma <= NEGLIGIBLE * data_weight
+    if absent.any():
+        rows = np.where(absent[:, np.newaxis], 0.0, rows)
+        norms = np.where(absent, 1.0 / prior_sigma, norms)
+    left, singular, right = np.linalg.svd(rows / norms[:, np.newaxis], full_matrices=m < k)
+    rank = int(np.count_nonzero(singular >= RANK_LIMIT))
+    fixed = left[:, :rank] / norms[:, np.newaxis]
+    values = fixed @ ((right[:rank] @ measured) / singular[:rank])
+    spread = fixed / singular[:rank]
+    null = left[:, rank:]
+    prior_covariance = None
+    if rank < k:
+        # In prior units the free directions are projected out of the values and of their scatter.
+        free, _ = np.linalg.qr(null / (norms * prior_sigma)[:, np.newaxis])
+        free_share = free @ free.T
+        keep = np.eye(k) - free_share
+        values = prior_sigma * (keep @ (values / prior_sigma))
+        spread = prior_sigma[:, np.newaxis] * (keep @ (spread / prior_sigma[:, np.newaxis]))
+        prior_covariance = free_share * np.outer(prior_sigma, prior_sigma)
+    return LeastSquares(
+        values=values,
+        data_covariance=spread @ spread.T,
+        prior_covariance=prior_covariance,
+        null_directions=null,
+        weighted_residuals=measured - values @ rows,
+        rank=rank,
+        condition_number=float(singular[0] / singular[-1]) if rank == k else float("inf"),
+    )

@@ -1,0 +1,272 @@
+"""The named error terms a pointing model is made of.
+
+Every term gives the axis errors E1, E2 (reading minus ideal, axis degrees) that one unit of it
+causes. P1..P6 are the controller's own formula (see ``mount.formula``); C, N and SAG are what a
+rigid, square, stiff mechanism does not have; IA..TF are the TPOINT alt-azimuth terms under their
+own names, signs and arcseconds:
+
+    (A - A_enc) cos E = -IA cos E - CA - NPAE sin E - AN sin A sin E - AW cos A sin E
+    E - E_enc         =  IE - AN cos A + AW sin A - TF cos E
+
+with AX1 = 180 - A and AX2 = 90 - E, so that E1 = A - A_enc and E2 = E - E_enc.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from solarcal.errors import FitError
+from solarcal.mount.formula import COEFFICIENT_NAMES
+from solarcal.mount.geometry import MountGeometry
+from solarcal.units import ARCSEC_PER_DEG, RAD_PER_DEG, FloatArray
+
+CONTROLLER_TERMS = COEFFICIENT_NAMES
+"""P1..P6: all that the controller's formula knows."""
+
+LEAN_PRIOR_DEG = 2.0
+ZERO_PRIOR_DEG = 5.0
+SCALE_PRIOR = 0.002
+CROSS_PRIOR_DEG = 0.5
+SAG_PRIOR_DEG = 0.2
+
+Kind: TypeAlias = Literal["lean", "zero", "scale", "other"]
+Row: TypeAlias = FloatArray | float
+
+
+@dataclass(frozen=True, slots=True)
+class NativeAngles:
+    """Places in the native frame, with the sines and cosines every term needs."""
+
+    geometry: MountGeometry
+    ax1_deg: FloatArray
+    ax2_deg: FloatArray
+    sin1: FloatArray
+    cos1: FloatArray
+    sin2: FloatArray
+    cos2: FloatArray
+
+    @classmethod
+    def at(
+        cls, geometry: MountGeometry, ax1_deg: FloatArray, ax2_deg: FloatArray
+    ) -> "NativeAngles":
+        """Places at AX1 (branch value) and AX2, degrees, arrays of one shape (n,)."""
+        ax1 = ax1_deg * RAD_PER_DEG
+        ax2 = ax2_deg * RAD_PER_DEG
+        return cls(geometry, ax1_deg, ax2_deg, np.sin(ax1), np.cos(ax1), np.sin(ax2), np.cos(ax2))
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """One named error term.
+
+    ``rows`` gives (E1, E2) in axis degrees per unit of the term; ``prior_sigma`` is how large the
+    term may physically be, one sigma, in its own unit; ``kind`` says which of the limits of
+    "unrealistic" apply; ``called`` is what a technician calls it on a given mount.
+    """
+
+    name: str
+    unit: Literal["deg", "deg/deg", "arcsec"]
+    meaning: str
+    prior_sigma: float
+    rows: Callable[[NativeAngles], tuple[Row, Row]]
+    kind: Kind = "other"
+    only: str | None = None
+    called: dict[str, str] = field(default_factory=dict)
+
+    def design(
+        self, geometry: MountGeometry, ax1_deg: FloatArray, ax2_deg: FloatArray
+    ) -> FloatArray:
+        """Axis degrees on (E1, E2) per unit of the term, shape (n, 2)."""
+        ax1, ax2 = np.broadcast_arrays(np.atleast_1d(ax1_deg), np.atleast_1d(ax2_deg))
+        e1, e2 = design_matrix((self,), NativeAngles.at(geometry, ax1, ax2))[0]
+        return np.column_stack((e1, e2))
+
+    def label(self, geometry_name: str) -> str:
+        """The term as a technician says it: 'elevation zero (P4)'."""
+        return f"{self.called.get(geometry_name, self.meaning)} ({self.name})"
+
+    @property
+    def degrees_per_unit(self) -> float:
+        return 1.0 / ARCSEC_PER_DEG if self.unit == "arcsec" else 1.0
+
+
+def design_matrix(terms: Sequence[Term], at: NativeAngles) -> FloatArray:
+    """E1, E2 per unit of each term at each place, shape (k, 2, n), axis degrees."""
+    design = np.empty((len(terms), 2, len(at.ax1_deg)))
+    for block, term in zip(design, terms, strict=True):
+        block[0], block[1] = term.rows(at)
+    return design
+
+
+def chosen_terms(names: Iterable[str], geometry: MountGeometry) -> tuple[Term, ...]:
+    """The terms of these names, in this order.
+
+    Raises
+    ------
+    FitError
+        No term, an unknown or repeated one, or one that this mount does not have.
+    """
+    terms: list[Term] = []
+    for name in names:
+        term = TERMS.get(name)
+        if term is None:
+            raise FitError(f"there is no error term {name!r}; known are {', '.join(TERMS)}")
+        if term.only not in (None, geometry.name):
+            raise FitError(
+                f"term {name} is defined for {term.only} mounts only and this one is "
+                f"{geometry.name}; use P1..P6, C, N, SAG"
+            )
+        terms.append(term)
+    named = [term.name for term in terms]
+    if len(set(named)) < len(named):
+        twice = next(name for name in named if named.count(name) > 1)
+        raise FitError(f"term {twice} is named twice")
+    if not terms:
+        raise FitError("no error term was named; give at least one, for example P1,P2,P3")
+    return tuple(terms)
+
+
+def _sag(at: NativeAngles) -> tuple[Row, Row]:
+    # The tube droops away from the zenith, so the axes must stand that much nearer to it: the
+    # components of 'up' along the two axes' motions, whatever way the primary axis points.
+    x, y, z = at.geometry.up_native()
+    towards1 = (y * at.cos1 - x * at.sin1) / at.sin2
+    towards2 = (x * at.cos1 + y * at.sin1) * at.cos2 - z * at.sin2
+    return towards1, towards2
+
+
+def _arcsec(e1: Row, e2: Row) -> tuple[Row, Row]:
+    return e1 / ARCSEC_PER_DEG, e2 / ARCSEC_PER_DEG
+
+
+def _four(azel: str, ew: str, ns: str, polar: str) -> dict[str, str]:
+    return {"azel": azel, "tiltroll-ew": ew, "tiltroll-ns": ns, "polar": polar}
+
+
+# TPOINT in native angles: sin A = sin AX1, cos A = -cos AX1, sin E = cos AX2, cos E = sin AX2.
+_ALL = (
+    Term(
+        "P1",
+        "deg",
+        "lean of the primary axis about native y",
+        LEAN_PRIOR_DEG,
+        lambda a: (-a.sin1 * a.cos2 / a.sin2, a.cos1),
+        "lean",
+        called=_four("north lean", "east end down", "north end down", "pole end down"),
+    ),
+    Term(
+        "P2",
+        "deg",
+        "zero of axis 1",
+        ZERO_PRIOR_DEG,
+        lambda a: (1.0, 0.0),
+        "zero",
+        called=_four("azimuth zero", "tilt zero", "tilt zero", "hour angle zero"),
+    ),
+    Term(
+        "P3",
+        "deg",
+        "lean of the primary axis about native x",
+        LEAN_PRIOR_DEG,
+        lambda a: (-a.cos1 * a.cos2 / a.sin2, -a.sin1),
+        "lean",
+        called=_four(
+            "east lean", "east end to the south", "north end to the east", "pole end to the east"
+        ),
+    ),
+    Term(
+        "P4",
+        "deg",
+        "zero of axis 2",
+        ZERO_PRIOR_DEG,
+        lambda a: (0.0, 1.0),
+        "zero",
+        called=_four("elevation zero", "roll zero", "roll zero", "declination zero"),
+    ),
+    Term(
+        "P5",
+        "deg/deg",
+        "scale of axis 1",
+        SCALE_PRIOR,
+        lambda a: (-a.ax1_deg, 0.0),
+        "scale",
+        called=_four("azimuth scale", "tilt scale", "tilt scale", "hour angle scale"),
+    ),
+    Term(
+        "P6",
+        "deg/deg",
+        "scale of axis 2",
+        SCALE_PRIOR,
+        lambda a: (0.0, -a.ax2_deg),
+        "scale",
+        called=_four("elevation scale", "roll scale", "roll scale", "declination scale"),
+    ),
+    Term("C", "deg", "collimation", CROSS_PRIOR_DEG, lambda a: (1.0 / a.sin2, 0.0)),
+    Term("N", "deg", "axes not square", CROSS_PRIOR_DEG, lambda a: (a.cos2 / a.sin2, 0.0)),
+    Term("SAG", "deg", "gravity sag", SAG_PRIOR_DEG, _sag),
+    Term(
+        "IA",
+        "arcsec",
+        "azimuth zero",
+        ZERO_PRIOR_DEG * ARCSEC_PER_DEG,
+        lambda a: _arcsec(-1.0, 0.0),
+        "zero",
+        only="azel",
+    ),
+    Term(
+        "IE",
+        "arcsec",
+        "elevation zero",
+        ZERO_PRIOR_DEG * ARCSEC_PER_DEG,
+        lambda a: _arcsec(0.0, 1.0),
+        "zero",
+        only="azel",
+    ),
+    Term(
+        "AN",
+        "arcsec",
+        "north-south lean",
+        LEAN_PRIOR_DEG * ARCSEC_PER_DEG,
+        lambda a: _arcsec(-a.sin1 * a.cos2 / a.sin2, a.cos1),
+        "lean",
+        only="azel",
+    ),
+    Term(
+        "AW",
+        "arcsec",
+        "east-west lean",
+        LEAN_PRIOR_DEG * ARCSEC_PER_DEG,
+        lambda a: _arcsec(a.cos1 * a.cos2 / a.sin2, a.sin1),
+        "lean",
+        only="azel",
+    ),
+    Term(
+        "CA",
+        "arcsec",
+        "collimation",
+        CROSS_PRIOR_DEG * ARCSEC_PER_DEG,
+        lambda a: _arcsec(-1.0 / a.sin2, 0.0),
+        only="azel",
+    ),
+    Term(
+        "NPAE",
+        "arcsec",
+        "axes not square",
+        CROSS_PRIOR_DEG * ARCSEC_PER_DEG,
+        lambda a: _arcsec(-a.cos2 / a.sin2, 0.0),
+        only="azel",
+    ),
+    Term(
+        "TF",
+        "arcsec",
+        "tube flexure",
+        SAG_PRIOR_DEG * ARCSEC_PER_DEG,
+        lambda a: _arcsec(0.0, -a.sin2),
+        only="azel",
+    ),
+)
+
+TERMS: dict[str, Term] = {term.name: term for term in _ALL}
+"""Every error term by name."""
