@@ -70,6 +70,7 @@ class Status(msgspec.Struct, frozen=True):
     ``unit_utc_s`` is the unit's local clock plus its zone. ``moving`` and ``approach`` hold the
     sense of motion of each axis now and of the last finished one: +1, -1, 0 (at rest / unknown).
     ``update_phase`` runs from 0 just after an update to 1 when the next one is due.
+    ``memories_differ``: what is in force has not been stored permanently.
     """
 
     mode: Mode
@@ -88,15 +89,21 @@ class Status(msgspec.Struct, frozen=True):
     update_phase: float
     referenced: bool
     unlocked_s: float
+    memories_differ: bool = False
 
 
 class RefCheckResult(msgspec.Struct, frozen=True):
-    """Counts found on the register when the reference switches were reached (0 expected)."""
+    """Counts found on the register when the reference switches were reached (0 expected).
+
+    ``number`` 0: none yet since power-up. Neither ``complete`` nor ``running``: stopped before
+    the end.
+    """
 
     number: int
     complete: bool
     difference1: int
     difference2: int
+    running: bool = False
 
 
 class Stored(msgspec.Struct, frozen=True):
@@ -136,7 +143,13 @@ class Emulation(Protocol):
         """True UTC and the laptop's UTC, POSIX seconds."""
         ...
 
-    def advance(self, seconds: float) -> None: ...
+    def speed(self) -> float:
+        """Virtual seconds per real second; 0 when time moves only by ``advance``."""
+        ...
+
+    def advance(self, seconds: float) -> tuple[float, float]:
+        """Let that much virtual time pass; the two times afterwards, as ``time`` gives them."""
+        ...
 
     def spot(self) -> Spot: ...
 

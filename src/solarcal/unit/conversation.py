@@ -1,0 +1,239 @@
+"""Requests and replies over one link: repeats, timeouts, and replies matched by sequence number.
+
+Requests of several threads are serialised; ``STOP`` and ``STOW`` are not: they go out at once, past
+a request that is still waiting for its reply.
+"""
+
+import threading
+import time
+from collections.abc import Callable
+
+import msgspec
+
+from solarcal.errors import LinkError, ProcedureRefused, ProtocolError, UnitRefused
+from solarcal.unit.frames import (
+    DAMAGED_FRAME,
+    SEQUENCE_NUMBERS,
+    Reply,
+    Request,
+    decode_reply,
+    encode_request,
+)
+from solarcal.unit.link import Link
+
+LOCKED = 20
+"""Refusal code of a request that needs the unlock."""
+
+
+class Timing(msgspec.Struct, frozen=True):
+    """How long to wait and how often to repeat (``docs/protocol.md``, Timing).
+
+    ``answer_s`` is twice what a unit may take. ``advance_s`` is for ``X ADVANCE``, which computes.
+    Damage comes with a reply at once and may be repeated often; silence costs a timeout each time.
+    """
+
+    answer_s: float = 1.0
+    advance_s: float = 60.0
+    repeats_after_silence: int = 3
+    repeats_after_damage: int = 60
+
+
+class _Waiting:
+    """A request under way."""
+
+    __slots__ = ("accepts", "damaged", "reply", "request")
+
+    def __init__(self, request: Request, accepts: Callable[[Reply], bool] | None) -> None:
+        self.request = request
+        self.accepts = accepts
+        self.reply: Reply | None = None
+        self.damaged = False
+
+
+class Conversation:
+    """One conversation over ``link`` with whatever answers at ``port`` (its name in messages)."""
+
+    def __init__(self, link: Link, port: str, timing: Timing, last_seq: int = 0) -> None:
+        self.port = port
+        self.turn = threading.RLock()
+        """Held by a thread whose requests must not be interleaved with those of others."""
+        self.last_seq = last_seq
+        self._link = link
+        self._timing = timing
+        self._state = threading.Condition()
+        self._waiting: dict[int, _Waiting] = {}
+        self._someone_reads = False
+        self._understood = False
+        self._sending = threading.Lock()
+        self._stops = 0
+
+    def ask(self, verb: str, *arguments: str, answer_s: float | None = None) -> tuple[str, ...]:
+        """Send a request, wait, and return the reply's fields.
+
+        Raises
+        ------
+        UnitRefused
+            The unit answered NO.
+        LinkError
+            No answer, or the line is gone.
+        ProtocolError
+            Answers came, but damaged every time.
+        """
+        with self.turn:
+            return self._ask(verb, arguments, answer_s=answer_s)
+
+    def command(self, verb: str, *arguments: str, moves: bool = False) -> tuple[str, ...]:
+        """Ask what needs the unlock: when the unit says it is locked, unlock and ask anew.
+
+        With ``moves``, raises ``ProcedureRefused`` when STOP or STOW went out before the unit took
+        the request: one that was waiting, or was lost on the way, must not set the axes moving
+        after a STOP.
+        """
+        stops = self._stops if moves else None
+        with self.turn:
+            try:
+                return self._ask(verb, arguments, stops=stops)
+            except UnitRefused as refusal:
+                if refusal.code != LOCKED:
+                    raise
+            self._ask("UNLOCK", ())
+            return self._ask(verb, arguments, stops=stops)
+
+    def interrupt(self, verb: str) -> tuple[str, ...]:
+        """Ask ``STOP`` or ``STOW``: at once, whatever else is waiting."""
+        return self._ask(verb, (), interrupts=True)
+
+    def open(self, nonce: str) -> None:
+        """Begin: the reply must carry this nonce. One with another is left over from before."""
+        with self.turn:
+            self._ask(
+                "OPEN", (nonce,), accepts=lambda reply: reply.refused or reply.fields == (nonce,)
+            )
+
+    def close(self) -> None:
+        self._link.close()
+
+    def _ask(
+        self,
+        verb: str,
+        arguments: tuple[str, ...],
+        *,
+        answer_s: float | None = None,
+        accepts: Callable[[Reply], bool] | None = None,
+        stops: int | None = None,
+        interrupts: bool = False,
+    ) -> tuple[str, ...]:
+        answer_s = self._timing.answer_s if answer_s is None else answer_s
+        with self._state:
+            self.last_seq = (self.last_seq + 1) % SEQUENCE_NUMBERS
+            waiting = _Waiting(Request(self.last_seq, verb, arguments), accepts)
+            self._waiting[waiting.request.seq] = waiting
+        try:
+            self._converse(waiting, answer_s, stops, interrupts)
+        finally:
+            with self._state:
+                del self._waiting[waiting.request.seq]
+        reply = waiting.reply
+        assert reply is not None
+        if reply.code is not None:
+            raise UnitRefused(reply.code, reply.text, waiting.request.text)
+        return reply.fields
+
+    def _converse(
+        self, waiting: _Waiting, answer_s: float, stops: int | None, interrupts: bool
+    ) -> None:
+        """Send, and repeat the same frame until a reply settles it."""
+        frame = encode_request(waiting.request)
+        damages = silences = 0
+        self._send(frame, waiting.request, stops, interrupts)
+        while True:
+            self._await(waiting, answer_s)
+            if waiting.reply is not None:
+                return
+            if waiting.damaged:
+                damages += 1
+                waiting.damaged = False
+            else:
+                silences += 1
+            if damages > self._timing.repeats_after_damage:
+                raise ProtocolError(self._damage_text(waiting.request, damages))
+            if silences > self._timing.repeats_after_silence:
+                if damages and not self._understood:
+                    raise ProtocolError(self._damage_text(waiting.request, damages))
+                raise LinkError(
+                    f"no answer from {self.port} to {waiting.request.verb} ({silences} times, "
+                    f"{answer_s:g} s each); check that the unit is on, the cable and the port"
+                )
+            self._send(frame, waiting.request, stops, False)
+
+    def _send(self, frame: bytes, request: Request, stops: int | None, interrupts: bool) -> None:
+        # One lock over the look and the write: no command slips out behind a STOP it did not see.
+        with self._sending:
+            if interrupts:
+                self._stops += 1
+            elif stops is not None and stops != self._stops:
+                raise ProcedureRefused(
+                    f"{request.text} was given up: the unit was told to stop or stow meanwhile; "
+                    "set its mode again before moving it"
+                )
+            self._link.write(frame)
+
+    def _await(self, waiting: _Waiting, answer_s: float) -> None:
+        """Return when the request is settled, was damaged, or ``answer_s`` have passed.
+
+        Whoever waits while nobody reads, reads for all: no thread of its own stands between the
+        link and the one who asked.
+        """
+        deadline = time.monotonic() + answer_s
+        with self._state:
+            while waiting.reply is None:
+                left_s = deadline - time.monotonic()
+                if left_s <= 0.0:
+                    return
+                if self._someone_reads:
+                    if waiting.damaged:
+                        return
+                    self._state.wait(left_s)
+                    continue
+                self._someone_reads = True
+                self._state.release()
+                line = None
+                try:
+                    # Noise often breaks one reply into several lines: read what is there before
+                    # repeating, or each piece would cost a repeat of its own.
+                    line = self._link.read_line(0.0 if waiting.damaged else left_s)
+                finally:
+                    self._state.acquire()
+                    self._someone_reads = False
+                    self._state.notify_all()
+                if line is None:
+                    return
+                self._hand_over(line)
+
+    def _hand_over(self, line: bytes) -> None:
+        """Give a reply to the request it answers; mark all as damaged when none can tell."""
+        try:
+            reply = decode_reply(line)
+        except ProtocolError:
+            reply = None
+        if reply is None or reply.code == DAMAGED_FRAME:
+            self._understood = self._understood or reply is not None
+            for each in self._waiting.values():
+                each.damaged = True
+            return
+        self._understood = True
+        waiting = self._waiting.get(reply.seq) if reply.seq is not None else None
+        if waiting is None or (waiting.accepts is not None and not waiting.accepts(reply)):
+            return
+        waiting.reply = reply
+
+    def _damage_text(self, request: Request, damages: int) -> str:
+        if self._understood:
+            return (
+                f"the line to {self.port} is too noisy: {damages} frames of {request.verb} arrived "
+                "damaged; check cable, connectors and grounding"
+            )
+        return (
+            f"{self.port} answers, but not in the SolarTrak protocol; "
+            "check that it is the right port and driver, and the unit's baud rate"
+        )

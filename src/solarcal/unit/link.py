@@ -1,0 +1,245 @@
+"""The line to a unit: whole lines in, bytes out, over anything pyserial can open.
+
+This module and ``solarcal.clock`` are the only ones that ask the operating system for the time.
+"""
+
+import contextlib
+import errno
+import threading
+import time
+from collections import deque
+from pathlib import Path
+from typing import Any, Protocol
+
+from solarcal.errors import ConfigurationError, LinkError
+from solarcal.timescale import format_utc
+from solarcal.unit.frames import LineBuffer
+
+READ_TIMEOUT_S = 0.1
+"""How long the reader thread sleeps in the driver when nothing comes: the most ``close`` waits.
+Bytes that come wake it at once."""
+
+WRITE_TIMEOUT_S = 2.0
+"""250 characters take 0.26 s at 9600 baud; a line that stays full longer than this is stuck."""
+
+LINES_KEPT = 64
+"""Unread lines kept; the oldest go first. A unit never has more than a few replies under way."""
+
+
+class Link(Protocol):
+    """A line to a unit. Methods may be called from several threads."""
+
+    def write(self, data: bytes) -> None:
+        """Send all of ``data``; raises LinkError when the line is gone."""
+        ...
+
+    def read_line(self, timeout_s: float) -> bytes | None:
+        """The next line without its line end; None when none came within ``timeout_s`` (0: poll).
+
+        Raises LinkError when the line is gone and every line received before has been read.
+        """
+        ...
+
+    def close(self) -> None:
+        """Idempotent. Ends a ``read_line`` of another thread with LinkError."""
+        ...
+
+
+class Transcript:
+    """A readable record of everything said on a line, appended to a file: ``--trace FILE``."""
+
+    def __init__(self, path: str | Path, port: str) -> None:
+        try:
+            self._file = open(path, "a", encoding="ascii", errors="backslashreplace")  # noqa: SIM115
+        except OSError as error:
+            raise ConfigurationError(
+                f"trace file {path} cannot be written: {error.strerror}"
+            ) from None
+        self._lock = threading.Lock()
+        self._started = time.monotonic()
+        self._file.write(f"# {port}, opened {format_utc(time.time())}; seconds since then\n")
+
+    def note(self, direction: str, data: bytes) -> None:
+        """One line of the transcript. ``direction``: sent, received or a remark."""
+        text = data.decode("ascii", errors="backslashreplace").rstrip("\r\n")
+        readable = "".join(c if " " <= c <= "~" else f"\\x{ord(c):02x}" for c in text)
+        with self._lock:
+            if not self._file.closed:
+                elapsed_s = time.monotonic() - self._started
+                self._file.write(f"{elapsed_s:10.3f} {direction:8} {readable}\n")
+                self._file.flush()
+
+    def close(self) -> None:
+        with self._lock:
+            self._file.close()
+
+
+class SerialLink:
+    """A line over any pyserial URL: a device or pty by its path, ``socket://``, ``rfc2217://``, ...
+
+    Parameters
+    ----------
+    url : str
+        ``/dev/ttyUSB0``, ``COM3``, ``socket://host:port``, ``rfc2217://host:port``, ``loop://``.
+    baudrate : int
+        9600 8N1 unless told otherwise; meaningless on a pty or a socket.
+    trace : path, optional
+        File to which a transcript is appended.
+
+    Raises
+    ------
+    LinkError
+        The port cannot be opened; one line says why and what to do.
+    """
+
+    def __init__(self, url: str, baudrate: int = 9600, trace: str | Path | None = None) -> None:
+        self.url = url
+        self._port = _open_port(url, baudrate)
+        try:
+            self._transcript = Transcript(trace, url) if trace is not None else None
+        except ConfigurationError:
+            self._port.close()
+            raise
+        self._writing = threading.Lock()
+        self._arrived = threading.Condition()
+        self._lines: deque[bytes] = deque(maxlen=LINES_KEPT)
+        self._lost = ""
+        self._closing = False
+        self._reader = threading.Thread(target=self._read, name=f"reader of {url}", daemon=True)
+        self._reader.start()
+
+    def write(self, data: bytes) -> None:
+        with self._writing:
+            if self._lost or self._closing:
+                raise LinkError(self._lost or f"the line to {self.url} is closed")
+            if self._transcript:
+                self._transcript.note("sent", data)
+            try:
+                self._port.write(data)
+            except OSError as error:
+                raise LinkError(self._trouble(error)) from None
+
+    def read_line(self, timeout_s: float) -> bytes | None:
+        with self._arrived:
+            if not self._lines and not self._lost:
+                self._arrived.wait_for(lambda: self._lines or self._lost, timeout_s)
+            if self._lines:
+                return self._lines.popleft()
+            if self._lost:
+                raise LinkError(self._lost)
+            return None
+
+    def close(self) -> None:
+        with self._arrived:
+            if self._closing:
+                return
+            self._closing = True
+        # A read under way is ended where the driver can; elsewhere READ_TIMEOUT_S ends it.
+        if hasattr(self._port, "cancel_read"):
+            with contextlib.suppress(OSError):
+                self._port.cancel_read()
+        self._reader.join()
+        with self._writing, contextlib.suppress(OSError):
+            self._port.close()
+        self._end(f"the line to {self.url} is closed")
+        if self._transcript:
+            self._transcript.close()
+
+    def _read(self) -> None:
+        """The reader thread: hands over whole lines the moment their last byte is there."""
+        buffer = LineBuffer()
+        while not self._closing:
+            try:
+                data = self._read_bytes()
+            # in_waiting raises a bare OSError on hang-up, read a SerialException, which is one too.
+            except OSError as error:
+                self._end(self._trouble(error))
+                return
+            lines = buffer.feed(data) if data else ()
+            if not lines:
+                continue
+            if self._transcript:
+                for line in lines:
+                    self._transcript.note("received", line)
+            with self._arrived:
+                self._lines.extend(lines)
+                self._arrived.notify_all()
+
+    def _read_bytes(self) -> bytes:
+        """Wait for the first byte, then take what is there."""
+        first: bytes = self._port.read(1)
+        if not first:
+            return b""
+        if not self.url.startswith("socket://"):
+            rest: bytes = self._port.read(self._port.in_waiting)
+            return first + rest
+        # On a socket in_waiting is only 0 or 1, which would mean a system call a byte. With a zero
+        # timeout pyserial gives everything that is there; setting it costs nothing on a socket.
+        self._port.timeout = 0
+        try:
+            rest = self._port.read(4096)
+        finally:
+            self._port.timeout = READ_TIMEOUT_S
+        return first + rest
+
+    def _end(self, reason: str) -> None:
+        with self._arrived:
+            if not self._lost:
+                self._lost = reason
+                if self._transcript:
+                    self._transcript.note("lost", reason.encode())
+            self._arrived.notify_all()
+
+    def _trouble(self, error: BaseException) -> str:
+        if type(error).__name__ == "SerialTimeoutException":
+            return (
+                f"{self.url} takes no more data for {WRITE_TIMEOUT_S:g} s; "
+                "check that the unit is on and the cable is plugged in"
+            )
+        return f"the line to {self.url} was lost; check the cable and the unit's power"
+
+
+def _open_port(url: str, baudrate: int) -> Any:
+    """An open pyserial port, or LinkError in one line."""
+    import serial
+
+    try:
+        return serial.serial_for_url(
+            url,
+            baudrate=baudrate,
+            timeout=READ_TIMEOUT_S,
+            write_timeout=WRITE_TIMEOUT_S,
+            # Two programs on one line would take each other's replies.
+            exclusive=True if "://" not in url else None,
+        )
+    # ValueError: not a URL pyserial knows, or a baud rate the port does not.
+    except (OSError, ValueError) as error:
+        raise LinkError(_cannot_open(url, error)) from None
+
+
+def _cannot_open(url: str, error: BaseException) -> str:
+    # pyserial keeps the number of some errors only in the exception it replaced, and termios.error
+    # has it as its first argument only.
+    cause: BaseException | None = error
+    number = None
+    while cause is not None and number is None:
+        number = getattr(cause, "errno", None)
+        if number is None and type(cause).__module__ == "termios":
+            number = cause.args[0]
+        cause = cause.__context__
+    if number in (errno.ENOENT, errno.ENODEV, errno.ENXIO):
+        return f"port {url} does not exist; `solarcal ports` lists what is plugged in"
+    if number in (errno.EACCES, errno.EPERM):
+        return (
+            f"port {url} may not be opened by you; join the group that owns it "
+            "(often dialout or uucp) and log in again"
+        )
+    if number in (errno.EBUSY, errno.EAGAIN):
+        return f"port {url} is in use by another program; close that one first"
+    if number in (errno.ENOTTY, errno.EISDIR):
+        return f"{url} is not a serial port; `solarcal ports` lists what is plugged in"
+    if number == errno.ECONNREFUSED:
+        return f"nobody answers at {url}; check host and port, and that the server is running"
+    if url.startswith(("socket://", "rfc2217://")) and not url[-1].isdigit():
+        return f"port {url} cannot be opened; write it as {url.partition(':')[0]}://host:port"
+    return f"port {url} cannot be opened: {str(error).splitlines()[0]}"
