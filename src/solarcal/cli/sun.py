@@ -1,0 +1,145 @@
+"""`solarcal sun`: where the Sun is, and which way that turns the axes."""
+
+import argparse
+
+HELP = "where the Sun is"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command."""
+    add_place_and_time(parser)
+    parser.add_argument(
+        "--model",
+        default="precise",
+        metavar="MODEL",
+        help="solartrak, solartrak+, noaa or precise (default)",
+    )
+    parser.add_argument(
+        "--geometry",
+        default="azel",
+        metavar="NAME",
+        help="azel (default), tiltroll-ew, tiltroll-ns or polar",
+    )
+    parser.add_argument(
+        "--ax1-centre",
+        type=float,
+        metavar="DEG",
+        help="centre of the branch of AX1 (default 0; 180 for azel south of the equator)",
+    )
+    parser.add_argument(
+        "--refraction",
+        default="none",
+        metavar="FORMULA",
+        help="none (default), hughes or saemundsson",
+    )
+    parser.add_argument(
+        "--pressure",
+        type=float,
+        metavar="HPA",
+        help="STATION pressure for the refraction (default: the mean at that elevation)",
+    )
+    parser.add_argument(
+        "--temperature",
+        type=float,
+        default=15.0,
+        metavar="C",
+        help="air temperature for the refraction (default 15)",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON document")
+
+
+def add_place_and_time(parser: argparse.ArgumentParser) -> None:
+    """The options that `sun` and `day` share."""
+    parser.add_argument(
+        "--lat", type=float, required=True, metavar="DEG", help="latitude, positive north"
+    )
+    parser.add_argument(
+        "--lon", type=float, required=True, metavar="DEG", help="longitude, positive EAST"
+    )
+    parser.add_argument(
+        "--elevation", type=float, default=0.0, metavar="M", help="metres above sea (default 0)"
+    )
+    parser.add_argument(
+        "--at",
+        metavar="ISO",
+        help="date and time like 2026-06-21T15:30:00Z or with an offset like -07:00; "
+        "UTC where it has none (default: now by this computer's clock)",
+    )
+    parser.add_argument(
+        "--dut1",
+        type=float,
+        default=0.0,
+        metavar="S",
+        help="UT1 - UTC in seconds, for the precise model (default 0)",
+    )
+
+
+def asked_utc_s(at: str | None) -> float:
+    """The instant of ``--at``, POSIX UTC seconds; now where it was not given."""
+    from solarcal.clock import SystemClock
+    from solarcal.timescale import parse_utc
+
+    return SystemClock().utc_s() if at is None else parse_utc(at)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compute and print."""
+    from solarcal.cli.output import print_json
+    from solarcal.mount.geometry import MountGeometry
+    from solarcal.site import Site, Weather, standard_pressure_hpa
+    from solarcal.sun import sun_position
+    from solarcal.timescale import format_utc
+
+    site = Site(args.lat, args.lon, args.elevation)
+    centre_deg = args.ax1_centre
+    if centre_deg is None:
+        centre_deg = 180.0 if args.geometry == "azel" and site.latitude_deg < 0.0 else 0.0
+    mount = MountGeometry(args.geometry, site.latitude_deg, centre_deg)
+    pressure_hpa = args.pressure
+    if pressure_hpa is None:
+        pressure_hpa = standard_pressure_hpa(site.elevation_m)
+    sun = sun_position(
+        args.model,
+        asked_utc_s(args.at),
+        site,
+        dut1_s=args.dut1,
+        refraction=args.refraction,
+        weather=Weather(pressure_hpa, args.temperature),
+    )
+    ax1_deg, ax2_deg = mount.axes_from_horizontal(sun.azimuth_deg, sun.zenith_deg)
+    document = {
+        "utc": format_utc(sun.utc_s),
+        "model": args.model,
+        "azimuth_deg": sun.azimuth_deg,
+        "zenith_deg": sun.zenith_deg,
+        "elevation_deg": sun.elevation_deg,
+        "declination_deg": sun.declination_deg,
+        "equation_of_time_min": sun.equation_of_time_min,
+        "solar_time": clock_face(sun.solar_time_h),
+        "geometry": args.geometry,
+        "ax1_deg": float(ax1_deg),
+        "ax2_deg": float(ax2_deg),
+    }
+    if args.json:
+        print_json(document)
+        return 0
+    air = "airless" if args.refraction == "none" else f"refracted ({args.refraction})"
+    print(f"Sun by {args.model}, {air}, {document['utc']}")
+    for label, value, unit in (
+        ("azimuth (N through E)", f"{sun.azimuth_deg:.4f}", "deg"),
+        ("zenith angle", f"{sun.zenith_deg:.4f}", "deg"),
+        ("elevation", f"{sun.elevation_deg:+.4f}", "deg"),
+        ("declination", f"{sun.declination_deg:+.4f}", "deg"),
+        ("equation of time", f"{sun.equation_of_time_min:+.3f}", "min"),
+        ("apparent solar time", document["solar_time"], ""),
+        (f"AX1 ({args.geometry})", f"{ax1_deg:+.4f}", "deg"),
+        (f"AX2 ({args.geometry})", f"{ax2_deg:.4f}", "deg"),
+    ):
+        print(f"  {label:<24}{value:>10} {unit}".rstrip())
+    return 0
+
+
+def clock_face(hours: float) -> str:
+    """HH:MM:SS of [0, 24) hours, rounded to the second."""
+    seconds = round(hours * 3600.0) % 86400
+    return f"{seconds // 3600:02d}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"

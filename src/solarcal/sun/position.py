@@ -1,0 +1,208 @@
+"""The front door: where is the Sun, by any of the models, as one kind of answer."""
+
+from dataclasses import dataclass, replace
+from typing import Generic, overload
+
+import numpy as np
+
+from solarcal.errors import ConfigurationError
+from solarcal.site import Site, Weather, standard_pressure_hpa
+from solarcal.sun.refraction import apparent_zenith_deg
+from solarcal.timescale import format_utc
+from solarcal.units import RAD_PER_DEG, Angles, FloatArray, wrap_deg
+
+SUN_MODELS = ("solartrak", "solartrak+", "noaa", "precise")
+
+# UTC begins in 1960; the controller's Julian date loses a day on 2100-03-01.
+FIRST_UTC_S = -315619200.0
+LAST_UTC_S = 4107542400.0
+
+
+@dataclass(frozen=True, slots=True)
+class SunPosition(Generic[Angles]):
+    """The Sun at one site: floats, or arrays of the shape of the times."""
+
+    utc_s: Angles
+    azimuth_deg: Angles
+    """From North through East, [0, 360)."""
+    zenith_deg: Angles
+    """Airless, or as seen through the air where refraction was asked for."""
+    declination_deg: Angles
+    """Geocentric, of the true equator of date."""
+    equation_of_time_min: Angles
+    """Apparent minus mean solar time."""
+    solar_time_h: Angles
+    """Apparent solar time (hour angle of the Sun plus twelve hours), [0, 24)."""
+
+    @property
+    def elevation_deg(self) -> Angles:
+        """Height above the horizon, degrees."""
+        return 90.0 - self.zenith_deg
+
+    @property
+    def enu(self) -> FloatArray:
+        """Unit vector towards the Sun, components East, North, Up; (..., 3)."""
+        azimuth = np.asarray(self.azimuth_deg) * RAD_PER_DEG
+        zenith = np.asarray(self.zenith_deg) * RAD_PER_DEG
+        sin_zenith = np.sin(zenith)
+        return np.stack(
+            [sin_zenith * np.sin(azimuth), sin_zenith * np.cos(azimuth), np.cos(zenith)], axis=-1
+        )
+
+
+@overload
+def sun_position(
+    model: str,
+    utc_s: float,
+    site: Site,
+    *,
+    dut1_s: float = ...,
+    refraction: str = ...,
+    weather: Weather | None = ...,
+) -> SunPosition[float]: ...
+
+
+@overload
+def sun_position(
+    model: str,
+    utc_s: FloatArray,
+    site: Site,
+    *,
+    dut1_s: float = ...,
+    refraction: str = ...,
+    weather: Weather | None = ...,
+) -> SunPosition[FloatArray]: ...
+
+
+def sun_position(
+    model: str,
+    utc_s: float | FloatArray,
+    site: Site,
+    *,
+    dut1_s: float = 0.0,
+    refraction: str = "none",
+    weather: Weather | None = None,
+) -> SunPosition[float] | SunPosition[FloatArray]:
+    """The Sun over a site at POSIX UTC seconds (a float or an array of any shape).
+
+    Parameters
+    ----------
+    model : {"solartrak", "solartrak+", "noaa", "precise"}
+        The controller's own Sun (0.015 deg), the same with aberration, equinoxes and parallax
+        (0.005 deg), NOAA's short series (0.63 deg), or the truth (0.05 arcsec).
+    dut1_s : float
+        UT1 - UTC in seconds; used by ``precise`` alone, 15 arcsec of rotation each.
+    refraction : {"none", "hughes", "saemundsson"}
+        Applied to the zenith angle.
+    weather : Weather, optional
+        Station pressure and temperature; by default 15 C and the mean pressure of the elevation.
+
+    Raises
+    ------
+    ConfigurationError
+        Unknown model or refraction, DUT1 beyond a second, a time outside 1960..2100.
+    """
+    times = np.asarray(utc_s, dtype=np.float64)
+    require_supported_times(times)
+    if not abs(dut1_s) <= 1.0:
+        raise ConfigurationError(f"DUT1 {dut1_s:g} s is not between -1 and 1 second")
+    if model not in SUN_MODELS:
+        raise ConfigurationError(
+            f"unknown Sun model {model!r}; choose one of {', '.join(SUN_MODELS)}"
+        )
+    if model == "precise":
+        position = _precise(times, site, dut1_s)
+    elif model == "noaa":
+        position = _noaa(times, site)
+    else:
+        position = _appendix_a(times, site, plus=model == "solartrak+")
+    if refraction != "none":
+        air = weather or Weather(pressure_hpa=standard_pressure_hpa(site.elevation_m))
+        seen = apparent_zenith_deg(position.zenith_deg, refraction, air)
+        position = replace(position, zenith_deg=np.asarray(seen))
+    return position if times.ndim else _scalars(position)
+
+
+def require_supported_times(utc_s: FloatArray) -> None:
+    """Refuse times outside the years in which the models are known to hold.
+
+    Raises
+    ------
+    ConfigurationError
+        A time is not finite, before 1960-01-01 or after 2100-02-28.
+    """
+    inside = (utc_s >= FIRST_UTC_S) & (utc_s < LAST_UTC_S)
+    if not inside.all():
+        bad = float(utc_s[~inside].flat[0])
+        try:
+            shown = format_utc(bad, 0)
+        except (ValueError, OverflowError, OSError):
+            shown = f"{bad:g} s"
+        raise ConfigurationError(
+            f"no Sun for {shown}: the models hold from 1960-01-01 to 2100-02-28"
+        )
+
+
+def _appendix_a(times: FloatArray, site: Site, *, plus: bool) -> SunPosition[FloatArray]:
+    from solarcal.sun.appendix_a import printed_sun
+
+    sun = printed_sun(times, site.latitude_deg, site.longitude_deg, plus=plus)
+    solar_time = 12.0 - sun.hour_angle_rad / RAD_PER_DEG / 15.0
+    return SunPosition(
+        utc_s=times,
+        azimuth_deg=np.mod(180.0 - sun.azimuth_south_east_rad / RAD_PER_DEG, 360.0),
+        zenith_deg=sun.zenith_rad / RAD_PER_DEG,
+        declination_deg=sun.declination_rad / RAD_PER_DEG,
+        equation_of_time_min=_equation_of_time_min(solar_time, times, site),
+        solar_time_h=np.mod(solar_time, 24.0),
+    )
+
+
+def _noaa(times: FloatArray, site: Site) -> SunPosition[FloatArray]:
+    from solarcal.sun.noaa import noaa_sun
+
+    sun = noaa_sun(times, site.latitude_deg, site.longitude_deg)
+    return SunPosition(
+        utc_s=times,
+        azimuth_deg=sun.azimuth_deg,
+        zenith_deg=sun.zenith_deg,
+        declination_deg=sun.declination_deg,
+        equation_of_time_min=sun.equation_of_time_min,
+        solar_time_h=sun.solar_time_h,
+    )
+
+
+def _precise(times: FloatArray, site: Site, dut1_s: float) -> SunPosition[FloatArray]:
+    # erfa takes 70 ms to import and the controller's own Sun does not need it.
+    from solarcal.sun import precise
+
+    geocentric, topocentric = precise.geocentric_and_topocentric_sun(
+        precise.Instants.of_utc(times, dut1_s), site
+    )
+    azimuth, zenith = precise.horizontal_deg(topocentric, site)
+    solar_time = 12.0 + geocentric.hour_angle_rad(site.longitude_deg) / RAD_PER_DEG / 15.0
+    return SunPosition(
+        utc_s=times,
+        azimuth_deg=azimuth,
+        zenith_deg=zenith,
+        declination_deg=geocentric.declination_rad() / RAD_PER_DEG,
+        equation_of_time_min=_equation_of_time_min(solar_time, times + dut1_s, site),
+        solar_time_h=np.mod(solar_time, 24.0),
+    )
+
+
+def _equation_of_time_min(solar_time_h: FloatArray, ut1_s: FloatArray, site: Site) -> FloatArray:
+    """Apparent minus mean solar time; the mean one is UT1 turned by the longitude."""
+    mean_solar_time_h = np.mod(ut1_s, 86400.0) / 3600.0 + site.longitude_deg / 15.0
+    return wrap_deg(15.0 * (solar_time_h - mean_solar_time_h)) * 4.0
+
+
+def _scalars(position: SunPosition[FloatArray]) -> SunPosition[float]:
+    return SunPosition(
+        utc_s=float(position.utc_s),
+        azimuth_deg=float(position.azimuth_deg),
+        zenith_deg=float(position.zenith_deg),
+        declination_deg=float(position.declination_deg),
+        equation_of_time_min=float(position.equation_of_time_min),
+        solar_time_h=float(position.solar_time_h),
+    )
