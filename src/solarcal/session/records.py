@@ -39,7 +39,12 @@ class UnitRecord(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
-    """First line of a session file. ``refraction`` is the one the CONTROLLER applies."""
+    """First line of a session file. ``refraction`` is the one the CONTROLLER applies.
+
+    ``sun_model`` of an imported session is what its ideal angles are: ``apparent``, ``airless`` or
+    ``solartrak``. ``unknown`` names what an import was not told (``latitude``, ``longitude``): the
+    site then holds a zero in its place.
+    """
 
     format: int = FORMAT_VERSION
     seq: int = 0
@@ -58,6 +63,7 @@ class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
     weather: Weather = Weather()
     pointing_device: str = ""
     continues: str = ""
+    unknown: tuple[str, ...] = ()
 
 
 class _Record(msgspec.Struct, frozen=True, kw_only=True):
@@ -111,9 +117,9 @@ class PointRecord(_Record, frozen=True, kw_only=True, tag="point"):
     """A data point, or the attempt at one.
 
     ``error_deg`` is the axis error, reading - ideal on the Sun: E(coefficients in force) + O, the
-    TOTAL correction. ``ideal_deg``, ``reading_deg``, ``counts`` and ``offsets`` belong to the instant
-    ``read_utc``: the Set Sun Offset this point stands on (``basis`` "sun_offset"), or, where the
-    offset was set without us seeing it, the gathering ("gathering").
+    TOTAL correction. ``ideal_deg``, ``reading_deg``, ``counts`` and ``offsets`` belong to the
+    instant ``read_utc``: the Set Sun Offset this point stands on (``basis`` "sun_offset"), or,
+    where the offset was set without us seeing it, the gathering ("gathering").
     """
 
     status: PointStatus

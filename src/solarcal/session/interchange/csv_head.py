@@ -1,0 +1,159 @@
+"""What stands above a points table: ``key=value`` comments about unit and site."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+
+from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.mount.geometry import GEOMETRIES
+from solarcal.session.interchange.files import fill
+from solarcal.session.points import IDEALS, PointTable, default_ax1_centre_deg
+from solarcal.site import Site
+from solarcal.timescale import format_utc, parse_utc
+
+NUMBER_KEYS = ("lat_deg", "lon_deg", "elevation_m", "ax1_centre_deg")
+KEYS = ("geometry", "unit", "ideal", *NUMBER_KEYS)
+
+
+@dataclass(frozen=True, slots=True)
+class Head:
+    """Unit and site of a points file, options filled in."""
+
+    geometry: str
+    latitude_deg: float | None
+    longitude_deg: float | None
+    elevation_m: float
+    unit: str
+    ax1_centre_deg: float
+    ideal: str
+    warnings: tuple[str, ...]
+
+
+def read_head(
+    text: str,
+    path: str | Path,
+    *,
+    geometry: str | None,
+    latitude_deg: float | None,
+    longitude_deg: float | None,
+    elevation_m: float | None,
+    unit: str | None,
+) -> Head:
+    """The ``# key=value`` lines before the header line, completed by the options.
+
+    Raises
+    ------
+    InputFileError
+        A known key given twice or with a value that cannot be.
+    ConfigurationError
+        The geometry is neither in the file nor given.
+    """
+    written: dict[str, str | float] = {}
+    for number, line in enumerate(text.splitlines(), start=1):
+        bare = line.strip().strip('"')
+        if bare and not bare.startswith("#"):
+            break
+        take_key(written, bare.lstrip("# \t"), f"{path}:{number}")
+    return complete_head(
+        written,
+        path,
+        {
+            "geometry": geometry,
+            "lat_deg": latitude_deg,
+            "lon_deg": longitude_deg,
+            "elevation_m": elevation_m,
+            "unit": unit,
+        },
+    )
+
+
+def take_key(written: dict[str, str | float], text: str, where: str) -> None:
+    """Enter ``key=value`` into ``written`` if the key is a known one; other text is a remark."""
+    key, equals, value = text.partition("=")
+    key, value = key.strip().lower(), value.strip().rstrip(",")
+    if not equals or key not in KEYS:
+        return
+    if key in written:
+        raise InputFileError(f"{where}: {key} is given twice")
+    if key in NUMBER_KEYS:
+        try:
+            number = float(value)
+        except ValueError:
+            number = float("nan")
+        if not isfinite(number):
+            raise InputFileError(f"{where}: {key}={value!r} is not a number")
+        if key == "ax1_centre_deg" and abs(number) > 360.0:
+            raise InputFileError(f"{where}: ax1_centre_deg={number:g} is not within 360 of zero")
+        written[key] = number
+        return
+    allowed = {"geometry": GEOMETRIES, "ideal": IDEALS}.get(key)
+    if allowed is not None and value not in allowed:
+        raise InputFileError(f"{where}: {key}={value!r} is none of {', '.join(allowed)}")
+    written[key] = value
+
+
+def complete_head(
+    written: dict[str, str | float], path: str | Path, options: Mapping[str, str | float | None]
+) -> Head:
+    """The file's own word first, then the options, then the defaults."""
+    pairs = [(key, written.get(key), option) for key, option in options.items()]
+    warnings = [w for key, own, option in pairs if (w := fill(key, path, own, option))]
+    known = {key: own if own is not None else option for key, own, option in pairs}
+    geometry = known["geometry"]
+    if geometry is None:
+        raise ConfigurationError(
+            f"{path} does not say its geometry; add --geometry or a line # geometry=azel "
+            f"(one of {', '.join(GEOMETRIES)})"
+        )
+    if geometry not in GEOMETRIES:
+        raise ConfigurationError(f"geometry {geometry!r} is none of {', '.join(GEOMETRIES)}")
+    latitude = _number(known["lat_deg"])
+    longitude = _number(known["lon_deg"])
+    elevation = _number(known["elevation_m"]) or 0.0
+    try:
+        Site(latitude or 0.0, longitude or 0.0, elevation)
+    except ConfigurationError as error:
+        raise InputFileError(f"{path}: {error}") from None
+    centre = _number(written.get("ax1_centre_deg"))
+    return Head(
+        geometry=str(geometry),
+        latitude_deg=latitude,
+        longitude_deg=longitude,
+        elevation_m=elevation,
+        unit=str(known["unit"] or ""),
+        ax1_centre_deg=default_ax1_centre_deg(str(geometry), latitude)
+        if centre is None
+        else centre,
+        ideal=str(written.get("ideal", "apparent")),
+        warnings=tuple(warnings),
+    )
+
+
+def head_lines(table: PointTable) -> list[str]:
+    """``key=value`` of all that is known; numbers to the last bit."""
+    values = {
+        "geometry": table.geometry,
+        "lat_deg": table.latitude_deg,
+        "lon_deg": table.longitude_deg,
+        "elevation_m": table.elevation_m,
+        # A name is one line, whatever was typed.
+        "unit": " ".join(table.unit.split()).rstrip(",") or None,
+        "ax1_centre_deg": table.ax1_centre_deg,
+        "ideal": table.ideal,
+    }
+    return [
+        f"{key}={value if isinstance(value, str) else repr(float(value))}"
+        for key, value in values.items()
+        if value is not None
+    ]
+
+
+def instant_text(utc_s: float) -> str:
+    """ISO 8601 with milliseconds where they say it all, else microseconds."""
+    short = format_utc(utc_s, 3)
+    return short if parse_utc(short) == utc_s else format_utc(utc_s, 6)
+
+
+def _number(value: str | float | None) -> float | None:
+    return None if value is None else float(value)

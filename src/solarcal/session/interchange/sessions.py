@@ -1,0 +1,120 @@
+"""Imported points as a session file of their own."""
+
+from pathlib import Path
+
+import numpy as np
+
+from solarcal import __version__
+from solarcal.errors import ConfigurationError, SessionFileError
+from solarcal.mount.drive import RotaryDrive
+from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.session.interchange.csv_head import instant_text
+from solarcal.session.journal import Journal
+from solarcal.session.points import IMPORTED_MODEL, PointTable
+from solarcal.session.reader import Session
+from solarcal.session.records import Answers, Header, PointRecord, UnitRecord
+from solarcal.site import Site
+from solarcal.timescale import format_utc
+
+
+def session_from_table(table: PointTable, path: str | Path, *, utc_s: float) -> Session:
+    """Write a new session file that holds the table's points, in order.
+
+    ``table_from_session`` of it gives the same numbers back; labels become sequence numbers.
+    ``utc_s`` is now: when the import was made. Drives, limits and reference positions are unknown,
+    so the unit's record holds a unit gear ratio and the whole branch.
+
+    Raises
+    ------
+    ConfigurationError
+        An instant the file could not hold (beyond the year 9999).
+    SessionFileError
+        The file exists or cannot be written.
+    """
+    header = imported_header(table, utc_s)
+    records = imported_points(table, header)
+    with Journal.create(path, header) as journal:
+        try:
+            journal.append_all(records)
+        except SessionFileError:
+            # Half an import must not pass for a session; nobody was told of the file yet.
+            Path(path).unlink(missing_ok=True)
+            raise
+    return Session(str(path), header, tuple(records))
+
+
+def imported_header(table: PointTable, utc_s: float) -> Header:
+    """The header of an imported session; its unit model is ``imported``."""
+    site = Site(table.latitude_deg or 0.0, table.longitude_deg or 0.0, table.elevation_m)
+    given = {"latitude": table.latitude_deg, "longitude": table.longitude_deg}
+    centre = table.ax1_centre_deg
+    unit = UnitRecord(
+        model=IMPORTED_MODEL,
+        serial=table.unit,
+        firmware="",
+        zone_west_h=0.0,
+        drive1=RotaryDrive(counts_per_deg=1.0),
+        drive2=RotaryDrive(counts_per_deg=1.0),
+        limits=Limits(
+            axis1=AxisLimits(low_deg=centre - 180.0, high_deg=centre + 180.0),
+            axis2=AxisLimits(low_deg=0.0, high_deg=180.0),
+        ),
+        update_range_deg=0.0,
+        reference1_deg=0.0,
+        reference2_deg=0.0,
+        tilt_decimals=4,
+        scale_decimals=6,
+        site=site,
+    )
+    return Header(
+        utc=format_utc(utc_s),
+        software=f"solarcal {__version__}",
+        unit=unit,
+        site=site,
+        geometry=table.geometry,
+        ax1_centre_deg=centre,
+        sun_model=table.ideal,
+        unknown=tuple(name for name, value in given.items() if value is None),
+    )
+
+
+def imported_points(table: PointTable, header: Header) -> list[PointRecord]:
+    """One record per row. Which questions were asked is not known: the answers are null."""
+    sigma = np.full(len(table), np.nan) if table.sigma_deg is None else table.sigma_deg
+    columns = zip(
+        table.utc_s.tolist(),
+        table.ax1_deg.tolist(),
+        table.ax2_deg.tolist(),
+        table.err1_deg.tolist(),
+        table.err2_deg.tolist(),
+        sigma.tolist(),
+        table.status,
+        table.approach,
+        table.note,
+        strict=True,
+    )
+    records = []
+    for seq, row in enumerate(columns, start=header.seq + 1):
+        utc_s, ax1, ax2, err1, err2, one_sigma, status, approach, note = row
+        records.append(
+            PointRecord(
+                seq=seq,
+                utc=header.utc,
+                status=status,
+                answers=Answers(),
+                reason=note,
+                read_utc=None if np.isnan(utc_s) else _instant(utc_s),
+                ideal_deg=None if np.isnan(ax1 + ax2) else (ax1, ax2),
+                error_deg=None if np.isnan(err1 + err2) else (err1, err2),
+                approach=None if approach == (0, 0) else approach,
+                sigma_deg=None if np.isnan(one_sigma) else one_sigma,
+            )
+        )
+    return records
+
+
+def _instant(utc_s: float) -> str:
+    try:
+        return instant_text(utc_s)
+    except (ValueError, OverflowError, OSError):
+        raise ConfigurationError(f"{utc_s!r} s since 1970 is no instant a file can hold") from None

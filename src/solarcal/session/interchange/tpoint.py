@@ -1,0 +1,289 @@
+"""TPOINT pointing data of an alt-azimuth mount (``.dat``), in and out.
+
+    caption
+    : ALTAZ
+    -30 14 40.2                  latitude: degrees, minutes, seconds [date, weather, height ...]
+    az el az_enc el_enc [...]    degrees, azimuth from North through East: true place, encoders
+    END
+
+In native angles AX1 = 180 - A and AX2 = 90 - E; the errors are encoder minus true. What is read
+beyond that (comments, masked observations, solarcal's own keys) is in ``docs/session-file.md``.
+"""
+
+import re
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import takewhile
+from pathlib import Path
+
+import numpy as np
+
+from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.session.interchange.csv_head import complete_head, head_lines, take_key
+from solarcal.session.interchange.files import read_text, write_text
+from solarcal.session.points import PointTable
+from solarcal.units import FloatArray, wrap_deg
+
+_COMMENT = ("!", "#")
+_MASK = "*"
+# Where a latitude line goes on (date, temperature, pressure), the height is its ninth number.
+_HEIGHT_AT = 8
+_DECIMALS = 10
+# Bounded, so that no line can ask for a number of a million digits.
+_NUMBER = re.compile(r"[+-]?(?=\.?[0-9])[0-9]{0,30}(\.[0-9]{0,400})?([eE][+-]?[0-9]{1,2})?")
+
+
+def read_tpoint(
+    path: str | Path,
+    *,
+    geometry: str | None = None,
+    latitude_deg: float | None = None,
+    longitude_deg: float | None = None,
+    elevation_m: float | None = None,
+    unit: str | None = None,
+) -> PointTable:
+    """Read an ALTAZ pointing file. Masked observations have the status ``rejected``.
+
+    The branch is centred on 0, south of the equator on 180. The arguments fill what is missing.
+
+    Raises
+    ------
+    InputFileError
+        A short line, a bad number (both named by line), or another mount than ALTAZ.
+    ConfigurationError
+        ``geometry`` is given and not ``azel``.
+    """
+    if geometry not in (None, "azel"):
+        raise ConfigurationError(f"{path}: TPOINT ALTAZ files are of geometry azel, not {geometry}")
+    reading = _Reading(str(path))
+    for number, line in enumerate(read_text(path).splitlines(), start=1):
+        if reading.take(number, line.strip()):
+            break
+    reading.finish()
+    head = complete_head(
+        {"geometry": "azel", **reading.keys},
+        path,
+        {
+            "geometry": geometry,
+            "lat_deg": latitude_deg,
+            "lon_deg": longitude_deg,
+            "elevation_m": elevation_m,
+            "unit": unit,
+        },
+    )
+    n = len(reading.lines)
+    azimuth, elevation, azimuth_encoder, elevation_encoder = (
+        np.array(reading.angles, dtype=np.float64).reshape(n, 4).T
+    )
+    return PointTable(
+        geometry="azel",
+        latitude_deg=head.latitude_deg,
+        longitude_deg=head.longitude_deg,
+        elevation_m=head.elevation_m,
+        unit=head.unit,
+        ax1_centre_deg=head.ax1_centre_deg,
+        ideal="apparent",
+        utc_s=np.full(n, np.nan),
+        ax1_deg=wrap_deg(180.0 - azimuth, head.ax1_centre_deg),
+        ax2_deg=90.0 - elevation,
+        err1_deg=wrap_deg(azimuth - azimuth_encoder),
+        err2_deg=elevation - elevation_encoder,
+        sigma_deg=None,
+        status=tuple("rejected" if masked else "accepted" for masked in reading.masked),
+        approach=((0, 0),) * n,
+        note=("",) * n,
+        labels=tuple(reading.lines),
+        sources=(str(path),) * n,
+        warnings=(*reading.warnings, *head.warnings),
+    )
+
+
+def write_tpoint(table: PointTable, path: str | Path) -> None:
+    """Write an ALTAZ pointing file, ten decimals of a degree.
+
+    Rows that are not accepted are written masked; attempts without angles are left out. Times,
+    sigmas and notes have no place in the format.
+
+    Raises
+    ------
+    ConfigurationError
+        Another geometry than azel, no latitude, or the file cannot be written.
+    """
+    if table.geometry != "azel":
+        raise ConfigurationError(
+            f"TPOINT files are written for azel only, not for {table.geometry}; export to .csv"
+        )
+    if table.latitude_deg is None:
+        raise ConfigurationError("a TPOINT file needs the latitude, which is not known; add --lat")
+    own = [line for line in head_lines(table) if not line.startswith(("geometry=", "lat_deg="))]
+    lines = [
+        f"{' '.join(table.unit.split()) or 'Sun tracker'}: points from solarcal",
+        *(f"! {line}" for line in own),
+        ": ALTAZ",
+        _latitude_text(table.latitude_deg),
+    ]
+    true_azimuth = 180.0 - table.ax1_deg
+    true_elevation = 90.0 - table.ax2_deg
+    columns = (
+        _azimuth_texts(true_azimuth),
+        _elevation_texts(true_elevation),
+        _azimuth_texts(true_azimuth - table.err1_deg),
+        _elevation_texts(true_elevation - table.err2_deg),
+    )
+    for status, *cells in zip(table.status, *columns, strict=True):
+        if "" not in cells:
+            lines.append(" ".join(cells) if status == "accepted" else "! " + " ".join(cells))
+    write_text(path, "\n".join([*lines, "END", ""]))
+
+
+@dataclass(slots=True)
+class _Reading:
+    """State of one pass over a file: caption, then the latitude line, then observations."""
+
+    path: str
+    caption: str | None = None
+    options: list[str] = field(default_factory=list)
+    keys: dict[str, str | float] = field(default_factory=dict)
+    angles: list[tuple[float, float, float, float]] = field(default_factory=list)
+    masked: list[bool] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    ended: bool = False
+
+    def take(self, number: int, line: str) -> bool:
+        """One line, blanks stripped. True when it is the END."""
+        where = f"{self.path}:{number}"
+        if line.startswith(_COMMENT):
+            self._comment(number, line.lstrip("!# \t"))
+            return False
+        if self.caption is None:
+            if not line:
+                return False
+            self.caption = "" if line.startswith(":") else line
+            if self.caption:
+                cells = line.split()
+                if len(cells) >= 3 and len(_angles(cells)) == len(cells):
+                    raise InputFileError(f"{where}: a TPOINT file begins with its caption line")
+                return False
+        line = line.partition("!")[0].partition("#")[0].strip()
+        if not line:
+            return False
+        if line.startswith(":"):
+            self.options.extend(line[1:].upper().split())
+        elif line.upper() == "END":
+            self.ended = True
+            return True
+        elif "lat_deg" not in self.keys:
+            self._latitude(line.split(), where)
+        else:
+            masked = line.startswith(_MASK)
+            self._observation(number, line.lstrip("* \t").split(), masked, where)
+        return False
+
+    def finish(self) -> None:
+        if self.caption is None:
+            raise InputFileError(f"{self.path} is empty: no TPOINT caption in it")
+        if "ALTAZ" not in self.options:
+            raise InputFileError(
+                f"{self.path} has no ': ALTAZ' line: only TPOINT files of alt-azimuth mounts "
+                "are read"
+            )
+        if "lat_deg" not in self.keys:
+            raise InputFileError(f"{self.path} has no latitude line (degrees minutes seconds)")
+        if not self.ended:
+            self.warnings.append(f"{self.path} has no END line: it may have been cut short")
+
+    def _comment(self, number: int, text: str) -> None:
+        """A remark, a key of solarcal's, or an observation somebody commented out."""
+        cells = text.split()
+        values = _angles(cells)
+        looks_like_one = len(cells) >= 4 and len(values) == len(cells)
+        if "lat_deg" in self.keys and looks_like_one and _possible(values):
+            self._keep(number, values, masked=True)
+        elif self.caption is None or not self.lines:
+            key = text.partition("=")[0].strip()
+            if key in ("unit", "lon_deg", "elevation_m", "ax1_centre_deg"):
+                take_key(self.keys, text, f"{self.path}:{number}")
+
+    def _latitude(self, cells: list[str], where: str) -> None:
+        values = _angles(cells)
+        if len(values) < len(cells):
+            raise InputFileError(
+                f"{where}: {cells[len(values)][:20]!r} is not a number; the latitude comes here "
+                "(degrees minutes seconds)"
+            )
+        if len(values) < 3:
+            raise InputFileError(f"{where}: the latitude needs degrees, minutes and seconds")
+        degrees, minutes, seconds = (Fraction(cell) for cell in cells[:3])
+        if not (0 <= minutes < 60 and 0 <= seconds < 60):
+            raise InputFileError(f"{where}: minutes or seconds of the latitude are not below 60")
+        size = abs(degrees) + minutes / 60 + seconds / 3600
+        if size > 90:
+            raise InputFileError(f"{where}: a latitude of {float(size):g} deg is beyond the pole")
+        # The sign stands in the text: -0 30 00 is south.
+        self.keys["lat_deg"] = float(-size if cells[0].startswith("-") else size)
+        if len(values) > _HEIGHT_AT:
+            self.keys.setdefault("elevation_m", values[_HEIGHT_AT])
+
+    def _observation(self, number: int, cells: list[str], masked: bool, where: str) -> None:
+        values = _angles(cells)
+        if len(values) < len(cells):
+            raise InputFileError(
+                f"{where}: {cells[len(values)][:20]!r} (number {len(values) + 1} of the line) "
+                "is not a number"
+            )
+        if len(values) < 4:
+            raise InputFileError(
+                f"{where}: {len(values)} numbers where an observation has four "
+                "(azimuth, elevation, and both encoders, degrees)"
+            )
+        if not _possible(values):
+            raise InputFileError(
+                f"{where}: azimuths must lie within -360..720 and elevations within -90..90 deg "
+                "(encoders -270..270)"
+            )
+        self._keep(number, values, masked)
+
+    def _keep(self, number: int, values: list[float], masked: bool) -> None:
+        self.angles.append((values[0], values[1], values[2], values[3]))
+        self.masked.append(masked)
+        self.lines.append(number)
+
+
+def _angles(cells: list[str]) -> list[float]:
+    """The leading cells that are plain decimal numbers."""
+    return [float(cell) for cell in takewhile(_NUMBER.fullmatch, cells)]
+
+
+def _possible(values: list[float]) -> bool:
+    azimuth, elevation, azimuth_encoder, elevation_encoder = values[:4]
+    return (
+        -360.0 <= azimuth <= 720.0
+        and -360.0 <= azimuth_encoder <= 720.0
+        and -90.0 <= elevation <= 90.0
+        and -270.0 <= elevation_encoder <= 270.0
+    )
+
+
+def _latitude_text(latitude_deg: float) -> str:
+    """Degrees, minutes and seconds, exact: a decimal degree is a finite decimal of a second."""
+    size = abs(Fraction(repr(latitude_deg)))
+    degrees, rest = divmod(size, 1)
+    minutes, rest = divmod(rest * 60, 1)
+    seconds = rest * 60
+    digits = 0
+    while seconds * 10**digits % 1:
+        digits += 1
+    text = f"{int(seconds * 10**digits):0{digits + 1}d}"
+    shown = f"{text[:-digits]}.{text[-digits:]}" if digits else text
+    return f"{'-' if latitude_deg < 0 else '+'}{int(degrees):02d} {int(minutes):02d} {shown}"
+
+
+def _azimuth_texts(azimuth_deg: FloatArray) -> list[str]:
+    # Rounded before the turn is taken off, so that no 360.0000000000 is written.
+    turned = np.mod(np.round(azimuth_deg, _DECIMALS), 360.0).tolist()
+    return ["" if np.isnan(a) else f"{a:0{_DECIMALS + 4}.{_DECIMALS}f}" for a in turned]
+
+
+def _elevation_texts(elevation_deg: FloatArray) -> list[str]:
+    return ["" if np.isnan(e) else f"{e:.{_DECIMALS}f}" for e in elevation_deg.tolist()]

@@ -1,0 +1,214 @@
+"""The session's journal: appended, synced, and only then acknowledged.
+
+Nothing is ever rewritten or removed. What ``append`` has returned from survives a kill and a power
+cut; what it has not may be there or not, and is never half there (``lines`` says how).
+"""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+
+from solarcal.errors import SessionFileError
+from solarcal.session.disk import Disk
+from solarcal.session.lines import encode_record, parse_session, torn_marker
+from solarcal.session.records import Header, Record
+
+
+class Journal:
+    """An open session. Make one with ``create``, ``resume`` or ``memory``.
+
+    One program at a time has a session open for writing; within it, one thread at a time appends.
+
+    Attributes
+    ----------
+    path : Path or None
+        The file; ``None`` for a journal in memory.
+    header : Header
+    records : list of Record
+        Acknowledged so far, in order, without the header; voided ones included.
+    warnings : tuple of str
+        What ``resume`` found to report (torn lines).
+    """
+
+    def __init__(
+        self,
+        header: Header,
+        records: list[Record],
+        *,
+        path: Path | None = None,
+        descriptor: int = -1,
+        disk: Disk | None = None,
+        end: int = 0,
+        ended: bool = True,
+        warnings: tuple[str, ...] = (),
+    ) -> None:
+        self.path = path
+        self.header = header
+        self.records = records
+        self.warnings = warnings
+        self._descriptor = descriptor
+        self._disk = disk
+        # Where the last good line ends, and whether its newline is there too.
+        self._end = end
+        self._ended = ended
+        self._closed = False
+
+    @classmethod
+    def create(cls, path: str | Path, header: Header, *, disk: Disk | None = None) -> "Journal":
+        """Begin a session file with its header line; returns when it is safely on the medium.
+
+        Raises
+        ------
+        SessionFileError
+            The file exists already or cannot be written.
+        """
+        path, disk = Path(path), disk or Disk()
+        line = encode_record(header)
+        try:
+            descriptor = disk.create(path)
+        except FileExistsError:
+            raise SessionFileError(
+                f"{path} exists already and is never overwritten; choose another name"
+            ) from None
+        except (OSError, ValueError) as error:
+            raise SessionFileError(f"{path} cannot be created: {_reason(error)}") from error
+        journal = cls(header, [], path=path, descriptor=descriptor, disk=disk)
+        try:
+            disk.lock(descriptor, path)
+            journal._write(line)
+            disk.sync_folder(path.parent)
+        except (OSError, SessionFileError) as error:
+            # Nobody was told of this file yet: a stump would only be in the way.
+            journal.close()
+            with suppress(OSError):
+                disk.remove(path)
+            if isinstance(error, SessionFileError):
+                raise
+            raise SessionFileError(f"{path} cannot be created: {_reason(error)}") from error
+        return journal
+
+    @classmethod
+    def resume(cls, path: str | Path, *, disk: Disk | None = None) -> "Journal":
+        """Open an existing session file to append to it; the file is not changed by this.
+
+        Raises
+        ------
+        SessionFileError
+            Missing, not writable, damaged, or open in another program.
+        """
+        path, disk = Path(path), disk or Disk()
+        try:
+            descriptor = disk.open(path)
+        except (OSError, ValueError) as error:
+            raise SessionFileError(
+                f"{path} cannot be opened for writing: {_reason(error)}"
+            ) from error
+        try:
+            disk.lock(descriptor, path)
+            text = parse_session(disk.read(descriptor), str(path))
+        except OSError as error:
+            disk.close(descriptor)
+            raise SessionFileError(f"{path} cannot be read: {_reason(error)}") from error
+        except SessionFileError:
+            disk.close(descriptor)
+            raise
+        return cls(
+            text.header,
+            text.records,
+            path=path,
+            descriptor=descriptor,
+            disk=disk,
+            end=text.size if text.torn_start is None else text.torn_start,
+            ended=text.ended or text.torn_start is not None,
+            warnings=tuple(text.warnings),
+        )
+
+    @classmethod
+    def memory(cls, header: Header) -> "Journal":
+        """A journal without a file, for replays: the same checks, nothing kept."""
+        encode_record(header)
+        return cls(header, [])
+
+    @property
+    def next_seq(self) -> int:
+        """The sequence number the next record must carry."""
+        return (self.records[-1].seq if self.records else self.header.seq) + 1
+
+    def append(self, record: Record) -> None:
+        """Write one record; when this returns, it is on the medium.
+
+        After an error the record is not part of the session and ``next_seq`` is unchanged: the
+        same record may be appended again once the cause (a full disk) is gone.
+
+        Raises
+        ------
+        SessionFileError
+            The record or the file cannot be written.
+        ValueError
+            The record does not carry ``next_seq``, or is a header: the caller's mistake.
+        """
+        self.append_all([record])
+
+    def append_all(self, records: Sequence[Record]) -> None:
+        """Write several records with one sync; all of them are in the session, or none.
+
+        Raises as ``append``.
+        """
+        seq = self.next_seq
+        for record in records:
+            if isinstance(record, Header) or record.seq != seq:
+                raise ValueError(f"record {record.seq} where {seq} comes next")
+            seq += 1
+        if self._closed:
+            raise SessionFileError(f"{self.path or 'this session'} is closed")
+        lines = b"".join([encode_record(record) for record in records])
+        if self._disk is not None and lines:
+            try:
+                self._write(lines)
+            except OSError as error:
+                raise SessionFileError(
+                    f"{self.path} cannot be written: {_reason(error)}; "
+                    f"record {self.next_seq} is not saved"
+                ) from error
+        self.records.extend(records)
+
+    def close(self) -> None:
+        """Give up the file and its lock. Closing twice is allowed."""
+        if not self._closed and self._disk is not None:
+            self._disk.close(self._descriptor)
+        self._closed = True
+
+    def __enter__(self) -> "Journal":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _write(self, line: bytes) -> None:
+        disk = self._disk
+        assert disk is not None
+        torn_bytes = disk.size(self._descriptor) - self._end
+        if torn_bytes > 0 and not self._ended:
+            # The newline the last good line lacked did get there.
+            torn_bytes, self._end, self._ended = torn_bytes - 1, self._end + 1, True
+        if torn_bytes > 0:
+            # What an interrupted write left behind: close it, declare it, go on behind it.
+            line = b"\n" + torn_marker(torn_bytes + 1) + line
+        elif not self._ended:
+            line = b"\n" + line
+        written = 0
+        while written < len(line):
+            written += disk.write(self._descriptor, line[written:])
+        disk.sync(self._descriptor)
+        self._end += max(torn_bytes, 0) + len(line)
+        self._ended = True
+
+
+def _reason(error: OSError | ValueError) -> str:
+    return getattr(error, "strerror", None) or str(error)

@@ -1,0 +1,276 @@
+"""Session files line by line: records to bytes, bytes to records, and what a torn line is.
+
+A line is one JSON object and a newline. Nothing is ever rewritten, so an unfinished line (power
+cut, full disk) stays in the file for good. Whoever appends next closes it with a newline and a
+``{"type":"torn","bytes":K}`` line: the K bytes before that line are not a record.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any, get_args
+
+import msgspec
+
+from solarcal.errors import ConfigurationError, SessionFileError
+from solarcal.session.records import (
+    FORMAT_VERSION,
+    CheckRecord,
+    Header,
+    KnownRecord,
+    PointRecord,
+    Record,
+    UnknownRecord,
+    Void,
+)
+from solarcal.timescale import parse_utc
+
+_TORN_START = b'{"type":"torn","bytes":'
+_KNOWN_TYPES = {kind.__struct_config__.tag for kind in get_args(KnownRecord)}
+
+_encoder = msgspec.json.Encoder()
+_decoder = msgspec.json.Decoder(KnownRecord)
+
+
+class _Torn(msgspec.Struct, frozen=True, tag="torn"):
+    bytes: int
+
+
+_torn_decoder = msgspec.json.Decoder(_Torn)
+
+
+def encode_record(record: Record) -> bytes:
+    """The record as one line, newline included.
+
+    Raises
+    ------
+    SessionFileError
+        The record would not read back as itself (a number that is not finite, broken text).
+    """
+    try:
+        if isinstance(record, UnknownRecord):
+            own = {"type": record.type, "seq": record.seq, "utc": record.utc}
+            line = _encoder.encode({**own, **record.fields})
+        else:
+            line = _encoder.encode(record)
+        same = decode_record(line) == record
+    except (ValueError, TypeError) as error:
+        raise SessionFileError(f"this record cannot be written: {error}") from error
+    if not same:
+        raise SessionFileError("this record cannot be written: it would not read back as itself")
+    return line + b"\n"
+
+
+def decode_record(line: bytes) -> Record:
+    """One line to its record.
+
+    Raises
+    ------
+    ValueError
+        Not JSON, or not a record; the message says what is wrong.
+    """
+    try:
+        record = _decode(line)
+        _check_meaning(record)
+    except ConfigurationError as error:
+        raise msgspec.ValidationError(str(error)) from None
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+    return record
+
+
+def torn_marker(torn_bytes: int) -> bytes:
+    """The line that declares the ``torn_bytes`` bytes before it to be no record."""
+    return _TORN_START + str(torn_bytes).encode() + b"}\n"
+
+
+@dataclass(slots=True)
+class SessionText:
+    """A whole session file, understood. ``records`` are without the header.
+
+    ``torn_start`` is the offset of an unfinished last line not yet declared, ``ended`` whether the
+    file ends with a newline, ``size`` its length in bytes.
+    """
+
+    header: Header
+    records: list[Record]
+    warnings: list[str]
+    size: int
+    ended: bool
+    torn_start: int | None
+
+
+def parse_session(content: bytes, name: str) -> SessionText:
+    """Read a session file's bytes; ``name`` is what messages call the file.
+
+    Raises
+    ------
+    SessionFileError
+        A bad line (named), no header, a format of the future.
+    """
+    reading = _Reading(name, content)
+    for line in content.split(b"\n"):
+        reading.take(line)
+    return reading.finish()
+
+
+@dataclass(slots=True)
+class _Reading:
+    """State of one pass over a file. ``records``, ``offsets`` and ``lines`` run in parallel."""
+
+    name: str
+    content: bytes
+    number: int = 0
+    offset: int = 0
+    header: Header | None = None
+    header_end: int = 0
+    records: list[Record] = field(default_factory=list)
+    offsets: list[int] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    # First line that is no JSON, not declared torn so far: its number, offset and complaint.
+    bad: tuple[int, int, str] | None = None
+
+    def take(self, line: bytes) -> None:
+        self.number += 1
+        start = self.offset
+        self.offset += len(line) + 1
+        if not line.strip():
+            return
+        if line.startswith(_TORN_START) and self._declare_torn(line, start):
+            return
+        if self.bad is not None:
+            if not _TORN_START.startswith(line) and not line.startswith(_TORN_START):
+                raise self._error(self.bad[0], self.bad[2])
+            return
+        if self.header is None:
+            self.header = self._read_header(line)
+            self.header_end = self.offset
+            return
+        try:
+            record = decode_record(line)
+        except msgspec.ValidationError as error:
+            raise self._error(self.number, str(error)) from None
+        except ValueError as error:
+            if _is_json(line):
+                raise self._error(self.number, str(error)) from None
+            self.bad = (self.number, start, f"not a JSON object ({_one_line(error)})")
+            return
+        if isinstance(record, Header):
+            raise self._error(self.number, "a second header")
+        self.records.append(record)
+        self.offsets.append(start)
+        self.lines.append(self.number)
+
+    def finish(self) -> SessionText:
+        if self.header is None:
+            raise SessionFileError(f"{self.name} is empty: no session was begun in it")
+        self._check_sequence()
+        if self.bad is not None:
+            self.warnings.append(
+                f"{self.name}:{self.bad[0]}: the last line is torn and was ignored "
+                "(the power or the disk gave out while it was written)"
+            )
+        return SessionText(
+            header=self.header,
+            records=self.records,
+            warnings=self.warnings,
+            size=len(self.content),
+            ended=self.content.endswith(b"\n"),
+            torn_start=None if self.bad is None else self.bad[1],
+        )
+
+    def _declare_torn(self, line: bytes, start: int) -> bool:
+        try:
+            torn_start = start - _torn_decoder.decode(line).bytes
+        except ValueError:
+            return False
+        fits = self.header_end <= torn_start < start and self.content[torn_start - 1] == 0x0A
+        if not fits or (self.bad is not None and torn_start > self.bad[1]):
+            raise self._error(self.number, "declares torn bytes that are not a line's")
+        # A line that was written whole but whose sync failed was never acknowledged either.
+        while self.offsets and self.offsets[-1] >= torn_start:
+            del self.offsets[-1], self.records[-1], self.lines[-1]
+        self.bad = None
+        torn_line = self.content.count(b"\n", 0, torn_start) + 1
+        self.warnings.append(f"{self.name}:{torn_line}: a line torn while written was ignored")
+        return True
+
+    def _read_header(self, line: bytes) -> Header:
+        try:
+            raw: Any = msgspec.json.decode(line)
+        except (ValueError, RecursionError):
+            raise self._error(
+                self.number, "no complete session header; nothing was recorded in this file"
+            ) from None
+        if not isinstance(raw, dict) or raw.get("type") != "header":
+            raise self._error(self.number, "not a session file: its first line is no header")
+        version = raw.get("format")
+        if isinstance(version, int) and version > FORMAT_VERSION:
+            raise SessionFileError(
+                f"{self.name} was written by a newer solarcal (format {version}; this one knows "
+                f"{FORMAT_VERSION}): update solarcal to read it"
+            )
+        if not isinstance(version, int) or version < 1:
+            raise self._error(self.number, f"{version!r} is no session format")
+        try:
+            header = decode_record(line)
+        except ValueError as error:
+            raise self._error(self.number, str(error)) from None
+        if not isinstance(header, Header):
+            raise self._error(self.number, "not a session header")
+        return header
+
+    def _check_sequence(self) -> None:
+        assert self.header is not None
+        last = self.header.seq
+        seen = set()
+        for record, number in zip(self.records, self.lines, strict=True):
+            if record.seq <= last:
+                raise self._error(
+                    number, f"sequence number {record.seq} after {last}: lines mixed or repeated"
+                )
+            if isinstance(record, Void) and record.voids not in seen:
+                raise self._error(number, f"voids {record.voids}, which is no earlier record")
+            last = record.seq
+            seen.add(last)
+
+    def _error(self, number: int, complaint: str) -> SessionFileError:
+        return SessionFileError(f"{self.name}:{number}: {_one_line(complaint)}")
+
+
+def _is_json(line: bytes) -> bool:
+    try:
+        msgspec.json.decode(line)
+    except (ValueError, RecursionError):
+        return False
+    return True
+
+
+def _one_line(complaint: object) -> str:
+    return " ".join(str(complaint).split())
+
+
+def _decode(line: bytes) -> Record:
+    try:
+        record: KnownRecord = _decoder.decode(line)
+    except msgspec.ValidationError:
+        raw: Any = msgspec.json.decode(line)
+        kind = raw.pop("type", None) if isinstance(raw, dict) else None
+        if not isinstance(kind, str) or kind in _KNOWN_TYPES:
+            raise
+    else:
+        return record
+    seq, utc = raw.pop("seq", None), raw.pop("utc", None)
+    if type(seq) is not int or not isinstance(utc, str):
+        raise msgspec.ValidationError(f"a {kind!r} record without a proper seq or utc")
+    return UnknownRecord(seq=seq, utc=utc, type=kind, fields=raw)
+
+
+def _check_meaning(record: Record) -> None:
+    """What the field types cannot say."""
+    parse_utc(record.utc)
+    if isinstance(record, PointRecord | CheckRecord) and record.read_utc is not None:
+        parse_utc(record.read_utc)
+    if isinstance(record, PointRecord) and record.status == "accepted":
+        for name in ("ideal_deg", "error_deg"):
+            if getattr(record, name) is None:
+                raise msgspec.ValidationError(f"an accepted point without {name}")

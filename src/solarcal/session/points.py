@@ -1,0 +1,303 @@
+"""Points as a table: what sessions, CSV and TPOINT files have in common.
+
+Angles are degrees in the mount's native frame, AX1 on the branch; ``err = reading - ideal``.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solarcal.errors import InputFileError
+from solarcal.session.reader import Session, points
+from solarcal.session.records import Header, PointRecord
+from solarcal.site import Site
+from solarcal.timescale import parse_utc
+from solarcal.units import FloatArray
+
+if TYPE_CHECKING:
+    from solarcal.sun import SunPosition
+
+IDEALS = ("apparent", "airless", "solartrak")
+IMPORTED_MODEL = "imported"
+STATUSES = ("accepted", "aborted", "rejected")
+
+EPHEMERIS_TOLERANCE_DEG = 0.05
+SITE_TOLERANCE_DEG = 0.01
+_WARNINGS_AT_MOST = 5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PointTable:
+    """Points of one unit. All columns have n rows, one per point or attempt.
+
+    Attributes
+    ----------
+    geometry, unit : str
+        Native frame; name of the unit ("" unknown).
+    latitude_deg, longitude_deg : float or None
+        ``None`` where the file does not say.
+    elevation_m, ax1_centre_deg : float
+    ideal : str
+        What the ideal angles are: ``apparent`` (no known physics is missing), ``airless``
+        (refraction is) or ``solartrak`` (refraction and the ephemeris difference are).
+    utc_s : (n,) array
+        NaN where the instant is not known.
+    ax1_deg, ax2_deg, err1_deg, err2_deg : (n,) array
+        NaN only in rows that are not accepted.
+    sigma_deg : (n,) array or None
+        On sky, per axis; given for every accepted row or ``None``.
+    status : tuple of str
+        ``accepted``, ``aborted`` or ``rejected``. Only accepted rows are fitted.
+    approach : tuple of (int, int)
+        Sense of the last motion of each axis: +1, -1, 0 unknown.
+    note : tuple of str
+    labels : tuple of int
+        Line numbers of the file, or sequence numbers of the session.
+    sources : tuple of str
+        The file of each row; a label is unique within its source.
+    warnings : tuple of str
+        What the reader found to report.
+    """
+
+    geometry: str
+    latitude_deg: float | None
+    longitude_deg: float | None
+    elevation_m: float
+    unit: str
+    ax1_centre_deg: float
+    ideal: str
+    utc_s: FloatArray
+    ax1_deg: FloatArray
+    ax2_deg: FloatArray
+    err1_deg: FloatArray
+    err2_deg: FloatArray
+    sigma_deg: FloatArray | None
+    status: tuple[str, ...]
+    approach: tuple[tuple[int, int], ...]
+    note: tuple[str, ...]
+    labels: tuple[int, ...]
+    sources: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.labels)
+
+    @property
+    def site(self) -> Site | None:
+        """Where the unit stands, if the file says so."""
+        if self.latitude_deg is None or self.longitude_deg is None:
+            return None
+        return Site(self.latitude_deg, self.longitude_deg, self.elevation_m)
+
+    def count(self, status: str) -> int:
+        """How many rows have this status."""
+        return self.status.count(status)
+
+    def rows(self, indices: Sequence[int] | NDArray[np.intp]) -> "PointTable":
+        """The table of these rows only, in this order."""
+        chosen = np.asarray(indices, dtype=np.intp)
+        order = chosen.tolist()
+        return replace(
+            self,
+            utc_s=self.utc_s[chosen],
+            ax1_deg=self.ax1_deg[chosen],
+            ax2_deg=self.ax2_deg[chosen],
+            err1_deg=self.err1_deg[chosen],
+            err2_deg=self.err2_deg[chosen],
+            sigma_deg=None if self.sigma_deg is None else self.sigma_deg[chosen],
+            status=tuple(self.status[i] for i in order),
+            approach=tuple(self.approach[i] for i in order),
+            note=tuple(self.note[i] for i in order),
+            labels=tuple(self.labels[i] for i in order),
+            sources=tuple(self.sources[i] for i in order),
+        )
+
+    def accepted(self) -> "PointTable":
+        """The rows that are fitted."""
+        return self.rows([i for i, status in enumerate(self.status) if status == "accepted"])
+
+
+def default_ax1_centre_deg(geometry: str, latitude_deg: float | None) -> float:
+    """Centre of the AX1 branch: 180 for azel south of the equator, where the Sun is North."""
+    return 180.0 if geometry == "azel" and (latitude_deg or 0.0) < 0.0 else 0.0
+
+
+def table_from_session(session: Session) -> PointTable:
+    """The live points of a session; labels are sequence numbers.
+
+    ``utc_s`` is when the point's angles were read; attempts without angles have NaN.
+    """
+    header = session.header
+    found = points(session)
+    sigma = _column([p.sigma_deg for p in found])
+    accepted = np.array([p.status == "accepted" for p in found], dtype=bool)
+    ideal = np.array([_pair(p.ideal_deg) for p in found]).reshape(-1, 2)
+    error = np.array([_pair(p.error_deg) for p in found]).reshape(-1, 2)
+    return PointTable(
+        geometry=header.geometry,
+        latitude_deg=None if "latitude" in header.unknown else header.site.latitude_deg,
+        longitude_deg=None if "longitude" in header.unknown else header.site.longitude_deg,
+        elevation_m=header.site.elevation_m,
+        unit=unit_name(header),
+        ax1_centre_deg=header.ax1_centre_deg,
+        ideal=_ideal_kind(header),
+        utc_s=_column([_instant(p, header) for p in found]),
+        ax1_deg=ideal[:, 0],
+        ax2_deg=ideal[:, 1],
+        err1_deg=error[:, 0],
+        err2_deg=error[:, 1],
+        sigma_deg=None if np.isnan(sigma[accepted]).any() or np.isnan(sigma).all() else sigma,
+        status=tuple(p.status for p in found),
+        approach=tuple(p.approach or (0, 0) for p in found),
+        note=tuple(p.reason for p in found),
+        labels=tuple(p.seq for p in found),
+        sources=(session.path,) * len(found),
+        warnings=session.warnings,
+    )
+
+
+def unit_name(header: Header) -> str:
+    """The unit as points files name it: model and serial number."""
+    if header.unit.model == IMPORTED_MODEL:
+        return header.unit.serial
+    return f"{header.unit.model} {header.unit.serial}".strip()
+
+
+def merge_tables(tables: Sequence[PointTable]) -> PointTable:
+    """Several files of one unit as one table, in the order given.
+
+    Rows stay traceable by (source, label). Sigmas are kept only where every table has them.
+
+    Raises
+    ------
+    InputFileError
+        No table; a file given twice; or another unit, site, geometry, branch or kind of ideal
+        angles in one of them.
+    """
+    if not tables:
+        raise InputFileError("no points file was given")
+    first = tables[0]
+    if len(tables) == 1:
+        return first
+    seen: set[str] = set()
+    for table in tables:
+        here = set(table.sources)
+        if twice := seen & here:
+            raise InputFileError(f"{min(twice)} was given twice; each point counts once")
+        seen |= here
+        _require_same_unit(first, table)
+    given = [t.sigma_deg for t in tables]
+    sigmas = [s for s in given if s is not None]
+    warnings = [text for t in tables for text in t.warnings]
+    if sigmas and len(sigmas) < len(given):
+        warnings.append("only some of the files give sigma_deg: the sigmas were not used")
+    return replace(
+        first,
+        latitude_deg=next((t.latitude_deg for t in tables if t.latitude_deg is not None), None),
+        longitude_deg=next((t.longitude_deg for t in tables if t.longitude_deg is not None), None),
+        utc_s=np.concatenate([t.utc_s for t in tables]),
+        ax1_deg=np.concatenate([t.ax1_deg for t in tables]),
+        ax2_deg=np.concatenate([t.ax2_deg for t in tables]),
+        err1_deg=np.concatenate([t.err1_deg for t in tables]),
+        err2_deg=np.concatenate([t.err2_deg for t in tables]),
+        sigma_deg=np.concatenate(sigmas) if len(sigmas) == len(given) else None,
+        status=tuple(s for t in tables for s in t.status),
+        approach=tuple(a for t in tables for a in t.approach),
+        note=tuple(n for t in tables for n in t.note),
+        labels=tuple(label for t in tables for label in t.labels),
+        sources=tuple(source for t in tables for source in t.sources),
+        warnings=tuple(warnings),
+    )
+
+
+def ephemeris_warnings(table: PointTable) -> tuple[str, ...]:
+    """Rows whose instant and ideal angles disagree by more than 0.05 deg on the sky.
+
+    The Sun is the one ``ideal`` names: ``precise`` with Hughes refraction in standard air,
+    ``precise`` without, or ``solartrak``. Nothing is said where site or instants are missing.
+    """
+    from solarcal.mount.geometry import MountGeometry
+
+    site = table.site
+    dated = np.flatnonzero(np.isfinite(table.utc_s) & np.isfinite(table.ax1_deg + table.ax2_deg))
+    if site is None or not len(dated):
+        return ()
+    sun = _sun_of(table.ideal, table.utc_s[dated], site)
+    geometry = MountGeometry(table.geometry, site.latitude_deg, table.ax1_centre_deg)
+    ax1, ax2 = geometry.axes_from_horizontal(sun.azimuth_deg, sun.zenith_deg)
+    apart = geometry.sky_separation_deg(table.ax1_deg[dated], table.ax2_deg[dated], ax1, ax2)
+    off = np.flatnonzero(np.asarray(apart) > EPHEMERIS_TOLERANCE_DEG)
+    warnings = [
+        f"{table.sources[dated[i]]}:{table.labels[dated[i]]}: the {table.ideal} Sun was "
+        f"{apart[i]:.3f} deg from ax1_deg, ax2_deg at that utc; check the time, site and geometry"
+        for i in off[:_WARNINGS_AT_MOST]
+    ]
+    if len(off) > _WARNINGS_AT_MOST:
+        warnings.append(f"and {len(off) - _WARNINGS_AT_MOST} more points like these")
+    return tuple(warnings)
+
+
+def _sun_of(ideal: str, utc_s: FloatArray, site: Site) -> "SunPosition[FloatArray]":
+    from solarcal.site import Weather, standard_pressure_hpa
+    from solarcal.sun import sun_position
+
+    if ideal == "solartrak":
+        return sun_position("solartrak", utc_s, site)
+    if ideal == "airless":
+        return sun_position("precise", utc_s, site)
+    air = Weather(pressure_hpa=max(standard_pressure_hpa(site.elevation_m), 300.0))
+    return sun_position("precise", utc_s, site, refraction="hughes", weather=air)
+
+
+def _require_same_unit(first: PointTable, other: PointTable) -> None:
+    def name(table: PointTable) -> str:
+        return table.sources[0] if table.sources else "an empty file"
+
+    for what, a, b in (
+        ("unit", first.unit, other.unit),
+        ("geometry", first.geometry, other.geometry),
+        ("AX1 branch centre", first.ax1_centre_deg, other.ax1_centre_deg),
+        ("kind of ideal angles", first.ideal, other.ideal),
+    ):
+        if a != b:
+            raise InputFileError(
+                f"{name(other)} is of another {what} than {name(first)} ({b!r}, not {a!r}); "
+                "only files of one unit are merged"
+            )
+    for what, here, there in (
+        ("latitude", first.latitude_deg, other.latitude_deg),
+        ("longitude", first.longitude_deg, other.longitude_deg),
+    ):
+        if here is not None and there is not None and abs(here - there) > SITE_TOLERANCE_DEG:
+            raise InputFileError(
+                f"{name(other)} is of another {what} than {name(first)} ({there:g}, not "
+                f"{here:g} deg); only files of one unit in one place are merged"
+            )
+
+
+def _ideal_kind(header: Header) -> str:
+    if header.sun_model in IDEALS and header.refraction == "none":
+        return header.sun_model
+    if header.refraction != "none":
+        return "apparent"
+    return "solartrak" if header.sun_model.startswith("solartrak") else "airless"
+
+
+def _instant(point: PointRecord, header: Header) -> float | None:
+    if point.read_utc is not None:
+        return parse_utc(point.read_utc)
+    # The time of an import says nothing about when its points were taken.
+    if point.ideal_deg is None or header.unit.model == IMPORTED_MODEL:
+        return None
+    return parse_utc(point.utc)
+
+
+def _pair(pair: tuple[float, float] | None) -> tuple[float, float]:
+    return (np.nan, np.nan) if pair is None else pair
+
+
+def _column(values: Sequence[float | None]) -> FloatArray:
+    return np.array([np.nan if v is None else v for v in values], dtype=np.float64)
