@@ -130,7 +130,9 @@ class PointSet:
 
     def subset(self, indices: Sequence[int] | Mask) -> "PointSet":
         """The points at these positions (integers, or a boolean mask), in that order."""
-        chosen = np.arange(len(self))[np.asarray(indices)]
+        # An empty list would come as floats, which index nothing.
+        positions = np.asarray(indices, dtype=None if len(indices) else np.intp)
+        chosen = np.arange(len(self))[positions]
         return PointSet(
             geometry=self.geometry,
             ax1_deg=self.ax1_deg[chosen],

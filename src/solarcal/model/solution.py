@@ -120,7 +120,8 @@ class Solution:
         scale = np.outer(sigma, sigma)
         # Points without any noise leave a sigma of exactly zero where the prior has no share.
         correlations = np.eye(len(sigma))
-        return np.divide(covariance, scale, out=correlations, where=scale > 0.0)
+        np.divide(covariance, scale, out=correlations, where=scale > 0.0)
+        return correlations
 
     @cached_property
     def correlations(self) -> dict[str, float]:
