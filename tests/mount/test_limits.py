@@ -1,0 +1,44 @@
+"""How far the axes may go, and how near they are."""
+
+import numpy as np
+import pytest
+
+from solarcal.errors import ConfigurationError
+from solarcal.mount.limits import AxisLimits, Limits
+
+LIMITS = Limits(AxisLimits(-120.0, 150.0), AxisLimits(5.0, 88.0))
+
+
+def test_distance_is_to_the_nearer_end_and_negative_outside():
+    axis = AxisLimits(-120.0, 150.0)
+    assert axis.distance_deg(140.0) == 10.0
+    assert axis.distance_deg(-119.0) == 1.0
+    assert axis.distance_deg(151.5) == -1.5
+    np.testing.assert_allclose(axis.distance_deg(np.array([140.0, -121.0])), [10.0, -1.0])
+
+
+def test_distance_of_a_mount_is_that_of_its_nearer_axis():
+    assert LIMITS.distance_deg(0.0, 80.0) == 8.0
+    assert LIMITS.distance_deg(149.0, 80.0) == 1.0
+    np.testing.assert_allclose(
+        LIMITS.distance_deg(np.array([0.0, 155.0]), np.array([90.0, 40.0])), [-2.0, -5.0]
+    )
+
+
+@pytest.mark.parametrize(
+    ("reading1", "reading2", "words"),
+    [
+        (149.0, 40.0, "axis 1 high limit 150.0 deg"),
+        (-119.0, 40.0, "axis 1 low limit -120.0 deg"),
+        (0.0, 6.0, "axis 2 low limit 5.0 deg"),
+        (0.0, 90.0, "axis 2 high limit 88.0 deg"),
+    ],
+)
+def test_the_nearest_limit_is_named(reading1, reading2, words):
+    assert LIMITS.nearest(reading1, reading2) == words
+
+
+@pytest.mark.parametrize(("low", "high"), [(10.0, 10.0), (20.0, -20.0), (float("nan"), 5.0)])
+def test_limits_without_room_are_refused(low, high):
+    with pytest.raises(ConfigurationError, match="leave an axis no room"):
+        AxisLimits(low, high)
