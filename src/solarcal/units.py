@@ -8,11 +8,13 @@ from numpy.typing import NDArray
 FloatArray: TypeAlias = NDArray[np.float64]
 """float64 array; its shape is in the docstring of whoever takes or returns it."""
 
-Angles = TypeVar("Angles", float, FloatArray)
-
 RAD_PER_DEG = np.pi / 180.0
 ARCSEC_PER_DEG = 3600.0
 RAD_PER_ARCSEC = RAD_PER_DEG / ARCSEC_PER_DEG
+
+
+Angles = TypeVar("Angles", float, FloatArray)
+"""Degrees as a float or as an array: a function of ``Angles`` returns what it was given."""
 
 
 def wrap_deg(angle_deg: Angles, centre_deg: float = 0.0) -> Angles:
@@ -21,7 +23,7 @@ def wrap_deg(angle_deg: Angles, centre_deg: float = 0.0) -> Angles:
     An angle already on the branch is returned unchanged to the last bit.
     """
     turns = np.ceil((angle_deg - centre_deg - 180.0) / 360.0)
-    return angle_deg - 360.0 * turns  # type: ignore[return-value]
+    return angle_deg - 360.0 * turns  # type: ignore[no-any-return]
 
 
 def format_degrees(angle_deg: float, decimals: int = 3) -> str:

@@ -1,0 +1,69 @@
+"""The command line: one module per command, imported only when it is the one asked for.
+
+A command module has ``HELP`` (one line), ``add_arguments(parser)`` and ``run(args) -> exit code``,
+and imports what is heavy inside ``run``, so that every ``--help`` is there at once.
+"""
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+
+from solarcal import __version__
+from solarcal.errors import SolarcalError
+
+COMMANDS: dict[str, str] = {
+    "demo": "calibrate the built-in emulator, to see how it is done",
+    "calibrate": "the whole manual procedure by the automatic technician",
+    "fit": "coefficients from session, CSV or TPOINT files",
+    "replay": "a saved session as it happened",
+    "void": "strike a record of a session, or restore it",
+    "note": "add a remark to a session",
+    "import": "make a session file of a points CSV or TPOINT file",
+    "export": "write a session's points as CSV or TPOINT file",
+    "emulate": "the emulator as a separate process",
+    "scenarios": "the emulator's scenarios",
+    "sun": "where the Sun is",
+    "day": "sunrise, transit and sunset",
+    "ports": "what is plugged in",
+}
+_MODULES = {"import": "import_"}
+
+
+def build_parser(asked: str | None = None) -> argparse.ArgumentParser:
+    """The parser; only the command ``asked`` for is imported and given its arguments."""
+    parser = argparse.ArgumentParser(
+        prog="solarcal",
+        description="Calibrate a sun tracker from the terminal.",
+        epilog="`solarcal COMMAND --help` tells a command's options.",
+    )
+    parser.add_argument("--version", action="version", version=f"solarcal {__version__}")
+    parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for name, help_line in COMMANDS.items():
+        command = commands.add_parser(name, help=help_line, description=help_line)
+        if name == asked:
+            module = importlib.import_module(f"solarcal.cli.{_MODULES.get(name, name)}")
+            module.add_arguments(command)
+            command.set_defaults(run=module.run)
+    return parser
+
+
+def run_command(argv: Sequence[str]) -> int:
+    """Run one command line; the exit code. Errors meant for the user go to stderr in one line."""
+    asked = next((word for word in argv if not word.startswith("-")), None)
+    args = build_parser(asked).parse_args(argv)
+    try:
+        return int(args.run(args))
+    except SolarcalError as error:
+        if args.debug:
+            raise
+        print(f"solarcal: {error}", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print("solarcal: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # The reader of our output went away (`| head`); nothing is wrong.
+        sys.stderr.close()
+        return 0

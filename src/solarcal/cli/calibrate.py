@@ -1,0 +1,166 @@
+"""``solarcal calibrate``: the whole manual procedure by the automatic technician."""
+
+import argparse
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from solarcal.cli.output import print_json, say
+
+if TYPE_CHECKING:
+    from solarcal.session.journal import Journal
+    from solarcal.session.records import Header
+    from solarcal.station.headless import Calibration
+    from solarcal.unit.tracker import Tracker
+
+HELP = "the whole manual procedure by the automatic technician; writes a session file"
+DEFAULT_SCENARIO = "tijeras-azel"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--scenario", metavar="NAME|FILE", help="an emulated tracker, in process")
+    where.add_argument("--port", metavar="URL", help="a unit on a line: device, socket://host:port")
+    parser.add_argument("--driver", default="solartrak", help="how to talk to the unit")
+    parser.add_argument("--trace", metavar="FILE", help="write what goes over the line")
+    add_emulator_arguments(parser)
+    add_schedule_arguments(parser)
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="the session file to write"
+    )
+    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
+def add_emulator_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options that shape an emulated tracker; the same for every command that makes one."""
+    emulator = parser.add_argument_group("emulator")
+    emulator.add_argument(
+        "--set",
+        dest="settings",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="change a key of the scenario, e.g. truth.lean_deg=0.1 (repeatable)",
+    )
+    emulator.add_argument("--start", metavar="ISO", help="first instant; default: the scenario's")
+    emulator.add_argument("--seed", type=int, default=0, help="of all that is random (default 0)")
+    emulator.add_argument(
+        "--noise-deg", type=float, metavar="X", help="eye noise: 1 sigma per axis, on sky"
+    )
+
+
+def add_schedule_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--points", type=int, default=None, help="data points to take (default 12)")
+    parser.add_argument(
+        "--every",
+        type=float,
+        metavar="MINUTES",
+        help="between points; default: spread over the day",
+    )
+
+
+def start_utc_s(args: argparse.Namespace) -> float | None:
+    from solarcal.timescale import parse_utc
+
+    return parse_utc(args.start) if args.start else None
+
+
+def journal_creator(output: Path | None, name: str) -> "Callable[[Header], Journal]":
+    """Where the session goes: the file asked for, or a new one in the sessions folder."""
+
+    def create(header: "Header") -> "Journal":
+        from solarcal.config import new_session_path
+        from solarcal.session.journal import Journal
+
+        path = output or new_session_path(name, header.utc)
+        return Journal.create(path, header)
+
+    return create
+
+
+def run_calibration(
+    args: argparse.Namespace, tracker: "Tracker", name: str, noise_deg: float | None
+) -> "Calibration":
+    """The calibration itself, its steps told on stderr."""
+    from solarcal.errors import ConfigurationError
+    from solarcal.station.headless import calibrate
+    from solarcal.station.technician import Schedule
+
+    points = 12 if args.points is None else args.points
+    if points < 3:
+        raise ConfigurationError(f"--points {points}: three points are the least a fit can take")
+    if args.every is not None and not 5.0 <= args.every <= 600.0:
+        raise ConfigurationError(f"--every {args.every:g}: give minutes between 5 and 600")
+    return calibrate(
+        tracker,
+        journal_creator(args.output, name),
+        Schedule(points=points, every_min=args.every),
+        eye_sigma_deg=0.02 if noise_deg is None else noise_deg,
+        say=say,
+    )
+
+
+@contextmanager
+def tracker_for(args: argparse.Namespace) -> "Iterator[tuple[Tracker, str, float | None]]":
+    """The unit asked for, its name for files, and the eye noise if we made it ourselves."""
+    if args.port:
+        from solarcal.unit.drivers import open_tracker
+
+        tracker = open_tracker(args.port, driver=args.driver, trace=args.trace)
+        try:
+            yield tracker, "unit", args.noise_deg
+        finally:
+            tracker.close()
+        return
+    from solarcal.emulator.emulation import Emulator
+    from solarcal.emulator.scenario import load_scenario
+    from solarcal.emulator.server import InProcessLink
+    from solarcal.unit.drivers.solartrak import SolarTrakUnit
+
+    scenario = load_scenario(args.scenario or DEFAULT_SCENARIO, args.settings)
+    emulator = Emulator(
+        scenario, start_utc_s=start_utc_s(args), seed=args.seed, noise_deg=args.noise_deg
+    )
+    unit = SolarTrakUnit(lambda: InProcessLink(emulator))
+    try:
+        yield unit, file_stem(args.scenario or DEFAULT_SCENARIO), emulator.noise_deg
+    finally:
+        unit.close()
+
+
+def file_stem(scenario: str) -> str:
+    return re.sub(r"[^A-Za-z0-9-]+", "-", Path(scenario).stem) or "session"
+
+
+def calibration_document(calibration: "Calibration") -> dict[str, Any]:
+    """The fit document, plus where the session is and, from an emulator, its truth."""
+    from solarcal.station.documents import fit_document
+    from solarcal.station.evidence import evidence
+    from solarcal.station.fitting import session_table
+
+    session = calibration.session
+    return {
+        **fit_document(
+            [calibration.path],
+            session_table(session),
+            calibration.solution,
+            evidence=evidence(session),
+        ),
+        "session": str(calibration.path),
+        "completed": calibration.completed,
+        "truth": calibration.truth_document(),
+    }
+
+
+def run(args: argparse.Namespace) -> int:
+    with tracker_for(args) as (tracker, name, noise_deg):
+        calibration = run_calibration(args, tracker, name, noise_deg)
+    if args.json:
+        print_json(calibration_document(calibration))
+    else:
+        from solarcal.report.session_report import calibration_text
+
+        print(calibration_text(calibration))
+    return 0 if calibration.completed else 1

@@ -1,0 +1,60 @@
+"""``solarcal demo``: calibrate the built-in emulator, to see how it is done."""
+
+import argparse
+import tempfile
+from pathlib import Path
+
+from solarcal.cli.calibrate import (
+    DEFAULT_SCENARIO,
+    add_emulator_arguments,
+    add_schedule_arguments,
+    calibration_document,
+    file_stem,
+    run_calibration,
+    start_utc_s,
+)
+from solarcal.cli.output import print_json, say
+
+HELP = "the workstation on the built-in emulator; without a terminal a full headless calibration"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--scenario", metavar="NAME|FILE", default=DEFAULT_SCENARIO)
+    add_emulator_arguments(parser)
+    add_schedule_arguments(parser)
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="the session file to write"
+    )
+    parser.add_argument("--headless", action="store_true", help="no screen, even in a terminal")
+    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
+def run(args: argparse.Namespace) -> int:
+    """A full day's calibration over a real pseudo-terminal, with tables and plot."""
+    from solarcal.emulator.emulation import Emulator
+    from solarcal.emulator.scenario import load_scenario
+    from solarcal.emulator.server import serve_pty
+    from solarcal.unit.drivers import open_tracker
+
+    scenario = load_scenario(args.scenario, args.settings)
+    emulator = Emulator(
+        scenario, start_utc_s=start_utc_s(args), seed=args.seed, noise_deg=args.noise_deg
+    )
+    with tempfile.TemporaryDirectory(prefix="solarcal-") as folder:
+        line = Path(folder) / "tracker"
+        with serve_pty(emulator, line):
+            say(f"emulated tracker '{args.scenario}' on a serial line; a day passes in seconds")
+            tracker = open_tracker(str(line))
+            try:
+                calibration = run_calibration(
+                    args, tracker, file_stem(args.scenario), emulator.noise_deg
+                )
+            finally:
+                tracker.close()
+    if args.json:
+        print_json(calibration_document(calibration))
+    else:
+        from solarcal.report.session_report import calibration_text
+
+        print(calibration_text(calibration))
+    return 0 if calibration.completed else 1

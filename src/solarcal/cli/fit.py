@@ -1,0 +1,62 @@
+"""``solarcal fit``: coefficients from session, CSV or TPOINT files."""
+
+import argparse
+from pathlib import Path
+
+from solarcal.cli.output import print_json
+
+HELP = "coefficients from session (.jsonl), points (.csv) or TPOINT (.dat) files"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE")
+    parser.add_argument(
+        "--method", choices=("manual",), default="manual", help="how to fit (default manual)"
+    )
+    parser.add_argument(
+        "--terms", metavar="P1,P2,...", help="which error terms; default the six coefficients"
+    )
+    add_point_options(parser)
+    parser.add_argument("--plot", action="store_true", help="the error plot against solar time too")
+    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
+def add_point_options(parser: argparse.ArgumentParser) -> None:
+    """What a points file may leave out, for every command that reads one."""
+    missing = parser.add_argument_group("what a points CSV does not say")
+    missing.add_argument("--geometry", choices=("azel", "tiltroll-ew", "tiltroll-ns", "polar"))
+    missing.add_argument("--lat", type=float, metavar="DEG", help="latitude, north positive")
+    missing.add_argument("--lon", type=float, metavar="DEG", help="longitude, EAST positive")
+    missing.add_argument("--elevation", type=float, metavar="M", help="metres above sea")
+    missing.add_argument("--unit", help="name of the unit")
+
+
+def run(args: argparse.Namespace) -> int:
+    from solarcal.station.fitting import PointOptions, fit_files
+
+    terms = tuple(args.terms.split(",")) if args.terms else None
+    options = PointOptions(
+        geometry=args.geometry,
+        latitude_deg=args.lat,
+        longitude_deg=args.lon,
+        elevation_m=args.elevation,
+        unit=args.unit,
+    )
+    fitted = fit_files(args.files, options, terms)
+    if args.json:
+        from solarcal.station.documents import fit_document
+
+        print_json(
+            fit_document(
+                args.files,
+                fitted.table,
+                fitted.solution,
+                evidence=fitted.evidence,
+                warnings=fitted.warnings,
+            )
+        )
+    else:
+        from solarcal.report.session_report import fit_text
+
+        print(fit_text(fitted, plot=args.plot))
+    return 0

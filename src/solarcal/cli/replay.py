@@ -1,0 +1,49 @@
+"""``solarcal replay``: a saved session as it happened."""
+
+import argparse
+from pathlib import Path
+
+from solarcal.cli.output import print_json
+
+HELP = "a saved session as it happened"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", type=Path, metavar="FILE")
+    parser.add_argument(
+        "--headless", action="store_true", help="print what happened and the fit, no screen"
+    )
+    parser.add_argument("--json", action="store_true", help="the final fit as one JSON document")
+
+
+def run(args: argparse.Namespace) -> int:
+    from solarcal.station.replay import Replay
+
+    replay = Replay.open(args.file)
+    replay.jump(len(replay))
+    if args.json:
+        from solarcal.errors import FitError
+        from solarcal.station.documents import fit_document
+        from solarcal.station.evidence import evidence
+        from solarcal.station.fitting import session_table, solve
+
+        session = replay.view
+        solution = solve(session)
+        if solution is None:
+            raise FitError(
+                f"{args.file}: {len(session.accepted)} accepted points; a fit needs three"
+            )
+        print_json(
+            fit_document(
+                [args.file],
+                session_table(session),
+                solution,
+                evidence=evidence(session),
+                warnings=replay.warnings,
+            )
+        )
+        return 0
+    from solarcal.report.session_report import replay_text
+
+    print(replay_text(replay))
+    return 0

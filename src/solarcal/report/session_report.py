@@ -1,0 +1,186 @@
+"""What a headless command prints: a session, a fit, a calibration, put together from the tables."""
+
+import shutil
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from solarcal.model.fit import Solution
+from solarcal.report.fit_tables import coefficients_table, fit_summary
+from solarcal.report.plots import error_plot
+from solarcal.report.tables import (
+    checks_table,
+    clocks_table,
+    file_points_table,
+    points_table,
+    ref_checks_table,
+    truth_table,
+    upload_table,
+)
+from solarcal.session.records import (
+    CheckRecord,
+    ClockSet,
+    FitRecord,
+    Initialised,
+    LinkLost,
+    LinkRestored,
+    Note,
+    Override,
+    PointRecord,
+    Record,
+    RefCheck,
+    SunOffset,
+    UnknownRecord,
+    UploadRecord,
+    Void,
+)
+from solarcal.station.curves import session_plot_data, table_plot_data
+from solarcal.station.evidence import evidence
+from solarcal.station.fitting import FittedFiles, solve
+from solarcal.station.state import SessionView
+
+if TYPE_CHECKING:
+    from solarcal.station.headless import Calibration
+    from solarcal.station.replay import Replay
+
+WIDEST_PLOT = 100
+
+
+def _section(title: str, body: str) -> str:
+    return f"{title}\n{'-' * len(title)}\n{body}"
+
+
+def _bullets(sentences: Sequence[str]) -> str:
+    return "\n".join(f"* {sentence}" for sentence in sentences)
+
+
+def _plot_size() -> tuple[int, int]:
+    columns, rows = shutil.get_terminal_size((80, 24))
+    return min(max(columns, 60), WIDEST_PLOT), min(max(rows - 2, 20), 30)
+
+
+def heading(session: SessionView) -> str:
+    """Who, where and what, in two lines."""
+    header = session.header
+    site = header.site
+    return (
+        f"Unit {header.unit.model} {header.unit.serial} ({header.geometry}), "
+        f"{header.utc[:10]}, operator {header.operator or 'not named'}\n"
+        f"Site {abs(site.latitude_deg):.4f} {'N' if site.latitude_deg >= 0 else 'S'} "
+        f"{abs(site.longitude_deg):.4f} {'E' if site.longitude_deg >= 0 else 'W'} "
+        f"{site.elevation_m:.0f} m, {header.weather.pressure_hpa:.0f} hPa "
+        f"{header.weather.temperature_c:.0f} C"
+    )
+
+
+def session_text(session: SessionView, solution: Solution | None) -> str:
+    """A session so far: checks, points, fit, plot, upload, check points, evidence."""
+    width, height = _plot_size()
+    parts = [
+        heading(session),
+        _section("Clock", clocks_table(session.clock_sets)),
+        _section("Reference checks", ref_checks_table(session.ref_checks)),
+        _section("Points", points_table(session.header, session.points, solution)),
+    ]
+    if solution is not None:
+        parts.append(_section("Coefficients", coefficients_table(solution)))
+        parts.append(_section("Fit", fit_summary(solution)))
+    data = session_plot_data(session.header, session.points, solution)
+    parts.append(error_plot(data, width, height, colour=sys.stdout.isatty()))
+    parts += [_section("Upload", upload_table(upload)) for upload in session.uploads]
+    if session.checks:
+        parts.append(_section("Check points", checks_table(session.checks)))
+    if said := evidence(session):
+        parts.append(_section("Evidence", _bullets(said)))
+    return "\n\n".join(parts)
+
+
+def calibration_text(calibration: "Calibration") -> str:
+    """A finished headless calibration, with the emulator's truth."""
+    ending = (
+        "Calibration completed, read back equal."
+        if calibration.completed
+        else "NOT completed: the unit reads back something else than was written."
+    )
+    truth = truth_table(calibration.truth_document(), calibration.solution.coefficients())
+    return "\n\n".join(
+        [
+            session_text(calibration.session, calibration.solution),
+            _section("Truth (the emulator's)", truth),
+            f"Session file: {calibration.path}\n{ending}",
+        ]
+    )
+
+
+def fit_text(fitted: FittedFiles, *, plot: bool) -> str:
+    """A fit of files: points, coefficients, what the fit says of itself."""
+    parts = [_bullets(fitted.warnings)] if fitted.warnings else []
+    parts += [
+        _section("Points", file_points_table(fitted.table, fitted.solution)),
+        _section("Coefficients", coefficients_table(fitted.solution)),
+        _section("Fit", fit_summary(fitted.solution)),
+    ]
+    if plot:
+        width, height = _plot_size()
+        data = table_plot_data(fitted.table, fitted.solution)
+        parts.append(error_plot(data, width, height, colour=sys.stdout.isatty()))
+    if fitted.evidence:
+        parts.append(_section("Evidence", _bullets(fitted.evidence)))
+    return "\n\n".join(parts)
+
+
+def record_line(record: Record) -> str:
+    """One record in one line, as the log and a replay tell it."""
+    return f"{record.utc[11:19]}  {record.seq:>4}  {_what(record)}"
+
+
+def _what(record: Record) -> str:
+    match record:
+        case Initialised():
+            return f"data file initialised, {record.distance_to_limits_deg:.1f} deg from a limit"
+        case ClockSet():
+            return f"unit clock set: {record.before_s:+.1f} s before, {record.after_s:+.3f} s after"
+        case RefCheck():
+            d1, d2 = record.difference_counts
+            done = "" if record.complete else " (broken off)"
+            return f"reference check {record.number}{done}: counts found {d1:+d}, {d2:+d}"
+        case SunOffset():
+            return f"Set Sun Offset: O = {record.offsets.O1:+.4f}, {record.offsets.O2:+.4f} deg"
+        case PointRecord():
+            told = f"point {record.status}"
+            if record.error_deg is not None:
+                told += f": error {record.error_deg[0]:+.4f}, {record.error_deg[1]:+.4f} deg"
+            return told + (f" ({record.reason})" if record.reason else "")
+        case CheckRecord():
+            left = record.sky_error_deg
+            told = f"check point {record.status}"
+            return told + (f": {left:.4f} deg left on the sky" if left is not None else "")
+        case FitRecord():
+            values = " ".join(f"{p:+.4f}" for p in record.coefficients.as_tuple()[:4])
+            return f"fit of {record.points} points: P1..P4 {values} (rms {record.sky_rms_deg:.4f})"
+        case UploadRecord():
+            kind = "rollback" if record.rollback else "upload"
+            return f"{kind}, read back {'equal' if record.verified else 'DIFFERENT'}"
+        case Note():
+            return f"note: {record.text}"
+        case Void():
+            return f"record {record.voids} voided: {record.reason}"
+        case Override():
+            return f"guard overruled ({record.guard}): {record.reason}"
+        case LinkLost():
+            return f"link lost: {record.reason}"
+        case LinkRestored():
+            return f"link restored to unit {record.serial}"
+        case UnknownRecord():
+            return f"{record.type} (not known to this version)"
+        case _:
+            return type(record).__name__.lower()
+
+
+def replay_text(replay: "Replay") -> str:
+    """A session told record by record, then as it ended."""
+    session = replay.view
+    log = "\n".join(record_line(record) for record in session.records)
+    parts = [_bullets(replay.warnings)] if replay.warnings else []
+    parts += [_section("What happened", log), session_text(session, solve(session))]
+    return "\n\n".join(parts)

@@ -1,0 +1,296 @@
+"""What every step of the procedure stands on: one unit on a line, one journal, one state.
+
+A record is written and synced BEFORE the state shows it. Time comes from an injected clock.
+"""
+
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TypeVar
+
+from solarcal import __version__
+from solarcal.clock import Clock
+from solarcal.errors import LinkError, ProcedureRefused
+from solarcal.mount.formula import Coefficients
+from solarcal.mount.geometry import MountGeometry
+from solarcal.session.journal import Journal
+from solarcal.session.records import (
+    Answers,
+    CheckRecord,
+    Closed,
+    Header,
+    KnownRecord,
+    LinkLost,
+    LinkRestored,
+    PointRecord,
+    UnitRecord,
+)
+from solarcal.site import Site, Weather, standard_pressure_hpa
+from solarcal.station import guards
+from solarcal.station.state import (
+    Activity,
+    Attempt,
+    LinkState,
+    SessionView,
+    StationState,
+    view_session,
+)
+from solarcal.sun import sun_position
+from solarcal.timescale import format_utc
+from solarcal.unit.tracker import Status, Tracker, UnitIdentity, UnitSite
+
+Recorded = TypeVar("Recorded", bound=KnownRecord)
+Listener = Callable[[StationState], None]
+CreateJournal = Callable[[Header], Journal]
+
+
+class StationCore:
+    """One unit, one session, one technician: the line, the file and the state.
+
+    Parameters
+    ----------
+    tracker : the unit.
+    clock : the laptop's clock (the emulator's when the unit is one).
+    site : the technician's site; the unit's own when ``None``.
+    weather : station pressure and temperature; the standard atmosphere's when ``None``.
+    """
+
+    def __init__(
+        self,
+        tracker: Tracker,
+        clock: Clock,
+        *,
+        site: Site | None = None,
+        weather: Weather | None = None,
+        operator: str = "",
+        pointing_device: str = "",
+        tolerance_deg: float = 0.1,
+    ) -> None:
+        self.tracker = tracker
+        self.clock = clock
+        self.unit_site: UnitSite | None = None
+        self._own_site = site
+        self._weather = weather
+        self._operator = operator
+        self._pointing_device = pointing_device
+        self._tolerance_deg = tolerance_deg
+        self._journal: Journal | None = None
+        self._in_force = Coefficients()
+        self._change = threading.RLock()
+        self._listeners: list[Listener] = []
+        self._state = StationState()
+
+    # -- state out ---------------------------------------------------------------------------
+
+    @property
+    def state(self) -> StationState:
+        return self._state
+
+    @property
+    def session(self) -> SessionView:
+        if self._state.session is None:
+            raise ProcedureRefused("no session is open; connect to a unit first")
+        return self._state.session
+
+    @property
+    def geometry(self) -> MountGeometry:
+        return self.session.geometry
+
+    @property
+    def coefficients_in_force(self) -> Coefficients:
+        return self._in_force
+
+    def sun_elevation_deg(self) -> float:
+        """Airless elevation of the Sun for the laptop's clock at our site."""
+        sun = sun_position("precise", self.clock.utc_s(), self.session.header.site)
+        return float(sun.elevation_deg)
+
+    def subscribe(self, listener: Listener) -> None:
+        """Call ``listener`` with every new state, from whichever thread made it."""
+        self._listeners.append(listener)
+
+    def _become(self, **changes: object) -> None:
+        with self._change:
+            self._state = replace(
+                self._state,
+                generation=self._state.generation + 1,
+                **changes,  # type: ignore[arg-type]
+            )
+            state = self._state
+        for listener in self._listeners:
+            listener(state)
+
+    def _live(self, **changes: object) -> None:
+        with self._change:
+            self._become(live=replace(self._state.live, **changes))  # type: ignore[arg-type]
+
+    def _record(self, make: Callable[[int, str], Recorded]) -> Recorded:
+        """Append to the journal, and only then show it."""
+        utc = format_utc(self.clock.utc_s())
+        with self._change:
+            journal = self._open_journal()
+            record = make(journal.next_seq, utc)
+            journal.append(record)
+            self._become(session=view_session(journal.header, tuple(journal.records)))
+        return record
+
+    def _open_journal(self) -> Journal:
+        if self._journal is None:
+            raise ProcedureRefused("no session file is open; connect to a unit first")
+        return self._journal
+
+    # -- the line ----------------------------------------------------------------------------
+
+    def connect(self) -> UnitIdentity:
+        """Open the line and learn who is there. Records nothing yet."""
+        identity = self.tracker.open()
+        self._read_settings()
+        self._live(link=LinkState.CONNECTED, identity=identity, link_message="")
+        return identity
+
+    def _read_settings(self) -> None:
+        self.unit_site = self.tracker.site()
+        self._in_force = self.tracker.stored().coefficients
+
+    def link_lost(self, error: LinkError) -> None:
+        """Say and record that the line is gone; an attempt in progress is kept as aborted."""
+        if self._state.live.link is LinkState.LOST:
+            return
+        self._live(link=LinkState.LOST, status=None, link_message=str(error), progress=None)
+        if self._journal is not None:
+            self._record(lambda seq, utc: LinkLost(seq=seq, utc=utc, reason=str(error)))
+            if self._state.attempt is not None:
+                self.abort_attempt(f"link lost: {error}")
+        self._become(activity=Activity.IDLE)
+
+    def reconnect(self) -> UnitIdentity:
+        """Open the line again and re-read everything; refuse a unit that is not the same."""
+        identity = self.tracker.open()
+        before = self._state.live.identity
+        if before is not None and (before.model, before.serial) != (
+            identity.model,
+            identity.serial,
+        ):
+            self.tracker.close()
+            raise ProcedureRefused(
+                f"another unit answers: {identity.model} {identity.serial} instead of "
+                f"{before.model} {before.serial}; connect the right one or start a new session"
+            )
+        self._read_settings()
+        self._live(link=LinkState.CONNECTED, identity=identity, link_message="")
+        if self._journal is not None:
+            self._record(lambda seq, utc: LinkRestored(seq=seq, utc=utc, serial=identity.serial))
+        return identity
+
+    def poll(self) -> Status:
+        """Read the unit's status once and show it."""
+        status = self.tracker.status()
+        laptop_utc_s = self.clock.utc_s()
+        session = self._state.session
+        self._live(
+            status=status,
+            laptop_utc_s=laptop_utc_s,
+            unit_minus_laptop_s=round(status.unit_utc_s - laptop_utc_s, 3),
+            distance_to_limits_deg=(
+                guards.distance_to_limits_deg(session.header.unit.limits, status)
+                if session
+                else None
+            ),
+        )
+        return status
+
+    def close(self, reason: str = "session finished") -> None:
+        """Close the file and the line. The unit is left as it is."""
+        if self._journal is not None:
+            self._record(lambda seq, utc: Closed(seq=seq, utc=utc, reason=reason))
+            self._journal.close()
+            self._journal = None
+        self.tracker.close()
+        self._live(link=LinkState.CLOSED)
+
+    # -- the file ----------------------------------------------------------------------------
+
+    def open_session(self, create: CreateJournal) -> Journal:
+        """Open a session file at once: ``create`` gets the header and returns its journal."""
+        header = self._header()
+        self._journal = create(header)
+        self._become(session=view_session(header, ()))
+        return self._journal
+
+    def resume_session(self, journal: Journal) -> None:
+        """Go on with a session that was interrupted; the unit must be the same one."""
+        identity = self._state.live.identity
+        told = journal.header.unit
+        if identity is not None and (identity.model, identity.serial) != (told.model, told.serial):
+            raise ProcedureRefused(
+                f"{journal.path} belongs to unit {told.model} {told.serial}, "
+                f"but {identity.model} {identity.serial} is connected; start a new session"
+            )
+        self._journal = journal
+        self._become(session=view_session(journal.header, tuple(journal.records)))
+
+    def _header(self, continues: str = "") -> Header:
+        identity = self._state.live.identity
+        told = self.unit_site
+        if identity is None or told is None:
+            raise ProcedureRefused("no unit is connected; connect first")
+        parameters = self.tracker.parameters()
+        stored = self.tracker.stored()
+        site = self._own_site or told.site
+        weather = self._weather or Weather(
+            pressure_hpa=round(standard_pressure_hpa(site.elevation_m), 1)
+        )
+        return Header(
+            utc=format_utc(self.clock.utc_s()),
+            software=f"solarcal {__version__}",
+            unit=UnitRecord(
+                model=identity.model,
+                serial=identity.serial,
+                firmware=identity.firmware,
+                zone_west_h=told.zone_west_h,
+                drive1=parameters.drive1,
+                drive2=parameters.drive2,
+                limits=parameters.limits,
+                update_range_deg=parameters.update_range_deg,
+                reference1_deg=parameters.reference1_deg,
+                reference2_deg=parameters.reference2_deg,
+                tilt_decimals=parameters.tilt_decimals,
+                scale_decimals=parameters.scale_decimals,
+                site=told.site,
+            ),
+            site=site,
+            geometry=told.geometry,
+            ax1_centre_deg=told.ax1_centre_deg,
+            tolerance_deg=self._tolerance_deg,
+            coefficients=stored.coefficients,
+            offsets=stored.offsets,
+            operator=self._operator,
+            weather=weather,
+            pointing_device=self._pointing_device,
+            continues=continues,
+        )
+
+    # -- attempts ----------------------------------------------------------------------------
+
+    def abort_attempt(self, reason: str) -> PointRecord | CheckRecord:
+        """Give the attempt up; it stays in the file as aborted and is never fitted."""
+        attempt: Attempt | None = self._state.attempt
+        if attempt is None:
+            raise ProcedureRefused("no point is being taken")
+        answers: Answers = attempt.answers
+        kind = CheckRecord if attempt.check else PointRecord
+        record: PointRecord | CheckRecord = self._record(
+            lambda seq, utc: kind(
+                seq=seq, utc=utc, status="aborted", answers=answers, reason=reason
+            )
+        )
+        self._become(activity=Activity.IDLE, attempt=None)
+        return record
+
+    def _demand_idle(self, step: str) -> None:
+        if self._state.live.link is not LinkState.CONNECTED:
+            raise ProcedureRefused(f"{step} needs a connected unit; the link is down")
+        if self._state.activity is not Activity.IDLE:
+            raise ProcedureRefused(
+                f"{step} has to wait: the station is busy with '{self._state.activity}'"
+            )

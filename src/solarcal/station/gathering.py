@@ -1,0 +1,216 @@
+"""A few seconds of readings, and the data point they make.
+
+What the technician vouches for is the instant of the Set Sun Offset: there the axes stood on the
+Sun, and reading - ideal is the axis error. A minute later the ideal has moved on, and with a lean
+of 2.5 deg the error with it by 0.01 deg. So a point stands on its Set Sun Offset when we saw it
+made, and the gathering proves that nothing has changed since: same O, same P, still tracking.
+Where the offset was set without us seeing it (on the unit's own keys), the point stands on the
+gathering: E(P in force) + O there, for the tracking the technician has watched.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from solarcal.errors import ProcedureRefused
+from solarcal.mount.drive import register
+from solarcal.mount.formula import Coefficients
+from solarcal.session.records import Answers, CheckRecord, PointRecord, SunOffset
+from solarcal.station import guards
+from solarcal.station.fitting import solve
+from solarcal.station.state import SessionView
+from solarcal.station.unit_sun import check_unit_sun
+from solarcal.sun import sun_position
+from solarcal.timescale import format_utc, parse_utc
+from solarcal.unit.tracker import Status
+
+if TYPE_CHECKING:
+    from solarcal.station.core import StationCore
+
+READINGS = 5
+READING_INTERVAL_S = 1.0
+MAX_OFFSET_AGE_S = 1800.0
+"""A Set Sun Offset older than this no longer vouches for where the collector is now."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gathered:
+    """The readings of one gathering, first to last, and the laptop's clock at each."""
+
+    statuses: tuple[Status, ...]
+    laptop_utc_s: tuple[float, ...]
+
+    @property
+    def unit_minus_laptop_s(self) -> float:
+        differences = [
+            s.unit_utc_s - t for s, t in zip(self.statuses, self.laptop_utc_s, strict=True)
+        ]
+        return round(float(np.median(differences)), 3)
+
+
+def gather(station: "StationCore", progress: Callable[[float], None] | None = None) -> Gathered:
+    """Read the unit a few times while it tracks; refuse when what it says does not hang together.
+
+    Raises
+    ------
+    ProcedureRefused
+        The unit does not track, its offsets changed while gathering, or it believes in another Sun.
+    """
+    statuses: list[Status] = []
+    times: list[float] = []
+    for index in range(READINGS):
+        if index:
+            station.clock.wait(READING_INTERVAL_S)
+        status = station.poll()
+        guards.demand_tracking(station.session.header, status)
+        statuses.append(status)
+        times.append(station.clock.utc_s())
+        if progress is not None:
+            progress((index + 1) / READINGS)
+    if len({status.offsets for status in statuses}) > 1:
+        raise ProcedureRefused(
+            "the reference offsets changed while gathering; nobody may touch the unit's keys then"
+        )
+    if station.unit_site is None:
+        raise ProcedureRefused("the unit has not told its site; connect again")
+    sun = check_unit_sun(station.unit_site, station.session.header.site, statuses[-1], times[-1])
+    if not sun.agrees:
+        raise ProcedureRefused(
+            f"the unit's Sun is {sun.difference_deg:.3f} deg from ours for the clock and site it "
+            f"reports: {sun.explanation}"
+        )
+    return Gathered(tuple(statuses), tuple(times))
+
+
+def _standing(
+    session: SessionView, last: Status, laptop_utc_s: float
+) -> tuple[SunOffset | None, str]:
+    """The Set Sun Offset this attempt stands on, or why it stands on the gathering instead."""
+    fresh = session.fresh_sun_offset
+    if fresh is None:
+        return None, "no Set Sun Offset seen since the last point"
+    if fresh.offsets != last.offsets:
+        return None, "the offsets were changed on the unit after our Set Sun Offset"
+    if laptop_utc_s - parse_utc(fresh.utc) > MAX_OFFSET_AGE_S:
+        return None, "the Set Sun Offset is more than half an hour old"
+    return fresh, ""
+
+
+def point_candidate(
+    session: SessionView, gathered: Gathered, answers: Answers, in_force: Coefficients
+) -> PointRecord:
+    """The data point that these readings make, not yet stored."""
+    last = gathered.statuses[-1]
+    laptop_utc_s = gathered.laptop_utc_s[-1]
+    basis, why = _standing(session, last, laptop_utc_s)
+    if basis is not None:
+        read_utc = basis.utc
+        ideal, reading, counts = basis.ideal_deg, basis.reading_deg, basis.counts
+        approach, coefficients = basis.approach, basis.coefficients
+        error = (
+            round(reading[0] - ideal[0], 6),
+            round(reading[1] - ideal[1], 6),
+        )
+    else:
+        read_utc = format_utc(laptop_utc_s)
+        ideal = (last.ideal1_deg, last.ideal2_deg)
+        reading = (last.reading1_deg, last.reading2_deg)
+        counts = (last.counts1, last.counts2)
+        approach, coefficients = last.approach, in_force
+        e1, e2 = guards.commanded_error_deg(last, in_force)
+        error = (round(e1, 6), round(e2, 6))
+    sun = sun_position("precise", parse_utc(read_utc), session.header.site)
+    precise1, precise2 = session.geometry.axes_from_horizontal(sun.azimuth_deg, sun.zenith_deg)
+    expected, found = counts_since_last_point(session, ideal, reading)
+    return PointRecord(
+        seq=-1,
+        utc="",
+        status="accepted",
+        answers=answers,
+        reason=why,
+        basis="sun_offset" if basis is not None else "gathering",
+        read_utc=read_utc,
+        unit_minus_laptop_s=gathered.unit_minus_laptop_s,
+        ideal_deg=ideal,
+        precise_deg=(round(float(precise1), 6), round(float(precise2), 6)),
+        reading_deg=reading,
+        counts=counts,
+        offsets=last.offsets,
+        coefficients=coefficients,
+        approach=approach,
+        distance_to_limits_deg=round(
+            guards.distance_to_limits_deg(session.header.unit.limits, last), 5
+        ),
+        error_deg=error,
+        expected_counts=expected,
+        found_counts=found,
+    )
+
+
+def counts_since_last_point(
+    session: SessionView, ideal: tuple[float, float], reading: tuple[float, float]
+) -> tuple[tuple[float, float] | None, tuple[int, int] | None]:
+    """Counts each axis should have moved since the last accepted point, and did move.
+
+    Expected: what the present fit (or, before there is one, the last point's error) predicts for
+    this Sun; found: what the read-outs say. A difference is an error of the new point, of the
+    last one, or counts that were missed between them.
+    """
+    accepted = session.accepted
+    if not accepted:
+        return None, None
+    previous = accepted[-1]
+    if previous.reading_deg is None or previous.error_deg is None:
+        return None, None
+    solution = solve(session)
+    predicted = previous.error_deg
+    if solution is not None and solution.rank == len(solution.terms):
+        e1, e2 = solution.predict_deg(np.asarray(ideal[0]), np.asarray(ideal[1]))
+        predicted = (float(e1), float(e2))
+    unit = session.header.unit
+    expected: list[float] = []
+    found: list[int] = []
+    axes = zip(
+        (unit.drive1, unit.drive2),
+        (unit.reference1_deg, unit.reference2_deg),
+        ideal,
+        predicted,
+        reading,
+        previous.reading_deg,
+        strict=True,
+    )
+    for drive, reference, angle, error, now, before in axes:
+        start = register(drive, reference, before)
+        expected.append(round(register(drive, reference, float(angle + error)) - start, 1))
+        found.append(register(drive, reference, now) - start)
+    return (expected[0], expected[1]), (found[0], found[1])
+
+
+def check_candidate(
+    session: SessionView, gathered: Gathered, answers: Answers, in_force: Coefficients
+) -> CheckRecord:
+    """The check point these readings make: what the uploaded coefficients leave, on the Sun.
+
+    The axes were centred once more by a Set Sun Offset; whatever O that gave is what the formula
+    with the P in force left over.
+    """
+    last = gathered.statuses[-1]
+    basis, why = _standing(session, last, gathered.laptop_utc_s[-1])
+    ideal = basis.ideal_deg if basis else (last.ideal1_deg, last.ideal2_deg)
+    offsets = basis.offsets if basis else last.offsets
+    left = (offsets.O1, offsets.O2)
+    sky = float(np.hypot(left[0] * np.sin(np.radians(ideal[1])), left[1]))
+    del in_force
+    return CheckRecord(
+        seq=-1,
+        utc="",
+        status="accepted",
+        answers=answers,
+        reason=why,
+        read_utc=basis.utc if basis else format_utc(gathered.laptop_utc_s[-1]),
+        ideal_deg=ideal,
+        error_deg=left,
+        sky_error_deg=round(sky, 5),
+    )

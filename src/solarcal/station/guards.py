@@ -1,0 +1,67 @@
+"""What the procedure does not allow, and why: pure rules, asked before anything is done."""
+
+from solarcal.errors import ProcedureRefused
+from solarcal.mount.formula import Coefficients, correction_deg
+from solarcal.mount.limits import Limits
+from solarcal.session.records import Header
+from solarcal.unit.tracker import Mode, Status
+
+MIN_ELEVATION_DEG = 5.0
+"""Below this the refraction of a real sky is too uncertain to fit (10 arcsec and more)."""
+
+NEAR_LIMIT_DEG = 1.0
+
+
+def near_limit_threshold_deg(update_range_deg: float) -> float:
+    """Within one degree or two update ranges of a limit, the larger, nothing is initialised."""
+    return max(NEAR_LIMIT_DEG, 2.0 * update_range_deg)
+
+
+def distance_to_limits_deg(limits: Limits, status: Status) -> float:
+    """Distance of the read-outs to the nearest software limit of either axis."""
+    return float(limits.distance_deg(status.reading1_deg, status.reading2_deg))
+
+
+def demand_clear_of_limits(header: Header, status: Status, step: str) -> float:
+    """Distance to the nearest limit; ``ProcedureRefused`` when it is too near for ``step``."""
+    distance = distance_to_limits_deg(header.unit.limits, status)
+    needed = near_limit_threshold_deg(header.unit.update_range_deg)
+    if distance < needed:
+        raise ProcedureRefused(
+            f"{step} refused: the axes stand {distance:.2f} deg from a limit and "
+            f"{needed:.2f} deg are needed; wait until the Sun is clear of it, "
+            "or override with a reason"
+        )
+    return distance
+
+
+def demand_sun_high_enough(elevation_deg: float, step: str) -> None:
+    if elevation_deg < MIN_ELEVATION_DEG:
+        raise ProcedureRefused(
+            f"{step} refused: the Sun stands at {elevation_deg:.1f} deg elevation, where "
+            f"refraction is uncertain; wait until it is above {MIN_ELEVATION_DEG:.0f} deg"
+        )
+
+
+def demand_tracking(header: Header, status: Status) -> None:
+    """A point needs a unit that tracks and stands where it believes it should."""
+    if status.mode is not Mode.TRACK:
+        raise ProcedureRefused(
+            f"the unit is in mode {status.mode}, not tracking; set it to TRACK and watch it "
+            "for a minute first"
+        )
+    off = max(
+        abs(status.reading1_deg - status.target1_deg),
+        abs(status.reading2_deg - status.target2_deg),
+    )
+    if off > 2.0 * header.unit.update_range_deg:
+        raise ProcedureRefused(
+            f"the axes stand {off:.3f} deg from where the unit drives them, more than two update "
+            "ranges; let it settle, or look for a motor that does not run"
+        )
+
+
+def commanded_error_deg(status: Status, in_force: Coefficients) -> tuple[float, float]:
+    """E(P in force) + O at this status: the total correction the unit applies, axis degrees."""
+    e1, e2 = correction_deg(in_force, status.ideal1_deg, status.ideal2_deg)
+    return float(e1) + status.offsets.O1, float(e2) + status.offsets.O2

@@ -1,0 +1,119 @@
+"""A whole calibration without a screen: connect, open the file, let the technician work."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from solarcal.errors import ConfigurationError, LinkError
+from solarcal.model.fit import Solution
+from solarcal.session.journal import Journal
+from solarcal.session.records import Header, UploadRecord
+from solarcal.site import Site
+from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.fitting import solve
+from solarcal.station.procedure import Station
+from solarcal.station.state import SessionView
+from solarcal.station.technician import AutomaticTechnician, Schedule
+from solarcal.station.unit_sun import check_unit_settings, check_unit_sun
+from solarcal.unit.tracker import Tracker, Truth
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """What a headless calibration left behind. Truth only where the unit is an emulator."""
+
+    session: SessionView
+    path: Path
+    solution: Solution
+    upload: UploadRecord
+    truth_before: Truth
+    truth_after: Truth
+
+    @property
+    def completed(self) -> bool:
+        """The read-back was exact, and the check points that were taken are stored."""
+        return self.upload.verified
+
+    def truth_document(self) -> dict[str, float | None]:
+        """The contract's ``truth``: the world's P1..P6 and the TRUE error before and after."""
+        before, after = self.truth_before, self.truth_after
+        return {
+            **msgspec.to_builtins(after.coefficients),
+            "day_rms_before_deg": before.day_rms_deg,
+            "day_rms_after_deg": after.day_rms_deg,
+            "day_max_after_deg": after.day_max_deg,
+            "year_rms_before_deg": before.year_rms_deg,
+            "year_rms_after_deg": after.year_rms_deg,
+        }
+
+
+def calibrate(
+    tracker: Tracker,
+    create_journal: Callable[[Header], Journal],
+    schedule: Schedule,
+    *,
+    site: Site | None = None,
+    operator: str = "",
+    tolerance_deg: float = 0.1,
+    eye_sigma_deg: float = 0.02,
+    say: Callable[[str], None] = lambda sentence: None,
+) -> Calibration:
+    """Run the whole manual procedure by the automatic technician.
+
+    Raises
+    ------
+    ConfigurationError
+        The unit is not an emulator: nobody here can look at a real sunspot.
+    LinkError, ProcedureRefused, SessionFileError
+        As the steps raise them; the session file keeps everything up to there.
+    """
+    identity = tracker.open()
+    emulation = tracker.emulation
+    if emulation is None:
+        tracker.close()
+        raise ConfigurationError(
+            f"{identity.model} {identity.serial} is not an emulator: the automatic technician "
+            "cannot see its sunspot; calibrate a real unit with `solarcal run`"
+        )
+    station = Station(
+        tracker,
+        EmulatedClock(emulation),
+        site=site,
+        operator=operator or "automatic technician",
+        pointing_device="emulated sunspot device",
+        tolerance_deg=tolerance_deg,
+    )
+    station.connect()
+    journal = station.open_session(create_journal)
+    path = journal.path or Path()
+    try:
+        truth_before = emulation.truth()
+        _say_settings(station, say)
+        technician = AutomaticTechnician(
+            station, emulation.spot, schedule, eye_sigma_deg=eye_sigma_deg, say=say
+        )
+        upload = technician.calibrate()
+        truth_after = emulation.truth()
+    except LinkError as error:
+        station.link_lost(error)
+        journal.close()
+        raise
+    session = station.session
+    solution = solve(session)
+    assert solution is not None  # the upload could not have happened without one
+    station.close("calibration finished")
+    return Calibration(station.session, path, solution, upload, truth_before, truth_after)
+
+
+def _say_settings(station: Station, say: Callable[[str], None]) -> None:
+    status = station.poll()
+    laptop = station.clock.utc_s()
+    assert station.unit_site is not None  # connect() has read it
+    ours = station.session.header.site
+    for sentence in check_unit_settings(station.unit_site, ours, status.unit_utc_s - laptop):
+        say(sentence)
+    sun = check_unit_sun(station.unit_site, ours, status, laptop)
+    if not sun.agrees:
+        say(f"the unit's Sun is {sun.difference_deg:.3f} deg from ours: {sun.explanation}")

@@ -1,0 +1,363 @@
+"""The calibration procedure as a state machine: commands in, immutable ``StationState`` out.
+
+Every command either does the whole step and records it, or raises and leaves the session as it was,
+apart from what the raising itself records (an aborted attempt, a lost link). Nothing moves or is
+written unless its command was called.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import msgspec
+
+from solarcal.errors import LinkError, ProcedureRefused
+from solarcal.model.fit import Solution
+from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.session.journal import Journal
+from solarcal.session.reader import refuse_void
+from solarcal.session.records import (
+    CheckRecord,
+    ClockSet,
+    Closed,
+    FitRecord,
+    Initialised,
+    Note,
+    Override,
+    PointRecord,
+    RefCheck,
+    SunOffset,
+    UploadRecord,
+    Void,
+)
+from solarcal.station import guards
+from solarcal.station.core import CreateJournal, StationCore
+from solarcal.station.gathering import check_candidate, gather, point_candidate
+from solarcal.station.state import Activity, Attempt, view_session
+from solarcal.unit.tracker import Mode
+
+REF_CHECK_LIMIT_S = 3600.0
+"""No reference check takes an hour; a unit that says it is still at it is stuck."""
+
+REF_CHECK_POLL_S = 2.0
+
+Progress = Callable[[float], None]
+
+
+class Station(StationCore):
+    """The steps of the manual, each a command."""
+
+    # -- motion ------------------------------------------------------------------------------
+
+    def stop(self) -> None:
+        """Stop every motion. Never waits for anything else."""
+        self.tracker.stop()
+
+    def stow(self) -> None:
+        self.tracker.stow()
+
+    def track(self) -> None:
+        self.tracker.set_mode(Mode.TRACK)
+
+    def jog(self, target1_deg: float, target2_deg: float) -> None:
+        """Send one jog target (absolute read-outs). It expires unless sent again.
+
+        The limits are checked here too: a unit with wrong limits must not be driven into them.
+        """
+        limits = self.session.header.unit.limits
+        distance = float(limits.distance_deg(target1_deg, target2_deg))
+        if distance < 0.0:
+            raise ProcedureRefused(
+                f"jog refused: the target ({target1_deg:.3f}, {target2_deg:.3f}) deg lies "
+                f"{-distance:.3f} deg beyond a limit"
+            )
+        self.tracker.jog(target1_deg, target2_deg)
+
+    # -- the steps of the manual -------------------------------------------------------------
+
+    def set_unit_clock(
+        self, tick_minus_laptop_s: float | None = None, tick_sigma_s: float | None = None
+    ) -> ClockSet:
+        """Set the unit's clock to the laptop's UTC (corrected by a time tick, if one was given)."""
+        before = self.poll()
+        before_s = before.unit_utc_s - self.clock.utc_s()
+        self.tracker.set_clock(self.clock.utc_s() + (tick_minus_laptop_s or 0.0))
+        after = self.poll()
+        after_s = after.unit_utc_s - self.clock.utc_s()
+        return self._record(
+            lambda seq, utc: ClockSet(
+                seq=seq,
+                utc=utc,
+                before_s=round(before_s, 3),
+                after_s=round(after_s, 3),
+                tick_minus_laptop_s=tick_minus_laptop_s,
+                tick_sigma_s=tick_sigma_s,
+            )
+        )
+
+    def ref_check(self, progress: Progress | None = None) -> RefCheck:
+        """Run a reference check to its end and record the counts found at the switches."""
+        self._demand_idle("a reference check")
+        self._become(activity=Activity.REF_CHECK)
+        try:
+            self.tracker.start_ref_check()
+            waited = 0.0
+            while (status := self.poll()).mode is Mode.REF:
+                if waited >= REF_CHECK_LIMIT_S:
+                    self.tracker.stop()
+                    raise ProcedureRefused(
+                        "the reference check did not end within an hour and was stopped; "
+                        "look at the reference switches"
+                    )
+                if progress is not None:
+                    progress(waited)
+                self.clock.wait(REF_CHECK_POLL_S)
+                waited += REF_CHECK_POLL_S
+            result = self.tracker.ref_check_result()
+            del status
+        finally:
+            self._become(activity=Activity.IDLE)
+        return self._record(
+            lambda seq, utc: RefCheck(
+                seq=seq,
+                utc=utc,
+                number=result.number,
+                complete=result.complete,
+                difference_counts=(result.difference1, result.difference2),
+            )
+        )
+
+    def set_sun_offset(self) -> SunOffset:
+        """Take the axes' present stand as on the Sun: the unit sets O accordingly."""
+        status = self.tracker.set_sun_offset()
+        in_force = self._in_force
+        return self._record(
+            lambda seq, utc: SunOffset(
+                seq=seq,
+                utc=utc,
+                ideal_deg=(status.ideal1_deg, status.ideal2_deg),
+                reading_deg=(status.reading1_deg, status.reading2_deg),
+                counts=(status.counts1, status.counts2),
+                offsets=status.offsets,
+                coefficients=in_force,
+                approach=status.approach,
+            )
+        )
+
+    def initialise(
+        self,
+        *,
+        confirmed: bool,
+        override_reason: str | None = None,
+        start_next: CreateJournal | None = None,
+    ) -> Initialised:
+        """Begin the calibration in this file (Alt-F3); once per file.
+
+        A second time needs ``start_next``: the present file is closed and kept, and the next one
+        begins with the site, the unit and the last clock, check and offset of this one.
+        """
+        if not confirmed:
+            raise ProcedureRefused("initialise needs the technician's confirmation")
+        self._demand_idle("initialise")
+        status = self.poll()
+        try:
+            distance = guards.demand_clear_of_limits(self.session.header, status, "initialise")
+        except ProcedureRefused as refusal:
+            if override_reason is None:
+                raise
+            self._override(str(refusal), override_reason)
+            distance = guards.distance_to_limits_deg(self.session.header.unit.limits, status)
+        if self.session.initialised is not None:
+            if start_next is None:
+                raise ProcedureRefused(
+                    f"this session was initialised at {self.session.initialised.utc}; "
+                    "initialising again closes and keeps this file and starts another"
+                )
+            self._continue_in(start_next)
+        return self._record(
+            lambda seq, utc: Initialised(
+                seq=seq, utc=utc, distance_to_limits_deg=round(distance, 5)
+            )
+        )
+
+    def _continue_in(self, start_next: CreateJournal) -> None:
+        old = self.session
+        old_journal = self._open_journal()
+        journal = start_next(self._header(continues=_name(old_journal)))
+        self._record(
+            lambda seq, utc: Closed(
+                seq=seq, utc=utc, reason="initialised again", next=_name(journal)
+            )
+        )
+        old_journal.close()
+        self._journal = journal
+        carried = (old.clock_sets[-1:], old.ref_checks[-1:], old.sun_offsets[-1:])
+        for record in (record for kind in carried for record in kind):
+            # The evidence keeps the time it was made at; only its place in the file is new.
+            with self._change:
+                journal.append(msgspec.structs.replace(record, seq=journal.next_seq))
+        self._become(session=view_session(journal.header, tuple(journal.records)))
+
+    def _override(self, guard: str, reason: str) -> None:
+        if not reason.strip():
+            raise ProcedureRefused("an override needs a reason; it is kept in the session file")
+        self._record(lambda seq, utc: Override(seq=seq, utc=utc, guard=guard, reason=reason))
+
+    # -- points ------------------------------------------------------------------------------
+
+    def begin_point(self, *, check: bool = False, override_reason: str | None = None) -> Attempt:
+        """Start an attempt: the guards first, then the first question is open."""
+        what = "a check point" if check else "a data point"
+        self._demand_idle(what)
+        session = self.session
+        if session.initialised is None and not check:
+            raise ProcedureRefused("initialise the data file first (Alt-F3), once per calibration")
+        if check and not session.uploads:
+            raise ProcedureRefused("check points come after an upload; there has been none yet")
+        status = self.poll()
+        try:
+            guards.demand_clear_of_limits(session.header, status, what)
+            guards.demand_sun_high_enough(self.sun_elevation_deg(), what)
+        except ProcedureRefused as refusal:
+            if override_reason is None:
+                raise
+            self._override(str(refusal), override_reason)
+        attempt = Attempt(check=check)
+        self._become(activity=Activity.QUESTIONS, attempt=attempt)
+        return attempt
+
+    def answer(self, yes: bool) -> Attempt:
+        """Answer the open question. The first NO ends the attempt: kept as aborted, not used."""
+        attempt = self._attempt(Activity.QUESTIONS)
+        question = attempt.question
+        attempt = attempt.answered(yes)
+        if not yes:
+            self._become(attempt=attempt)
+            self.abort_attempt(f"answered NO to: {question}")
+            return attempt
+        done = attempt.question is None
+        self._become(attempt=attempt, activity=Activity.READY if done else Activity.QUESTIONS)
+        return attempt
+
+    def gather_point(self, progress: Progress | None = None) -> PointRecord | CheckRecord:
+        """A few seconds of readings; the result is shown and waits for ``store``."""
+        attempt = self._attempt(Activity.READY)
+        self._become(activity=Activity.GATHERING)
+        try:
+            gathered = gather(self, progress)
+        except LinkError as error:
+            self.link_lost(error)
+            raise
+        except ProcedureRefused as refusal:
+            self.abort_attempt(str(refusal))
+            raise
+        make = check_candidate if attempt.check else point_candidate
+        candidate = make(self.session, gathered, attempt.answers, self._in_force)
+        self._become(activity=Activity.RESULT, attempt=replace(attempt, candidate=candidate))
+        return candidate
+
+    def store(self, yes: bool, reason: str = "") -> PointRecord | CheckRecord:
+        """Store the gathered point, or keep it as rejected."""
+        attempt = self._attempt(Activity.RESULT)
+        candidate = attempt.candidate
+        if candidate is None:
+            raise ProcedureRefused("nothing has been gathered")
+        status = "accepted" if yes else "rejected"
+        stored: PointRecord | CheckRecord = self._record(
+            lambda seq, utc: msgspec.structs.replace(
+                candidate, seq=seq, utc=utc, status=status, reason=reason
+            )
+        )
+        self._become(activity=Activity.IDLE, attempt=None)
+        if isinstance(stored, CheckRecord) and yes:
+            # The check's Set Sun Offset must not stay in force: what was uploaded is P with O = 0.
+            self.tracker.write_coefficients(self._in_force, Offsets())
+        return stored
+
+    def _attempt(self, expected: Activity) -> Attempt:
+        attempt = self._state.attempt
+        if attempt is None or self._state.activity is not expected:
+            raise ProcedureRefused(
+                f"this belongs to '{expected}', but the station is '{self._state.activity}'"
+            )
+        return attempt
+
+    def record_fit(self, solution: Solution, method: str = "manual") -> FitRecord:
+        """Keep what the fit said after a point, for the history of the coefficients."""
+        return self._record(
+            lambda seq, utc: FitRecord(
+                seq=seq,
+                utc=utc,
+                method=method,
+                points=solution.n_points,
+                coefficients=solution.coefficients(),
+                sigmas=solution.sigma_coefficients(),
+                sky_rms_deg=solution.sky_rms_deg,
+                message=solution.message,
+            )
+        )
+
+    # -- upload ------------------------------------------------------------------------------
+
+    def upload(
+        self, coefficients: Coefficients, *, method: str, forced: str = "", rollback: bool = False,
+        offsets: Offsets | None = None,
+    ) -> UploadRecord:  # fmt: skip
+        """Write P1..P6 and both O in one transaction, store, read back, compare exactly."""
+        self._demand_idle("an upload")
+        unit = self.session.header.unit
+        new = coefficients.rounded(unit.tilt_decimals, unit.scale_decimals)
+        offsets = offsets or Offsets()
+        self._become(activity=Activity.UPLOADING)
+        try:
+            old = self.tracker.stored()
+            back = self.tracker.write_coefficients(new, offsets)
+            self._in_force = back.coefficients
+        finally:
+            self._become(activity=Activity.IDLE)
+        verified = (
+            back.coefficients == back.permanent_coefficients == new
+            and back.offsets == back.permanent_offsets == offsets
+        )
+        return self._record(
+            lambda seq, utc: UploadRecord(
+                seq=seq,
+                utc=utc,
+                old_coefficients=old.coefficients,
+                old_offsets=old.offsets,
+                new_coefficients=new,
+                new_offsets=offsets,
+                verified=verified,
+                method=method,
+                forced=forced,
+                rollback=rollback,
+            )
+        )
+
+    def rollback(self) -> UploadRecord:
+        """Restore the P and O that the newest upload of this session replaced."""
+        uploads = [u for u in self.session.uploads if not u.rollback]
+        if not uploads:
+            raise ProcedureRefused("there is no upload in this session to roll back")
+        newest = uploads[-1]
+        return self.upload(
+            newest.old_coefficients,
+            method=newest.method,
+            rollback=True,
+            offsets=newest.old_offsets,
+        )
+
+    # -- remarks -----------------------------------------------------------------------------
+
+    def note(self, text: str) -> Note:
+        return self._record(lambda seq, utc: Note(seq=seq, utc=utc, text=text))
+
+    def void(self, seq_to_void: int, reason: str) -> Void:
+        """Strike a record; voiding the void restores it."""
+        refuse_void(self.session.header, self.session.records, seq_to_void)
+        return self._record(
+            lambda seq, utc: Void(seq=seq, utc=utc, voids=seq_to_void, reason=reason)
+        )
+
+
+def _name(journal: Journal) -> str:
+    return journal.path.name if journal.path is not None else ""

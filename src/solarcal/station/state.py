@@ -1,0 +1,160 @@
+"""What the station knows, immutable: the session's records and the live side of the line.
+
+Everything that survives a crash is derived from the records alone (``SessionView``), so a replay
+that feeds the same records shows the same state. What only exists while a line is open is in
+``LiveView``. ``StationState`` is both.
+"""
+
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+import msgspec
+
+from solarcal.mount.geometry import MountGeometry
+from solarcal.session.reader import live_records
+from solarcal.session.records import (
+    Answers,
+    CheckRecord,
+    ClockSet,
+    Header,
+    Initialised,
+    PointRecord,
+    Record,
+    RefCheck,
+    SunOffset,
+    UploadRecord,
+)
+from solarcal.unit.tracker import Status, UnitIdentity
+
+
+@dataclass(frozen=True, slots=True)
+class SessionView:
+    """What a session's records say so far, voided ones left out."""
+
+    header: Header
+    records: tuple[Record, ...] = ()
+    initialised: Initialised | None = None
+    clock_sets: tuple[ClockSet, ...] = ()
+    ref_checks: tuple[RefCheck, ...] = ()
+    sun_offsets: tuple[SunOffset, ...] = ()
+    points: tuple[PointRecord, ...] = ()
+    checks: tuple[CheckRecord, ...] = ()
+    uploads: tuple[UploadRecord, ...] = ()
+
+    @property
+    def geometry(self) -> MountGeometry:
+        return MountGeometry(
+            self.header.geometry, self.header.site.latitude_deg, self.header.ax1_centre_deg
+        )
+
+    @property
+    def accepted(self) -> tuple[PointRecord, ...]:
+        return tuple(p for p in self.points if p.status == "accepted")
+
+    @property
+    def fresh_sun_offset(self) -> SunOffset | None:
+        """The newest Set Sun Offset no stored point or check stands on yet."""
+        if not self.sun_offsets:
+            return None
+        newest = self.sun_offsets[-1]
+        used = [p.seq for p in self.points if p.status == "accepted"]
+        used += [c.seq for c in self.checks if c.status == "accepted"]
+        written = [u.seq for u in self.uploads]
+        return newest if newest.seq > max([*used, *written, -1]) else None
+
+
+def view_session(header: Header, records: tuple[Record, ...]) -> SessionView:
+    """Fold the records of a session into what they say."""
+    kinds: dict[type, list[Record]] = {}
+    for record in live_records(records):
+        kinds.setdefault(type(record), []).append(record)
+
+    def of(kind: type) -> tuple:  # type: ignore[type-arg]
+        return tuple(kinds.get(kind, ()))
+
+    initialised = of(Initialised)
+    return SessionView(
+        header=header,
+        records=records,
+        initialised=initialised[-1] if initialised else None,
+        clock_sets=of(ClockSet),
+        ref_checks=of(RefCheck),
+        sun_offsets=of(SunOffset),
+        points=of(PointRecord),
+        checks=of(CheckRecord),
+        uploads=of(UploadRecord),
+    )
+
+
+class LinkState(StrEnum):
+    CLOSED = "closed"
+    CONNECTED = "connected"
+    LOST = "lost"
+
+
+class Activity(StrEnum):
+    """What the station is in the middle of."""
+
+    IDLE = "idle"
+    REF_CHECK = "reference check"
+    QUESTIONS = "questions"
+    READY = "ready to gather"
+    GATHERING = "gathering"
+    RESULT = "result"
+    UPLOADING = "uploading"
+
+
+QUESTIONS = (
+    "Did you do a reference check?",
+    "Did you do a 'Set Sun Offset'?",
+    "Do you like the way it is tracking?",
+)
+"""In the manual's order. The first NO ends the attempt."""
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """A data point (or check point) being taken."""
+
+    check: bool
+    answers: Answers = field(default_factory=Answers)
+    asked: int = 0
+    candidate: PointRecord | CheckRecord | None = None
+
+    @property
+    def question(self) -> str | None:
+        return QUESTIONS[self.asked] if self.asked < len(QUESTIONS) else None
+
+    def answered(self, yes: bool) -> "Attempt":
+        """This attempt with the open question answered and the next one open."""
+        asked = ("ref_check", "sun_offset", "tracking")[self.asked]
+        answers = msgspec.structs.replace(self.answers, **{asked: yes})
+        return replace(self, answers=answers, asked=self.asked + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class LiveView:
+    """What the line said last. ``laptop_utc_s`` is the laptop's clock at that status."""
+
+    link: LinkState = LinkState.CLOSED
+    identity: UnitIdentity | None = None
+    status: Status | None = None
+    laptop_utc_s: float | None = None
+    unit_minus_laptop_s: float | None = None
+    distance_to_limits_deg: float | None = None
+    progress: float | None = None
+    link_message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class StationState:
+    """Everything a screen, a report or a test may want to know.
+
+    ``generation`` grows by one with every change.
+    """
+
+    session: SessionView | None = None
+    live: LiveView = field(default_factory=LiveView)
+    activity: Activity = Activity.IDLE
+    attempt: Attempt | None = None
+    generation: int = 0
