@@ -71,6 +71,9 @@ FIRST_ORDER_DEPARTURE = [
     ("tiltroll-ns", 1.0, 0.017),
     ("tiltroll-ns", 2.0, 0.07),
     ("tiltroll-ns", 5.0, 0.44),
+    # Not in that table; as docs/physics.md prints it.
+    ("polar", 0.5, 0.0015),
+    ("polar", 5.0, 0.15),
 ]
 
 
