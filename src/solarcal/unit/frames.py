@@ -67,7 +67,8 @@ def encode_request(request: Request) -> bytes:
         It cannot be written as a frame: too long, or a character the protocol does not allow.
     """
     body = f">{request.seq:04X} {request.text}"
-    if not _REQUEST.fullmatch(body):
+    # A space within an argument would make it two.
+    if not _REQUEST.fullmatch(body) or body.count(" ") != 1 + len(request.arguments):
         raise ProtocolError(f"{request.text!r} cannot be written as a request")
     return _sealed(body)
 
@@ -77,7 +78,7 @@ def encode_reply(reply: Reply) -> bytes:
     seq = "----" if reply.seq is None else f"{reply.seq:04X}"
     if reply.code is None:
         body = " ".join((f"<{seq} OK", *reply.fields))
-        if not _RESULT.fullmatch(body):
+        if not _RESULT.fullmatch(body) or body.count(" ") != 1 + len(reply.fields):
             raise ProtocolError(f"fields {reply.fields!r} cannot be written as a reply")
     else:
         body = f"<{seq} NO {reply.code} {reply.text}"

@@ -60,10 +60,10 @@ def _limits(texts: Mapping[str, str], name: str) -> AxisLimits:
     low, colon, high = texts[name].partition(":")
     if not colon:
         raise ProtocolError(f"field {name}: {texts[name]!r} is not low:high")
-    limits = AxisLimits(values.number(low, f"{name} low"), values.number(high, f"{name} high"))
-    if limits.low_deg >= limits.high_deg:
-        raise ProtocolError(f"field {name}: {texts[name]} leaves no way to go")
-    return limits
+    try:
+        return AxisLimits(values.number(low, "low"), values.number(high, "high"))
+    except (ConfigurationError, ProtocolError) as error:
+        raise ProtocolError(f"field {name}: {error}") from None
 
 
 def _decimals(texts: Mapping[str, str], name: str) -> int:

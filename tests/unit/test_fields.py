@@ -1,0 +1,240 @@
+"""What one end writes, the other reads; what is not exactly right is refused by its name."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from solarcal.errors import ProtocolError
+from solarcal.mount.drive import parse_drive
+from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.site import Site
+from solarcal.unit import fields, values
+from solarcal.unit.parameters import PARAMETER_NAMES, parameters_from_texts, parameters_to_texts
+from solarcal.unit.tracker import (
+    Mode,
+    RefCheckResult,
+    Spot,
+    Status,
+    Truth,
+    UnitIdentity,
+    UnitParameters,
+    UnitSite,
+)
+
+every = settings(derandomize=True, deadline=None, max_examples=100)
+
+STATUS = Status(
+    mode=Mode.TRACK,
+    unit_utc_s=1782057600.125,
+    ideal1_deg=-12.34567,
+    ideal2_deg=45.67891,
+    reading1_deg=-12.1,
+    reading2_deg=45.2,
+    counts1=-12345,
+    counts2=2345,
+    target1_deg=-12.05,
+    target2_deg=45.25,
+    offsets=Offsets(0.1234, -0.2),
+    moving=(0, 1),
+    approach=(1, -1),
+    update_phase=0.42,
+    referenced=True,
+    unlocked_s=55.0,
+    memories_differ=True,
+)
+STATUS_TEXT = (
+    "TRACK 20260621T090000.125 -12.34567 45.67891 -12.10000 45.20000 -12345 2345 "
+    "-12.05000 45.25000 0.1234 -0.2000 .+ +- 42 03 55"
+)
+
+
+def test_status_is_written_as_the_protocol_page_says():
+    assert fields.status_to_fields(STATUS, 7.0) == STATUS_TEXT.split()
+    assert fields.status_from_fields(STATUS_TEXT.split(), 7.0) == STATUS
+
+
+@pytest.mark.parametrize(
+    ("place", "text", "name"),
+    [
+        (0, "track", "mode"),
+        (1, "20260631T090000.125", "local_time"),
+        (1, "20260621T090000", "local_time"),
+        (2, "nan", "ideal1"),
+        (3, "1e3", "ideal2"),
+        (4, "+1.0", "reading1"),
+        (5, "1.", "reading2"),
+        (6, "12.0", "counts1"),
+        (7, "0x10", "counts2"),
+        (8, "inf", "target1"),
+        (9, "1_0", "target2"),
+        (10, "--1", "O1"),
+        (11, "٣", "O2"),
+        (12, "+", "motion"),
+        (13, "+0", "approach"),
+        (14, "100", "phase"),
+        (15, "3", "flags"),
+        (15, "0g", "flags"),
+        (16, "5.5", "unlocked"),
+    ],
+)
+def test_a_bad_status_field_is_refused_by_its_name(place, text, name):
+    texts = STATUS_TEXT.split()
+    texts[place] = text
+    with pytest.raises(ProtocolError, match=name):
+        fields.status_from_fields(texts, 7.0)
+
+
+def test_a_wrong_number_of_fields_is_refused():
+    for texts in (STATUS_TEXT.split()[:-1], [*STATUS_TEXT.split(), "1"], []):
+        with pytest.raises(ProtocolError, match="17 belong"):
+            fields.status_from_fields(texts, 7.0)
+
+
+@every
+@given(
+    st.integers(0, 4_000_000_000_000),
+    st.integers(-60, 60).map(lambda quarters: quarters / 4),
+)
+def test_local_time_round_trips_to_the_millisecond(utc_ms, zone_west_h):
+    utc_s = utc_ms / 1000.0
+    text = values.local_time_text(utc_s, zone_west_h)
+    assert values.utc_from_local_time(text, zone_west_h) == utc_s
+
+
+def test_a_zone_west_is_added_to_local_time():
+    assert values.utc_from_local_time("19700101T000000.000", 7.0) == 7 * 3600.0
+    assert values.local_time_text(0.0, -2.0) == "19700101T020000.000"
+
+
+def test_zero_has_no_sign():
+    assert values.number_text(-0.000001) == "0.00000"
+    assert values.number_text(-0.00001) == "-0.00001"
+    assert values.number_text(-0.4, 0) == "0"
+    assert values.number_text(-10.0, 0) == "-10"
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), float("-inf")])
+def test_what_is_no_number_is_never_written(value):
+    with pytest.raises(ProtocolError):
+        values.number_text(value)
+
+
+@every
+@given(st.floats(-400, 400))
+def test_angles_round_trip_to_five_decimals(angle_deg):
+    assert values.number(values.number_text(angle_deg), "x") == round(angle_deg, 5)
+
+
+def test_identity_round_trips():
+    emulator = UnitIdentity("SOLARTRAK-EMU", "0007", "1.0", 1, frozenset("X"))
+    assert fields.identity_to_fields(emulator) == ["SOLARTRAK-EMU", "0007", "1.0", "1", "X"]
+    assert fields.identity_from_fields(fields.identity_to_fields(emulator)) == emulator
+    plain = UnitIdentity("SolarTrak", "12", "3")
+    assert fields.identity_to_fields(plain)[-1] == "-"
+    assert fields.identity_from_fields(fields.identity_to_fields(plain)) == plain
+    with pytest.raises(ProtocolError, match="extensions"):
+        fields.identity_from_fields(["a", "b", "c", "1", "X-"])
+    with pytest.raises(ProtocolError, match="protocol"):
+        fields.identity_from_fields(["a", "b", "c", "one", "X"])
+
+
+def test_clock_round_trips():
+    assert fields.clock_from_fields(fields.clock_to_fields(1782057600.5, 7.0)) == (
+        1782057600.5,
+        7.0,
+    )
+    with pytest.raises(ProtocolError, match="zone"):
+        fields.clock_from_fields(["20260621T090000.000", "25.00"])
+
+
+def test_site_round_trips():
+    place = UnitSite(Site(-33.9, 18.4, 12.5), -2.0, "azel", 180.0)
+    texts = fields.site_to_fields(place)
+    assert texts == ["-33.90000", "18.40000", "12.5", "-2.00", "azel", "180.00000"]
+    assert fields.site_from_fields(texts) == place
+    assert fields.site_set_from_fields(texts[:4]) == (place.site, -2.0)
+    with pytest.raises(ProtocolError, match="latitude"):
+        fields.site_from_fields(["95.0", *texts[1:]])
+
+
+@pytest.mark.parametrize(
+    ("result", "text"),
+    [
+        (RefCheckResult(0, False, 0, 0), "0 NONE 0 0"),
+        (RefCheckResult(3, False, 0, 0, running=True), "3 RUNNING 0 0"),
+        (RefCheckResult(3, True, 2, -40), "3 DONE 2 -40"),
+        (RefCheckResult(3, False, 0, 0), "3 BROKEN 0 0"),
+    ],
+)
+def test_a_reference_check_tells_its_state(result, text):
+    assert fields.ref_check_to_fields(result) == text.split()
+    assert fields.ref_check_from_fields(text.split()) == result
+
+
+def test_coefficients_are_written_with_the_decimals_the_unit_keeps():
+    p = Coefficients(0.05124, -0.12, 0.3, -0.00001, 0.0003, -0.0000001)
+    o = Offsets(-0.00004, 1.5)
+    texts = fields.coefficients_to_fields(p, o)
+    assert " ".join(texts) == "0.0512 -0.1200 0.3000 0.0000 0.000300 0.000000 0.0000 1.5000"
+    assert fields.coefficients_from_fields(texts) == (p.rounded(4, 6), Offsets(0.0, 1.5))
+    assert fields.coefficients_to_fields(p, o, 2, 4)[0] == "0.05"
+    with pytest.raises(ProtocolError, match="P5"):
+        fields.coefficients_from_fields([*texts[:4], "NaN", *texts[5:]])
+
+
+PARAMETERS = UnitParameters(
+    drive1=parse_drive("rotary:-250.5"),
+    drive2=parse_drive("screwjack:30.0:12.0:1.5:20.0:4000.0:+"),
+    limits=Limits(AxisLimits(-120.0, 120.0), AxisLimits(5.0, 95.0)),
+    update_range_deg=0.1,
+    reference1_deg=-90.0,
+    reference2_deg=90.0,
+    tilt_decimals=4,
+    scale_decimals=6,
+)
+
+
+def test_parameters_round_trip():
+    texts = parameters_to_texts(PARAMETERS)
+    assert tuple(texts) == PARAMETER_NAMES
+    assert texts["axis1.limits"] == "-120.00000:120.00000"
+    assert parameters_from_texts(texts) == PARAMETERS
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("axis1.drive", "belt:12"),
+        ("axis2.drive", "rotary:0"),
+        ("axis2.drive", "rotary:nan"),
+        ("axis1.limits", "10.0"),
+        ("axis1.limits", "10.0:-10.0"),
+        ("axis2.limits", "a:b"),
+        ("axis1.reference", ""),
+        ("update_range", "0,1"),
+        ("tilt_decimals", "-1"),
+        ("scale_decimals", "99"),
+    ],
+)
+def test_a_bad_parameter_is_refused_by_its_name(name, text):
+    with pytest.raises(ProtocolError, match=name):
+        parameters_from_texts({**parameters_to_texts(PARAMETERS), name: text})
+
+
+def test_what_the_emulator_tells_round_trips():
+    times = (1782057600.125, 1782057576.0)
+    texts = fields.times_to_fields(*times)
+    assert texts[0] == "2026-06-21T16:00:00.125Z"
+    assert fields.times_from_fields(texts) == times
+    with_speed = fields.times_and_speed_to_fields(*times, 60.0)
+    assert fields.times_and_speed_from_fields(with_speed) == (times, 60.0)
+    spot = Spot(True, 0.01234, -0.5)
+    assert fields.spot_from_fields(fields.spot_to_fields(spot)) == spot
+    truth = Truth(Coefficients(0.1, 0.2, 0.3, 0.4, 0.0005, 0.0006), 0.1, 0.2, 0.3)
+    assert fields.truth_from_fields(fields.truth_to_fields(truth)) == truth
+    for no_time in ("2026-06-21 16:00", "2026-13-21T16:00:00.000Z"):
+        with pytest.raises(ProtocolError, match="true_utc"):
+            fields.times_from_fields([no_time, texts[1]])
+    with pytest.raises(ProtocolError, match="visible"):
+        fields.spot_from_fields(["yes", "0.0", "0.0"])

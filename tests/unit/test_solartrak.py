@@ -1,0 +1,300 @@
+"""The SolarTrak driver, as transcripts of what it says and hears."""
+
+import pytest
+from scripted_link import NOISE, OPENING, SITE, ScriptedLink
+from test_fields import PARAMETERS, STATUS, STATUS_TEXT
+
+from solarcal.errors import ConfigurationError, LinkError, ProtocolError, UnitRefused
+from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.unit.drivers import open_tracker
+from solarcal.unit.drivers.solartrak import SolarTrakUnit
+from solarcal.unit.parameters import parameters_to_texts
+from solarcal.unit.tracker import Mode, RefCheckResult, Spot, Truth
+
+
+def connected(*exchanges, opening=OPENING):
+    link = ScriptedLink(*opening, *exchanges)
+    unit = SolarTrakUnit(lambda: link, port="/dev/ttyTEST")
+    unit.open()
+    return unit, link
+
+
+def reading_parameters(seq):
+    """The exchanges of ``parameters()``, its first request numbered ``seq``."""
+    return [
+        (f"{seq + k:04X} PARAM {name}", f"{seq + k:04X} OK {text}")
+        for k, (name, text) in enumerate(parameters_to_texts(PARAMETERS).items())
+    ]
+
+
+def test_open_says_who_answers():
+    link = ScriptedLink(*OPENING)
+    identity = SolarTrakUnit(lambda: link).open()
+    assert (identity.model, identity.serial, identity.is_emulator) == (
+        "SOLARTRAK-EMU",
+        "0007",
+        True,
+    )
+    link.assert_finished()
+
+
+def test_open_survives_a_dirty_line():
+    link = ScriptedLink(
+        ("0001 OPEN ?", NOISE),
+        ("0001 OPEN ?", "0001 OK DEADBEEF"),
+        ("0001 OPEN ?", "0001 OK ?"),
+        OPENING[1],
+    )
+    SolarTrakUnit(lambda: link).open()
+    link.assert_finished()
+
+
+def test_another_version_of_the_protocol_is_refused():
+    link = ScriptedLink(OPENING[0], ("0002 ID", "0002 OK M S F 2 -"))
+    with pytest.raises(ProtocolError, match="version 2"):
+        SolarTrakUnit(lambda: link).open()
+
+
+def test_opening_again_goes_on_with_new_numbers_and_another_nonce():
+    first = ScriptedLink(*OPENING)
+    second = ScriptedLink(
+        ("0003 OPEN ?", "0001 OK 12345678", "0002 OK old", "0003 OK ?"),
+        ("0004 ID", "0004 OK OTHER 2 1.0 1 -"),
+    )
+    links = iter([first, second])
+    unit = SolarTrakUnit(lambda: next(links))
+    unit.open()
+    assert unit.open().model == "OTHER"
+    assert first.closed
+    assert not second.closed
+    assert first.nonce != second.nonce
+    assert unit.emulation is None
+    second.assert_finished()
+
+
+def test_without_open_there_is_no_line():
+    with pytest.raises(LinkError, match="not open"):
+        SolarTrakUnit(lambda: ScriptedLink()).status()
+
+
+def test_close_closes_the_line_and_may_be_repeated():
+    unit, link = connected()
+    unit.close()
+    unit.close()
+    assert link.closed
+    with pytest.raises(LinkError):
+        unit.status()
+
+
+def test_status_asks_the_zone_once():
+    unit, link = connected(
+        ("0003 STATUS", f"0003 OK {STATUS_TEXT}"),
+        ("0004 SITE", f"0004 {SITE}"),
+        ("0005 STATUS", f"0005 OK {STATUS_TEXT}"),
+    )
+    assert unit.status() == STATUS
+    assert unit.status() == STATUS
+    link.assert_finished()
+
+
+def test_a_bad_field_names_port_request_and_field():
+    bad = STATUS_TEXT.replace("45.67891", "nan")
+    unit, _ = connected(("0003 SITE", f"0003 {SITE}"), ("0004 STATUS", f"0004 OK {bad}"))
+    unit.site()
+    with pytest.raises(ProtocolError, match="/dev/ttyTEST, reply to STATUS: field ideal2: 'nan'"):
+        unit.status()
+
+
+def test_parameters():
+    unit, link = connected(*reading_parameters(3))
+    assert unit.parameters() == PARAMETERS
+    link.assert_finished()
+
+
+def test_the_clock_is_set_in_the_units_local_time():
+    unit, link = connected(
+        ("0003 SITE", f"0003 {SITE}"),
+        ("0004 CLOCK SET 20260621T090000.125", "0004 NO 20 locked"),
+        ("0005 UNLOCK", "0005 OK 60"),
+        ("0006 CLOCK SET 20260621T090000.125", "0006 OK 20260621T090000.125 7.00"),
+    )
+    unit.set_clock(STATUS.unit_utc_s)
+    link.assert_finished()
+
+
+def test_a_zone_changed_behind_our_back_is_noticed_when_the_clock_is_set():
+    unit, _ = connected(
+        ("0003 SITE", f"0003 {SITE}"),
+        ("0004 CLOCK SET 20260621T090000.125", "0004 OK 20260621T090000.125 6.00"),
+    )
+    with pytest.raises(ProtocolError, match="zone"):
+        unit.set_clock(STATUS.unit_utc_s)
+
+
+def test_modes_jog_stop_and_stow():
+    unit, link = connected(
+        ("0003 MODE TRACK", "0003 OK TRACK"),
+        ("0004 MODE MANUAL", "0004 OK MANUAL"),
+        ("0005 JOG -12.50000 45.00000", "0005 OK -12.50000 45.00000"),
+        ("0006 STOP", "0006 OK STOP"),
+        ("0007 STOW", "0007 OK STOW"),
+    )
+    unit.set_mode(Mode.TRACK)
+    unit.set_mode(Mode.MANUAL)
+    unit.jog(-12.5, 45.0)
+    unit.stop()
+    unit.stow()
+    link.assert_finished()
+
+
+def test_only_track_and_manual_can_be_set():
+    unit, link = connected()
+    with pytest.raises(ConfigurationError):
+        unit.set_mode(Mode.REF)
+    link.assert_finished()
+
+
+def test_a_jog_to_nowhere_is_never_sent():
+    unit, link = connected()
+    with pytest.raises(ProtocolError):
+        unit.jog(float("nan"), 0.0)
+    link.assert_finished()
+
+
+def test_a_unit_that_takes_another_target_is_not_believed():
+    unit, _ = connected(("0003 JOG 10.00000 20.00000", "0003 OK 10.00000 21.00000"))
+    with pytest.raises(ProtocolError, match="jog"):
+        unit.jog(10.0, 20.0)
+
+
+def test_set_sun_offset_returns_that_instant():
+    unit, link = connected(
+        ("0003 OFFSET SET", f"0003 OK {STATUS_TEXT}"), ("0004 SITE", f"0004 {SITE}")
+    )
+    assert unit.set_sun_offset() == STATUS
+    link.assert_finished()
+
+
+def test_the_reference_check():
+    unit, link = connected(
+        ("0003 REF START", "0003 OK 4"),
+        ("0004 REF", "0004 OK 4 RUNNING 0 0"),
+        ("0005 REF", "0005 OK 4 DONE 1 -2"),
+    )
+    unit.start_ref_check()
+    assert unit.ref_check_result() == RefCheckResult(4, False, 0, 0, running=True)
+    assert unit.ref_check_result() == RefCheckResult(4, True, 1, -2)
+    link.assert_finished()
+
+
+OLD = "0.0100 0.0200 0.0000 0.0000 0.000000 0.000000 0.5000 -0.5000"
+NEW = "0.0512 -0.1200 0.3000 0.0000 0.000300 -0.000100 0.0000 0.0000"
+NEW_P = Coefficients(0.05123, -0.12, 0.3, -0.00001, 0.0003, -0.0001)
+
+
+def test_coefficients_are_written_stored_and_read_back_in_one_go():
+    unit, link = connected(
+        *reading_parameters(3),
+        (f"000C COEF SET {NEW}", "000C NO 20 locked"),
+        ("000D UNLOCK", "000D OK 60"),
+        (f"000E COEF SET {NEW}", f"000E OK {NEW}"),
+        ("000F COEF", f"000F OK {NEW}"),
+        ("0010 STORE", "0010 OK 1"),
+        ("0011 COEF STORED", f"0011 OK {NEW}"),
+    )
+    kept = unit.write_coefficients(NEW_P, Offsets())
+    assert kept.coefficients == kept.permanent_coefficients == NEW_P.rounded(4, 6)
+    assert kept.offsets == kept.permanent_offsets == Offsets()
+    link.assert_finished()
+
+
+def test_a_lost_reply_to_coef_set_is_repeated_under_the_same_number():
+    unit, link = connected(
+        *reading_parameters(3),
+        (f"000C COEF SET {NEW}",),
+        (f"000C COEF SET {NEW}", NOISE),
+        (f"000C COEF SET {NEW}", f"000C OK {NEW}"),
+        ("000D COEF", f"000D OK {NEW}"),
+        ("000E STORE", "000E OK 1"),
+        ("000F COEF STORED", f"000F OK {NEW}"),
+    )
+    unit.write_coefficients(NEW_P, Offsets())
+    link.assert_finished()
+
+
+def test_coefficients_the_unit_kept_otherwise_are_not_stored():
+    unit, link = connected(
+        *reading_parameters(3),
+        (f"000C COEF SET {NEW}", f"000C OK {OLD}"),
+        ("000D COEF", f"000D OK {OLD}"),
+        ("000E COEF STORED", f"000E OK {OLD}"),
+    )
+    kept = unit.write_coefficients(NEW_P, Offsets())
+    assert kept.coefficients != NEW_P.rounded(4, 6)
+    link.assert_finished()
+
+
+def test_both_memories_are_read():
+    unit, link = connected(("0003 COEF", f"0003 OK {NEW}"), ("0004 COEF STORED", f"0004 OK {OLD}"))
+    stored = unit.stored()
+    assert stored.coefficients.P1 == 0.0512
+    assert stored.permanent_offsets == Offsets(0.5, -0.5)
+    link.assert_finished()
+
+
+TIMES = "2026-06-21T16:00:00.000Z 2026-06-21T15:59:36.000Z"
+
+
+def test_the_emulators_own_requests():
+    unit, link = connected(
+        ("0003 X TIME", f"0003 OK {TIMES} 0.000"),
+        ("0004 X TIME", f"0004 OK {TIMES} 60.000"),
+        ("0005 X ADVANCE 12.500000", f"0005 OK {TIMES}"),
+        ("0006 X SPOT", "0006 OK 1 0.10000 -0.20000"),
+        ("0007 X TRUTH", "0007 OK 0.1000 0 0 0 0.000100 0 0.01 0.02 0.03"),
+        ("0008 X FAULT mute", "0008 OK mute"),
+    )
+    emulation = unit.emulation
+    times = (1782057600.0, 1782057576.0)
+    assert emulation.time() == times
+    assert emulation.speed() == 60.0
+    assert emulation.advance(12.5) == times
+    assert emulation.spot() == Spot(True, 0.1, -0.2)
+    assert emulation.truth() == Truth(Coefficients(P1=0.1, P5=0.0001), 0.01, 0.02, 0.03)
+    emulation.fault("mute")
+    link.assert_finished()
+
+
+def test_more_than_a_day_passes_in_pieces():
+    unit, link = connected(
+        ("0003 X ADVANCE 86400.000000", f"0003 OK {TIMES}"),
+        ("0004 X ADVANCE 3600.000000", f"0004 OK {TIMES}"),
+    )
+    unit.emulation.advance(90000.0)
+    link.assert_finished()
+    for seconds in (-1.0, float("nan"), float("inf")):
+        with pytest.raises(ConfigurationError):
+            unit.emulation.advance(seconds)
+
+
+def test_x_requests_never_reach_a_unit_that_does_not_announce_them():
+    emulator = ScriptedLink(*OPENING)
+    real = ScriptedLink(
+        ("0003 OPEN ?", "0003 OK ?"),
+        ("0004 ID", "0004 OK SOLARTRAK 1 4.2 1 -"),
+    )
+    links = iter([emulator, real])
+    unit = SolarTrakUnit(lambda: next(links))
+    unit.open()
+    left_over = unit.emulation
+    unit.open()
+    assert unit.emulation is None
+    with pytest.raises(UnitRefused) as refusal:
+        left_over.advance(1.0)
+    assert refusal.value.code == 30
+    real.assert_finished()
+
+
+def test_an_unknown_driver_is_one_clear_line():
+    with pytest.raises(ConfigurationError, match="no driver 'belt'; there is: solartrak"):
+        open_tracker("/dev/null", driver="belt")
