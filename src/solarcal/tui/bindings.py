@@ -1,0 +1,87 @@
+"""Every action of the workstation, once: its keys, its name, its words.
+
+An action has the manual's chord where the manual has one, a plain F-key, a letter, a palette entry
+and a clickable footer. Terminals and desktops swallow different chords: no action depends on one.
+Nothing destructive is ever bound to ``escape``.
+"""
+
+from dataclasses import dataclass
+
+from textual.binding import Binding
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """One thing the technician can ask for.
+
+    ``keys`` are Textual key names, the one to show first; ``shown`` is how help writes them.
+    ``stop`` actions work everywhere, at once.
+    """
+
+    id: str
+    label: str
+    keys: tuple[str, ...]
+    shown: str
+    tooltip: str
+    stop: bool = False
+
+    def binding(self) -> Binding:
+        """The Textual binding; its id lets the user's keymap change it."""
+        return Binding(
+            ",".join(self.keys),
+            f"perform('{self.id}')",
+            self.label,
+            show=False,
+            tooltip=self.tooltip,
+            id=self.id,
+            key_display=self.shown.split()[0],
+        )
+
+
+ACTIONS: tuple[Action, ...] = (
+    Action("help", "Help", ("f1", "question_mark"), "F1 ?", "The procedure and the keys"),
+    Action("link", "Link", ("f2", "l"), "F2 l", "The line to the unit: connect, reconnect"),
+    Action(
+        "initialise", "Initialise", ("f3", "i", "alt+f3"), "F3 i Alt+F3",
+        "Begin the calibration in this data file (asks first; once per calibration)",
+    ),
+    Action("plan", "Plan", ("f4", "p"), "F4 p", "When to take the next points"),
+    Action(
+        "ref_check", "Ref check", ("f5", "r", "alt+f5"), "F5 r Alt+F5",
+        "Drive to the reference switches and see whether the counts are still right",
+    ),
+    Action("sun_offset", "Sun offset", ("f6", "o"), "F6 o", "Jog onto the Sun and set the offset"),
+    Action(
+        "take_point", "Take point", ("f7", "full_stop", "alt+f7", "decimal"), "F7 . Alt+F7",
+        "Take a data point: three questions, a few seconds of gathering, store or not",
+    ),
+    Action("upload", "Upload", ("f8", "u"), "F8 u", "Load coefficients into the unit, verified"),
+    Action(
+        "recompute", "Recompute", ("f9", "c", "ctrl+f9"), "F9 c Ctrl+F9",
+        "Compute and show another saved file, without touching this session",
+    ),
+    Action("clock", "Clock", ("f10", "k"), "F10 k", "Laptop and unit clocks; set the unit's"),
+    Action("next_plot", "Next plot", ("v",), "v", "Error plot, residuals, sky map, convergence"),
+    Action("void", "Void", ("x",), "x", "Strike a record, or restore it"),
+    Action("note", "Note", ("n",), "n", "Write a remark into the session"),
+    Action("faster", "Faster", ("plus",), "+", "Emulator: let time pass faster"),
+    Action("slower", "Slower", ("minus",), "-", "Emulator: let time pass slower"),
+    Action("skip", "Skip ahead", ("w",), "w", "Emulator: skip to when the next point is due"),
+    Action("quit", "Quit", ("ctrl+q",), "^Q", "Leave; the session file is complete at any moment"),
+    Action(
+        "stop", "STOP", ("f12", "ctrl+s", "s"), "F12 s ^S",
+        "Stop every motion now; on every screen, without asking", stop=True,
+    ),
+)  # fmt: skip
+
+BY_ID = {action.id: action for action in ACTIONS}
+
+STOP_EVERYWHERE = Binding(
+    "f12,ctrl+s", "perform('stop')", "STOP", priority=True, show=False, id="stop_now"
+)
+"""Works with a text field focused and on modal screens; ``s`` only where nothing is typed."""
+
+
+def action_for_key(key: str) -> Action | None:
+    """Which action a key would be, for ``solarcal keys`` and the help screen."""
+    return next((action for action in ACTIONS if key in action.keys), None)

@@ -1,0 +1,65 @@
+"""What the conductor tells the screens. Posted from its thread; Textual's queue makes that safe."""
+
+from textual.message import Message
+
+from solarcal.errors import SolarcalError
+from solarcal.model.fit import Solution
+from solarcal.station.state import SessionView, StationState
+
+
+class StateChanged(Message):
+    """The station's state. A newer one replaces an older one still waiting."""
+
+    def __init__(self, state: StationState) -> None:
+        super().__init__()
+        self.state = state
+
+    def can_replace(self, message: Message) -> bool:
+        return isinstance(message, StateChanged)
+
+
+class FitReady(Message):
+    """The fit of the session as it was at ``generation``; late ones are ignored."""
+
+    def __init__(self, generation: int, session: SessionView, solution: Solution | None) -> None:
+        super().__init__()
+        self.generation = generation
+        self.session = session
+        self.solution = solution
+
+
+class StepStarted(Message):
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self.name = name
+
+
+class StepDone(Message):
+    """A station command has returned."""
+
+    def __init__(self, name: str, result: object) -> None:
+        super().__init__()
+        self.name = name
+        self.result = result
+
+
+class StepFailed(Message):
+    """A station command was refused or failed; ``error`` says it in one line."""
+
+    def __init__(self, name: str, error: SolarcalError) -> None:
+        super().__init__()
+        self.name = name
+        self.error = error
+
+
+class Progress(Message):
+    """How far a long step is, 0..1 or seconds so far, in words."""
+
+    def __init__(self, name: str, fraction: float | None, words: str) -> None:
+        super().__init__()
+        self.name = name
+        self.fraction = fraction
+        self.words = words
+
+    def can_replace(self, message: Message) -> bool:
+        return isinstance(message, Progress) and message.name == self.name
