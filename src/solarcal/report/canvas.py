@@ -1,0 +1,118 @@
+"""One plot being drawn. The only module that knows plotext, and it imports it on first use.
+
+plotext has one figure for the whole process: draw on one thread (the event loop) only.
+"""
+
+import textwrap
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from solarcal.report import scales
+from solarcal.report.scales import PALETTES, Scale, Theme
+from solarcal.units import FloatArray
+
+LABEL_MIN_HEIGHT = 14
+"""Below this the x ruler carries its numbers but no label: rows are dear."""
+
+HeaderPart = tuple[str, int | None]
+
+
+def _plotext() -> Any:
+    """plotext takes 150 ms to import: only when the first plot is drawn."""
+    import plotext
+
+    plotext.terminal.limit(False, False)  # else the size of this process's terminal clips the plot
+    return plotext
+
+
+class Canvas:
+    """One plot being drawn: a header line of our own, then plotext's frame and rulers."""
+
+    def __init__(self, width: int, height: int, colour: bool, theme: Theme, x_label: str) -> None:
+        self._plt = _plotext()
+        self._colour = scales.colour_wanted(colour)
+        self._width = width
+        self._height = height
+        self.palette = PALETTES[theme]
+        self._x_label = x_label if height >= LABEL_MIN_HEIGHT else ""
+        self.rows = height - 4 - bool(self._x_label)
+        self.columns = width - 8  # before the tick labels are known; exact after ``frame``
+        name = f"solarcal-{theme}"
+        self._plt.add_theme(name, canvas="default", text=self.palette.frame)
+        self._figure = self._plt.figure
+        self._figure.clear()
+        self._figure.theme(name)
+        self._figure.plot_size(width, height - 1)
+
+    def frame(self, x: Scale, y: Scale) -> None:
+        self._x, self._y = x, y
+        self.columns = self._width - 2 - max((len(label) for label in y.labels), default=0)
+        for name, scale in (("x", x), ("y", y)):
+            ruler = self._figure.ruler(name, 0)
+            ruler.lim(scale.low, scale.high)
+            ruler.ticks(list(scale.ticks), list(scale.labels))
+        if self._x_label:
+            self._figure.label(self._x_label, "x")
+
+    def dots(
+        self, x: FloatArray, y: FloatArray, glyph: str, colour: int, bold: bool = False
+    ) -> None:
+        """Glyphs at values; what is not finite or beyond the frame is left out."""
+        keep = np.isfinite(x) & np.isfinite(y)
+        keep &= (x >= self._x.low) & (x <= self._x.high) & (y >= self._y.low) & (y <= self._y.high)
+        if not keep.any():
+            return
+        pixel = self._plt.pixel(colour, "default", "bold" if bold else None)
+        marker = self._plt.marker(glyph, pixel=pixel)
+        self._figure.draw(self._figure.signal(x[keep].tolist(), y[keep].tolist(), marker=marker))
+
+    def level(self, y: float, glyph: str) -> None:
+        """A faint horizontal line."""
+        x = np.linspace(self._x.low, self._x.high, self.columns)
+        self.dots(x, np.full(self.columns, y), glyph, self.palette.faint)
+
+    def shade(self, low: float, high: float) -> None:
+        """Faint columns from ``low`` to ``high`` of the x ruler."""
+        x = np.linspace(self._x.low, self._x.high, self.columns)
+        x = x[(x >= low) & (x <= high)]
+        y = np.linspace(self._y.low, self._y.high, self.rows)
+        grid_x, grid_y = np.meshgrid(x, y)
+        self.dots(grid_x.ravel(), grid_y.ravel(), scales.SHADE, self.palette.faint)
+
+    def text(self, x: float, y: float, text: str, colour: int) -> None:
+        label = self._plt.colorize(text).fill(self._plt.pixel(colour, "default"))
+        self._figure.draw(self._figure.text(x, y, label))
+
+    def say(self, sentence: str) -> None:
+        """A sentence in the middle of the empty frame."""
+        lines = textwrap.wrap(sentence, max(8, self.columns - 4))[: self.rows]
+        top = (self.rows + len(lines)) // 2 - 1
+        for number, line in enumerate(lines):
+            share = (self.columns - len(line) - 2) // 2 / max(1, self.columns - 1)
+            x = self._x.low + (self._x.high - self._x.low) * share
+            y = self._y.low + (self._y.high - self._y.low) * (top - number) / max(1, self.rows - 1)
+            self.text(x, y, f" {line} ", self.palette.text)
+
+    @property
+    def cell_height(self) -> float:
+        """Height of one character cell in units of the y ruler."""
+        return (self._y.high - self._y.low) / max(1, self.rows - 1)
+
+    def finish(self, header: Iterable[HeaderPart]) -> str:
+        """The plot, ``height`` lines of at most ``width`` characters, without a last newline."""
+        left, line = self._width, ""
+        for text, colour in header:
+            shown = text[:left]
+            left -= len(shown)
+            if self._colour and colour is not None:
+                pixel = self._plt.pixel(colour, "default")
+                shown = self._plt.colorize(shown).fill(pixel).string() if shown else ""
+            line += shown
+        body = self._figure.build().string(not self._colour).removesuffix("\n")
+        self._figure.clear()
+        if not self._colour:
+            body = "\n".join(row.rstrip() for row in body.split("\n"))
+            line = line.rstrip()
+        return f"{line}\n{body}"

@@ -1,0 +1,72 @@
+"""What a fit found: coefficients with their meaning on this mount, and how far to trust them."""
+
+from solarcal.model.fit import Solution
+from solarcal.model.terms import Term
+from solarcal.report.columns import columns, number, wrapped
+
+_LEAN = {
+    "azel": ("lean of tower top to the north", "lean of tower top to the east"),
+    "tiltroll-ew": ("east end of the axis down", "east end of the axis to the south"),
+    "tiltroll-ns": ("north end of the axis down", "north end of the axis to the east"),
+    "polar": ("pole end of the axis down", "pole end of the axis to the east"),
+}
+_AXES = {
+    "azel": ("azimuth", "zenith angle"),
+    "tiltroll-ew": ("tilt", "roll"),
+    "tiltroll-ns": ("tilt", "angle from north"),
+    "polar": ("hour angle", "polar distance"),
+}
+_DECIMALS = {"deg": 4, "deg/deg": 6, "arcsec": 2}
+
+
+def meaning(term: Term, geometry: str) -> str:
+    """What a term is on a mount, in the field's words (10-physics, section 2, for P1..P6)."""
+    axis1, axis2 = _AXES[geometry]
+    north, east = _LEAN[geometry]
+    return {
+        "P1": north,
+        "P2": f"zero offset of axis 1 ({axis1})",
+        "P3": east,
+        "P4": f"zero offset of axis 2 ({axis2})",
+        "P5": f"gear-ratio error of axis 1 ({axis1})",
+        "P6": f"gear-ratio error of axis 2 ({axis2})",
+    }.get(term.name, term.meaning)
+
+
+def coefficients_table(solution: Solution) -> str:
+    """Fitted terms: value, one sigma, unit, meaning."""
+    sigmas = [None] * len(solution.terms) if solution.sigmas is None else solution.sigmas.tolist()
+    rows = [
+        [
+            term.name,
+            number(value, _DECIMALS[term.unit], signed=True),
+            number(sigma, _DECIMALS[term.unit]),
+            term.unit,
+            meaning(term, solution.geometry.name),
+        ]
+        for term, value, sigma in zip(
+            solution.model_terms, solution.values.tolist(), sigmas, strict=True
+        )
+    ]
+    return "\n".join(columns(("", "value", "sigma", "unit", "meaning"), rows, "<>><<"))
+
+
+def fit_summary(solution: Solution) -> str:
+    """Residuals, rank, condition, what cannot be told apart, and every note, one sentence each."""
+    condition = solution.condition_number
+    spread = solution.population_sd_deg
+    lines = [
+        f"{solution.n_points} points, method {solution.method}, rank {solution.rank} of "
+        f"{len(solution.terms)}, condition number "
+        + (f"{condition:.3g}" if condition < 1e12 else "beyond 1e12"),
+        f"residual on the sky: rms {solution.sky_rms_deg:.4f} deg, "
+        f"largest {solution.sky_max_deg:.4f}, population SD "
+        + (f"{spread:.4f}" if spread is not None else "not known yet"),
+        f"residual of the axes: rms {solution.axis1_rms_deg:.4f} deg of axis 1, "
+        f"{solution.axis2_rms_deg:.4f} of axis 2",
+    ]
+    for sentence in (*solution.inseparable, *solution.notes):
+        lines += wrapped(f"- {sentence}", hang=2)
+    if solution.message is not None:
+        lines.append(f"*** {solution.message} ***")
+    return "\n".join(lines)

@@ -1,0 +1,230 @@
+"""What the technician sees: every size, no colour needed, nothing left out silently."""
+
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from made_up_session import hourly
+
+from solarcal.report import plots, scales
+from solarcal.session.records import FitRecord
+from solarcal.station.curves import session_plot_data
+
+GOLDENS = Path(__file__).parent / "goldens"
+ANSI = re.compile(r"\x1b\[[0-9;]*m")
+
+
+@pytest.fixture
+def full_day(june_day, fit_points):
+    header, points = june_day
+    return session_plot_data(header, points, fit_points(header, points))
+
+
+@pytest.fixture
+def empty(make_header):
+    return session_plot_data(make_header(), [])
+
+
+@pytest.fixture
+def history(june_day, fit_points):
+    header, points = june_day
+    return [
+        FitRecord(
+            seq=n,
+            utc="2026-06-21T15:00:00.000Z",
+            method="manual",
+            points=n,
+            coefficients=fit_points(header, points[:n]).coefficients(),
+            sigmas=None,
+            sky_rms_deg=0.1,
+        )
+        for n in range(3, 13)
+    ]
+
+
+def every_plot(data, history, width, height, **how):
+    return (
+        plots.error_plot(data, width, height, **how),
+        plots.residual_plot(data, width, height, **how),
+        plots.sky_map(data, width, height, **how),
+        plots.convergence_plot(history, width, height, **how),
+    )
+
+
+def body(text):
+    """Rows inside the frame, without the rulers."""
+    rows = (re.search("[│┤](.*)│$", line) for line in text.split("\n")[1:])
+    return [row[1] for row in rows if row]
+
+
+@settings(
+    derandomize=True,
+    max_examples=25,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+@given(width=st.integers(40, 200), height=st.integers(10, 60))
+def test_every_plot_fits_the_size_asked_for(full_day, empty, history, width, height):
+    for text in (
+        *every_plot(full_day, history, width, height, colour=False),
+        *every_plot(empty, [], width, height, colour=False),
+    ):
+        lines = text.split("\n")
+        assert len(lines) == height
+        assert max(map(len, lines)) <= width
+        assert "\x1b" not in text
+
+
+def test_each_point_is_drawn_for_both_axes_with_its_own_glyph(full_day):
+    text = "".join(body(plots.error_plot(full_day, 140, 45, colour=False)))
+    assert text.count(scales.AXIS1) == 12
+    assert text.count(scales.AXIS2) == 12
+    # Here and there a dot hides behind a point or behind the other axis.
+    assert text.count(scales.MODEL1) > 45
+    assert text.count(scales.MODEL2) > 45
+
+
+def test_points_are_at_their_time_and_error(full_day):
+    rows = body(plots.error_plot(full_day, 140, 45, colour=False))
+    cells = {(x, y) for y, row in enumerate(rows) for x, c in enumerate(row) if c == scales.AXIS1}
+    columns = sorted(x for x, _ in cells)
+    hours = full_day.points.solar_time_h
+    expected = (hours - 4.0) / 16.0 * (len(rows[0]) - 1)
+    assert np.abs(np.array(columns) - expected).max() <= 1.0
+    by_column = [y for _, y in sorted(cells)]
+    # Rows count downwards.
+    assert np.corrcoef(by_column, full_day.points.err1_deg)[0, 1] < -0.999
+
+
+def test_with_colour_the_same_characters_in_amber_and_green(full_day, history):
+    plain = every_plot(full_day, history, 100, 30, colour=False)
+    for theme in ("phosphor", "light"):
+        coloured = every_plot(full_day, history, 100, 30, colour=True, theme=theme)
+        for with_colour, without in zip(coloured, plain, strict=True):
+            bare = "\n".join(line.rstrip() for line in ANSI.sub("", with_colour).split("\n"))
+            assert bare == without
+        palette = scales.PALETTES[theme]
+        assert re.search(rf"\x1b\[38;5;{palette.axis1}m(\x1b\[1m)?{scales.AXIS1}", coloured[0])
+        assert re.search(rf"\x1b\[38;5;{palette.axis2}m(\x1b\[1m)?{scales.AXIS2}", coloured[0])
+        assert "48;" not in coloured[0], "the terminal keeps its own background"
+
+
+def test_no_color_in_the_environment_wins(full_day, monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "1")
+    assert "\x1b" not in plots.error_plot(full_day, 80, 24, colour=True)
+
+
+def test_the_same_data_give_the_same_plot_whatever_was_drawn_before(full_day, empty, history):
+    first = plots.error_plot(full_day, 80, 24)
+    every_plot(empty, history, 60, 15)
+    assert plots.error_plot(full_day, 80, 24) == first
+
+
+def test_nothing_measured_is_said_in_words(empty):
+    squeezed = " ".join(plots.error_plot(empty, 40, 10, colour=False).split())
+    assert "No points yet. The first one" in squeezed
+    assert "No fit yet" in plots.residual_plot(empty, 80, 24, colour=False)
+    assert "No points yet" in plots.sky_map(empty, 80, 24, colour=False)
+    assert "No fit yet" in plots.convergence_plot([], 80, 24, colour=False)
+
+
+def test_times_beyond_the_limits_are_shaded_and_said_so(full_day):
+    text = plots.error_plot(full_day, 80, 24, colour=False)
+    assert f"{scales.SHADE} limits" in text.split("\n")[0]
+    assert sum(scales.SHADE in row for row in body(text)) >= len(body(text)) - 1
+
+
+def test_a_wide_band_is_drawn_where_there_is_room(june_day, fit_points):
+    header, points = june_day
+    data = session_plot_data(header, points[:4], fit_points(header, points[:4]))
+    assert "1 sigma" in plots.error_plot(data, 80, 20, colour=False)
+    assert "1 sigma" not in plots.error_plot(data, 80, 19, colour=False)
+    assert "'" in "".join(body(plots.error_plot(data, 80, 20, colour=False)))
+
+
+def test_points_of_a_later_day_are_hollow(make_header, make_points, fit_points):
+    header = make_header()
+    points = make_points(header, hourly("2026-06-21", 15, 23))
+    points += make_points(header, hourly("2026-12-21", 16, 22), first_seq=100)
+    data = session_plot_data(header, points, fit_points(header, points))
+    text = "".join(body(plots.error_plot(data, 140, 45, colour=False)))
+    assert text.count(scales.AXIS1) >= 8
+    assert text.count(scales.AXIS1_LATER) >= 6
+    assert text.count(scales.AXIS2_LATER) >= 6
+
+
+def test_a_rejected_point_has_a_glyph_of_its_own(june_day, make_points, fit_points):
+    header, points = june_day
+    rejected = make_points(header, ["2026-06-21T22:30:00Z"], first_seq=80, status="rejected")
+    data = session_plot_data(header, points + rejected, fit_points(header, points))
+    text = plots.error_plot(data, 140, 45, colour=False)
+    assert "x not used" in text.split("\n")[0]
+    assert "".join(body(text)).count(scales.UNUSED) == 2
+
+
+def test_both_axes_on_one_cell_are_not_lost(full_day):
+    half = full_day.points.err2_deg
+    together = replace(full_day, points=replace(full_day.points, err1_deg=half))
+    text = plots.error_plot(together, 80, 24, colour=False)
+    assert f"{scales.BOTH} both" in text.split("\n")[0]
+    assert "".join(body(text)).count(scales.BOTH) + text.count("┤") >= 12
+
+
+def test_an_unrealistic_model_does_not_flatten_the_points(full_day):
+    wild = replace(full_day, model=replace(full_day.model, err1_deg=full_day.model.err1_deg * 400))
+    text = plots.error_plot(wild, 140, 45, colour=False)
+    assert "model off frame" in text.split("\n")[0]
+    amber = [y for y, row in enumerate(body(text)) if scales.AXIS1 in row]
+    assert max(amber) - min(amber) > 5
+
+
+@pytest.mark.parametrize("site_latitude", [35.05, -33.9])
+def test_the_sky_map_is_cut_away_from_the_sun(make_header, make_points, site_latitude):
+    header = make_header()
+    site = msgspec.structs.replace(header.site, latitude_deg=site_latitude)
+    header = msgspec.structs.replace(header, site=site)
+    points = make_points(header, hourly("2026-06-21", 15, 22))
+    text = plots.sky_map(session_plot_data(header, points), 100, 24, colour=False)
+    ruler = text.split("\n")[-2].split()
+    assert ruler[len(ruler) // 2] == ("S" if site_latitude > 0 else "N")
+    assert "".join(body(text)).count(scales.AXIS1) >= 6
+
+
+def test_convergence_shows_each_coefficient_by_its_digit(history):
+    text = plots.convergence_plot(history, 100, 30, colour=False)
+    inside = "".join(body(text))
+    assert all(inside.count(digit) >= 4 for digit in "1234")
+    assert "beyond the frame" in text.split("\n")[0]
+
+
+@pytest.mark.parametrize(("low", "high"), [(-0.03, 0.02), (-2.3, 0.7), (0.0, 90.0), (-1e-6, 1e-6)])
+@pytest.mark.parametrize("cells", [6, 18, 50])
+def test_ticks_are_round_and_inside(low, high, cells):
+    scale = scales.value_scale(low, high, cells)
+    assert 2 <= len(scale.ticks) <= max(5, cells // 2)
+    assert all(low <= tick <= high for tick in scale.ticks)
+    assert [float(label) for label in scale.labels] == pytest.approx(scale.ticks)
+    assert len({len(label) for label in scale.labels}) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "width", "height"), [("error-80x24", 80, 24), ("error-140x45", 140, 45)]
+)
+def test_the_error_plot_looks_as_it_did_when_last_looked_at(full_day, name, width, height):
+    text = plots.error_plot(full_day, width, height, colour=False)
+    golden = (GOLDENS / f"{name}.txt").read_text(encoding="utf-8").rstrip("\n")
+    pairs = zip(text.ljust(len(golden)), golden.ljust(len(text)), strict=True)
+    # Another numpy may round a dot into the neighbouring cell: a few characters, never the picture.
+    assert sum(a != b for a, b in pairs) <= 6, text
+
+
+def test_plotext_is_not_loaded_before_the_first_plot():
+    code = "import solarcal.report.plots, sys; sys.exit('plotext' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
