@@ -5,6 +5,7 @@ This module and ``solarcal.clock`` are the only ones that ask the operating syst
 
 import contextlib
 import errno
+import re
 import threading
 import time
 from collections import deque
@@ -14,6 +15,8 @@ from typing import Any, Protocol
 from solarcal.errors import ConfigurationError, LinkError
 from solarcal.timescale import format_utc
 from solarcal.unit.frames import LineBuffer
+
+_NETWORK = ("socket://", "rfc2217://")
 
 READ_TIMEOUT_S = 0.1
 """How long the reader thread sleeps in the driver when nothing comes: the most ``close`` waits.
@@ -240,6 +243,6 @@ def _cannot_open(url: str, error: BaseException) -> str:
         return f"{url} is not a serial port; `solarcal ports` lists what is plugged in"
     if number == errno.ECONNREFUSED:
         return f"nobody answers at {url}; check host and port, and that the server is running"
-    if url.startswith(("socket://", "rfc2217://")) and not url[-1].isdigit():
+    if url.startswith(_NETWORK) and not re.search(r":[0-9]{1,5}$", url):
         return f"port {url} cannot be opened; write it as {url.partition(':')[0]}://host:port"
     return f"port {url} cannot be opened: {str(error).splitlines()[0]}"
