@@ -1,0 +1,213 @@
+"""World and controller joined: motor commands one way, encoder counts the other, time over both."""
+
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from solarcal.emulator.answering import UnitEnd
+from solarcal.emulator.controller import Controller
+from solarcal.emulator.faults import Faults
+from solarcal.emulator.scenario import Scenario
+from solarcal.emulator.true_error import TrueError
+from solarcal.emulator.world import World, random_stream
+from solarcal.errors import ConfigurationError
+from solarcal.mount.formula import Coefficients
+from solarcal.unit.frames import LineBuffer
+from solarcal.unit.tracker import Spot, Truth, UnitIdentity
+
+MODEL = "SOLARTRAK-EMU"
+FIRMWARE = "1.0"
+
+
+class Emulator:
+    """An emulated tracker as its line sees it.
+
+    Parameters
+    ----------
+    start_utc_s : float, optional
+        First true instant, POSIX UTC seconds; by default the scenario's.
+    seed : int
+        Of all that is random; every purpose has a stream of its own.
+    noise_deg : float, optional
+        The eye's, one sigma per axis on sky, in place of the scenario's.
+    speed : float
+        Virtual seconds a real second. 0: time moves only by ``advance``.
+    monotonic : callable, optional
+        Real seconds from any beginning, for ``speed``; the operating system's by default.
+
+    Virtual time is kept in whole microseconds, and everything happens at an instant of its own,
+    so that it makes no difference how time was cut into pieces or who looked on the way. Methods
+    may be called from several threads.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        *,
+        start_utc_s: float | None = None,
+        seed: int = 0,
+        noise_deg: float | None = None,
+        speed: float = 0.0,
+        monotonic: Callable[[], float] | None = None,
+    ) -> None:
+        if noise_deg is not None:
+            scenario = scenario.with_settings([f"truth.noise_deg={noise_deg!r}"])
+        if seed < 0:
+            raise ConfigurationError(f"seed {seed} must not be negative")
+        if not 0.0 <= speed <= 1e6:
+            raise ConfigurationError(f"speed {speed:g} must lie between 0 and a million")
+        self.scenario = scenario
+        self.noise_deg = scenario.truth.noise_deg
+        start = scenario.start_utc_s() if start_utc_s is None else start_utc_s
+        unit, truth, site = scenario.unit, scenario.truth, scenario.site.place()
+        zone_west_h = scenario.site.zone_west_h if unit.zone_west_h is None else unit.zone_west_h
+        self.world = World(
+            truth,
+            site,
+            unit.mount(site),
+            truth.drives(*unit.drives()),
+            (unit.reference1_deg, unit.reference2_deg),
+            start,
+            seed,
+        )
+        motor1, motor2 = self.world.motors
+        self.controller = Controller(
+            unit,
+            unit.believed_site(site),
+            zone_west_h,
+            (motor1, motor2),
+            self.world.quartz_s,
+            start + truth.unit_offset_s,
+        )
+        self._true_error = TrueError(self.world, self.controller)
+        self._faults = Faults(random_stream(seed, "garbage"))
+        self._unit_end = UnitEnd(
+            self.controller,
+            self,
+            UnitIdentity(MODEL, unit.serial, FIRMWARE, 1, frozenset("X")),
+            self._faults,
+        )
+        self._input = LineBuffer()
+        self._turn = threading.RLock()
+        self._now_us = 0
+        self._speed = speed
+        self._monotonic = monotonic or time.monotonic
+        self._caught_up_s = self._monotonic() if speed else 0.0
+
+    # --- the line -----------------------------------------------------------------------------
+
+    def handle_line(self, line: bytes) -> list[bytes]:
+        """Replies to one line, each with its line end."""
+        with self._turn:
+            self.catch_up()
+            return self._unit_end.answer(line)
+
+    def handle_input(self, data: bytes) -> list[bytes]:
+        """Replies to a piece of the stream. STOP and STOW overtake whatever waits with them."""
+        with self._turn:
+            lines = self._unit_end.urgent_first(self._input.feed(data))
+            return [reply for line in lines for reply in self.handle_line(line)]
+
+    def link_lost(self) -> None:
+        """The station is gone: a jog ends, half a line is forgotten."""
+        with self._turn:
+            self.catch_up()
+            self._input = LineBuffer()
+            self.controller.cancel_jog(self.now_s())
+
+    # --- time ---------------------------------------------------------------------------------
+
+    def now_s(self) -> float:
+        """Virtual seconds since the start."""
+        return self._now_us * 1e-6
+
+    def times_utc_s(self) -> tuple[float, float]:
+        """True UTC and the laptop's."""
+        now_s = self.now_s()
+        return self.world.true_utc_s(now_s), self.world.laptop_utc_s(now_s)
+
+    def speed(self) -> float:
+        return self._speed
+
+    def advance(self, seconds: float) -> None:
+        """Let that much virtual time pass, to the microsecond."""
+        with self._turn:
+            self._now_us += round(seconds * 1e6)
+            self.settle()
+
+    def catch_up(self) -> None:
+        """Let the virtual time pass that real time owes; nothing at speed 0."""
+        if not self._speed:
+            return
+        with self._turn:
+            real_s = self._monotonic()
+            owed_s, self._caught_up_s = real_s - self._caught_up_s, real_s
+            self.advance(owed_s * self._speed)
+
+    def settle(self) -> None:
+        """Let everything happen that is due by now, in the order of its instants."""
+        now_s = self.now_s()
+        while True:
+            world_s = self.world.next_event_s()
+            controller_s = self.controller.next_event_s()
+            if min(world_s, controller_s) > now_s:
+                return
+            # Of two things at one instant the world's comes first, then axis 1 before axis 2.
+            if world_s <= controller_s:
+                for happening in self.world.happen(world_s):
+                    if happening.stopped:
+                        self.controller.motor_stopped(happening.axis, world_s)
+                    else:
+                        self.controller.encoder_jumped(happening.axis, world_s)
+            else:
+                self.controller.act(controller_s)
+
+    # --- hidden truth -------------------------------------------------------------------------
+
+    def spot(self) -> Spot:
+        """One look at the sunspot device."""
+        return Spot(*self.world.spot(self.now_s()))
+
+    def truth(self) -> Truth:
+        """The mechanism's P1..P6 and the true error with what is in force now."""
+        now_s = self.now_s()
+        m = self.world.mechanism
+        day_deg, year_deg = self._true_error.day_deg(now_s), self._true_error.year_deg(now_s)
+        return Truth(
+            coefficients=Coefficients(m.P1, m.P2, m.P3, m.P4, m.P5, m.P6),
+            day_rms_deg=_rms(day_deg),
+            day_max_deg=float(day_deg.max(initial=0.0)),
+            year_rms_deg=_rms(year_deg),
+        )
+
+    # --- faults -------------------------------------------------------------------------------
+
+    def lose_counts(self, axis: int, counts: int) -> None:
+        """From now on the register of axis 1 or 2 reads ``counts`` too high."""
+        now_s = self.now_s()
+        self.world.motors[axis - 1].lose(counts, now_s)
+        self.controller.encoder_jumped(axis - 1, now_s)
+
+    def freeze(self, axis: int) -> None:
+        """The read-out of axis 1 or 2 stands still."""
+        self.controller.axes[axis - 1].freeze(self.now_s())
+
+    def thaw(self) -> None:
+        """Both read-outs live again."""
+        for axis in self.controller.axes:
+            axis.thaw()
+
+    def reboot(self) -> None:
+        """The unit loses its power for a moment."""
+        self.controller.reboot(self.now_s())
+        self._unit_end.forget()
+
+    def talk(self, fault: str) -> None:
+        """Replies leave the unit as ``mute``, ``garbage`` or (empty) as they are."""
+        self._faults.talk(fault)
+
+
+def _rms(errors_deg: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
+    return float(np.sqrt(np.mean(errors_deg**2))) if errors_deg.size else 0.0

@@ -1,0 +1,102 @@
+"""The requests ``X``: what only an emulator can be asked (``docs/protocol.md``, Emulator only)."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+from solarcal.emulator.refusal import Code, Refusal
+from solarcal.errors import ProtocolError
+from solarcal.unit import fields, values
+from solarcal.unit.tracker import Spot, Truth
+
+MAX_ADVANCE_S = 86400.0
+
+
+class Surroundings(Protocol):
+    """The emulation around a controller. Times in seconds, axes 1 and 2."""
+
+    def now_s(self) -> float: ...
+
+    def times_utc_s(self) -> tuple[float, float]: ...
+
+    def speed(self) -> float: ...
+
+    def advance(self, seconds: float) -> None: ...
+
+    def settle(self) -> None: ...
+
+    def spot(self) -> Spot: ...
+
+    def truth(self) -> Truth: ...
+
+    def lose_counts(self, axis: int, counts: int) -> None: ...
+
+    def freeze(self, axis: int) -> None: ...
+
+    def thaw(self) -> None: ...
+
+    def reboot(self) -> None: ...
+
+    def talk(self, fault: str) -> None: ...
+
+
+class EmulatorRequests:
+    """Carries out ``X`` requests on the surroundings."""
+
+    def __init__(self, surroundings: Surroundings) -> None:
+        self._around = surroundings
+        self._words: dict[str, Callable[[list[str]], list[str]]] = {
+            "TIME": self._time,
+            "ADVANCE": self._advance,
+            "SPOT": self._spot,
+            "TRUTH": self._truth,
+            "FAULT": self._fault,
+        }
+
+    def carry_out(self, arguments: list[str]) -> list[str]:
+        """The reply's fields; raises Refusal or ProtocolError."""
+        word = self._words.get(arguments[0]) if arguments else None
+        if word is None:
+            raise Refusal(Code.UNKNOWN, f"unknown request; X knows {' '.join(self._words)}")
+        return word(arguments[1:])
+
+    def _time(self, arguments: list[str]) -> list[str]:
+        fields.expect(arguments, "")
+        return [
+            *fields.times_to_fields(*self._around.times_utc_s()),
+            values.number_text(self._around.speed(), 3),
+        ]
+
+    def _advance(self, arguments: list[str]) -> list[str]:
+        (text,) = fields.expect(arguments, "seconds")
+        seconds = values.number(text, "seconds")
+        if not 0.0 <= seconds <= MAX_ADVANCE_S:
+            raise ProtocolError(f"field seconds: {text} is not between 0 and {MAX_ADVANCE_S:g}")
+        self._around.advance(seconds)
+        return fields.times_to_fields(*self._around.times_utc_s())
+
+    def _spot(self, arguments: list[str]) -> list[str]:
+        fields.expect(arguments, "")
+        return fields.spot_to_fields(self._around.spot())
+
+    def _truth(self, arguments: list[str]) -> list[str]:
+        fields.expect(arguments, "")
+        return fields.truth_to_fields(self._around.truth())
+
+    def _fault(self, arguments: list[str]) -> list[str]:
+        (name,) = fields.expect(arguments, "name")
+        if name in ("mute", "garbage"):
+            self._around.talk(name)
+        elif name == "none":
+            self._around.talk("")
+            self._around.thaw()
+        elif name in ("freeze1", "freeze2"):
+            self._around.freeze(int(name[-1]))
+        elif name == "reboot":
+            self._around.reboot()
+        elif name.startswith(("miss1:", "miss2:")):
+            self._around.lose_counts(int(name[4]), values.whole_number(name[6:], "counts"))
+        else:
+            raise ProtocolError(
+                "faults are mute garbage none freeze1 freeze2 reboot miss1:counts miss2:counts"
+            )
+        return [name]

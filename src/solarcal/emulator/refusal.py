@@ -1,0 +1,27 @@
+"""Why a unit says NO: the numbers and words of ``docs/protocol.md``."""
+
+from enum import IntEnum
+
+
+class Code(IntEnum):
+    """Refusal numbers of the wire protocol."""
+
+    DAMAGED = 10
+    UNKNOWN = 11
+    SEQUENCE_REUSED = 12
+    BAD_ARGUMENT = 13
+    LOCKED = 20
+    BEYOND_LIMIT = 21
+    BUSY = 22
+    MOVING = 23
+    NOT_REFERENCED = 24
+    SUN_DOWN = 25
+
+
+class Refusal(Exception):
+    """A request the unit does not carry out; nothing has changed."""
+
+    def __init__(self, code: Code, text: str) -> None:
+        super().__init__(text)
+        self.code = code
+        self.text = text

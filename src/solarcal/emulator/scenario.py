@@ -1,0 +1,184 @@
+"""Scenarios: a tracker with its hidden truth, as TOML, every key settable with ``key=value``."""
+
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from solarcal.emulator.settings import checked, refuse_unknown, with_setting
+from solarcal.emulator.truth import WorldTruth
+from solarcal.emulator.unit_settings import UnitSettings
+from solarcal.errors import ConfigurationError
+from solarcal.site import Site
+from solarcal.sun import sun_position
+from solarcal.timescale import SECONDS_PER_DAY, parse_utc
+
+DEFAULT_SCENARIO = "tijeras-azel"
+START_ELEVATION_DEG = 12.0
+"""How high the Sun stands when a scenario begins: high enough for a first point."""
+
+
+class SiteSettings(msgspec.Struct, frozen=True, kw_only=True):
+    """Where the tracker truly stands. Longitude positive EAST; zone in hours WEST of UTC."""
+
+    latitude_deg: float
+    longitude_deg: float
+    elevation_m: float = 0.0
+    zone_west_h: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not -15.0 <= self.zone_west_h <= 15.0:
+            raise ConfigurationError("site.zone_west_h must lie between -15 and 15")
+        self.place()
+
+    def place(self) -> Site:
+        return Site(self.latitude_deg, self.longitude_deg, self.elevation_m)
+
+
+class Plan(msgspec.Struct, frozen=True, kw_only=True):
+    """What an automatic technician is advised to do here."""
+
+    points: int = 12
+    every_min: float = 45.0
+
+
+class Scenario(msgspec.Struct, frozen=True, kw_only=True):
+    """A whole scenario.
+
+    ``start`` is a date (the local morning then, the Sun 12 deg up) or an ISO 8601 instant.
+    """
+
+    site: SiteSettings
+    name: str = ""
+    summary: str = ""
+    start: str = "2026-06-03"
+    unit: UnitSettings = UnitSettings()
+    truth: WorldTruth = WorldTruth()
+    plan: Plan = Plan()
+
+    def start_utc_s(self) -> float:
+        """The first true instant, POSIX seconds, a whole minute for a date.
+
+        Raises
+        ------
+        ConfigurationError
+            Neither a date nor an instant, or the Sun does not get 12 deg high that day.
+        """
+        text = self.start.strip()
+        if len(text) > len("2026-06-03"):
+            return parse_utc(text)
+        midnight_s = parse_utc(text) + self.site.zone_west_h * 3600.0
+        minutes = midnight_s + np.arange(0.0, SECONDS_PER_DAY, 60.0)
+        elevation = sun_position("solartrak", minutes, self.site.place()).elevation_deg
+        # The zone may be far from the meridian: look for the rise, not for the first high Sun.
+        rises = np.flatnonzero(
+            (elevation[:-1] < START_ELEVATION_DEG) & (elevation[1:] >= START_ELEVATION_DEG)
+        )
+        if not rises.size:
+            raise ConfigurationError(
+                f"start {text}: the Sun does not rise through {START_ELEVATION_DEG:g} deg that day "
+                "at this site; give an instant like 2026-06-21T15:30:00Z"
+            )
+        return float(minutes[rises[0] + 1])
+
+    def with_settings(self, settings: list[str]) -> "Scenario":
+        """The scenario with ``key=value`` applied in order; see ``load_scenario``."""
+        document = msgspec.to_builtins(self)
+        for setting in settings:
+            document = with_setting(document, setting, Scenario)
+        return _build(document, "--set " + " --set ".join(settings))
+
+
+def scenario_names() -> list[str]:
+    """The built-in scenarios, the default first."""
+    names = sorted(
+        entry.name.removesuffix(".toml")
+        for entry in _folder().iterdir()
+        if entry.name.endswith(".toml")
+    )
+    return sorted(names, key=lambda name: name != DEFAULT_SCENARIO)
+
+
+def load_scenario(name_or_path: str | Path, settings: list[str] | None = None) -> Scenario:
+    """A built-in scenario by its name or one from a TOML file, with settings applied.
+
+    ``settings`` are ``key=value`` with dotted keys (``truth.lean_deg=0.1``) and TOML values, where
+    a text needs no quotes. A file may begin with ``extends = "NAME"``.
+
+    Raises
+    ------
+    ConfigurationError
+        Unknown scenario or key (the nearest is named), a value of another type or out of range, a
+        file that cannot be read.
+    """
+    document = _document(str(name_or_path), extended=())
+    scenario = _build(document, str(name_or_path))
+    return scenario.with_settings(list(settings)) if settings else scenario
+
+
+def _document(name_or_path: str, extended: tuple[str, ...]) -> dict[str, Any]:
+    """The merged TOML document of a scenario and of those it extends."""
+    if name_or_path in extended:
+        raise ConfigurationError(f"scenario {name_or_path} extends itself")
+    document, source = _read(name_or_path)
+    base_name = document.pop("extends", None)
+    refuse_unknown(document, Scenario, source)
+    if base_name is None:
+        return document
+    if not isinstance(base_name, str):
+        raise ConfigurationError(f"{source}: extends must name a scenario")
+    return _merged(_document(base_name, (*extended, name_or_path)), document)
+
+
+def _read(name_or_path: str) -> tuple[dict[str, Any], str]:
+    if name_or_path.endswith(".toml") or "/" in name_or_path:
+        path = Path(name_or_path)
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+            raise ConfigurationError(f"scenario {path} cannot be read: {reason}") from None
+        source, name = str(path), path.stem
+    else:
+        names = scenario_names()
+        if name_or_path not in names:
+            raise ConfigurationError(
+                f"no scenario {name_or_path!r}; there is: {', '.join(names)} "
+                "(or give a file NAME.toml)"
+            )
+        text = (_folder() / f"{name_or_path}.toml").read_text(encoding="utf-8")
+        source = name = name_or_path
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigurationError(f"scenario {source}: {error}") from None
+    document["name"] = name
+    return document, source
+
+
+def _build(document: dict[str, Any], source: str) -> Scenario:
+    scenario = checked(document, Scenario, source)
+    # What only shows when it is used must be refused here, with the name of the scenario.
+    scenario.unit.mount(scenario.site.place())
+    nominal = scenario.unit.drives()
+    scenario.truth.drives(*nominal)
+    scenario.truth.mechanism()
+    return scenario
+
+
+def _merged(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
+    """``over`` laid over ``base``, table by table."""
+    merged = dict(base)
+    for key, value in over.items():
+        below = merged.get(key)
+        merged[key] = (
+            _merged(below, value) if isinstance(below, dict) and isinstance(value, dict) else value
+        )
+    return merged
+
+
+def _folder() -> resources.abc.Traversable:
+    return resources.files("solarcal.emulator") / "scenarios"

@@ -1,0 +1,235 @@
+"""How a station reaches the emulator: in process, over a pseudo-terminal, over TCP."""
+
+import contextlib
+import os
+import select
+import socket
+import threading
+from collections import deque
+from collections.abc import Iterator
+from pathlib import Path
+
+from solarcal.emulator.emulation import Emulator
+from solarcal.errors import ConfigurationError, LinkError
+
+WAKE_S = 0.2
+"""How long a server waits for input before it looks whether it shall end, and lets paced time
+catch up. Input wakes it at once."""
+
+BUSY = b"# busy: one station at a time\r\n"
+"""What a second simultaneous TCP client is told; no frame, so a station sees a damaged reply."""
+
+
+class InProcessLink:
+    """A ``Link`` without a wire: replies are there when ``write`` returns, so silence is final."""
+
+    def __init__(self, emulator: Emulator) -> None:
+        self._emulator = emulator
+        self._replies: deque[bytes] = deque()
+        self._closed = False
+
+    def write(self, data: bytes) -> None:
+        if self._closed:
+            raise LinkError("the line to the emulator is closed")
+        self._replies.extend(self._emulator.handle_input(data))
+
+    def read_line(self, timeout_s: float) -> bytes | None:
+        if self._replies:
+            return self._replies.popleft().rstrip(b"\r\n")
+        if self._closed:
+            raise LinkError("the line to the emulator is closed")
+        return None
+
+    def close(self) -> None:
+        if not self._closed:
+            self._closed = True
+            self._emulator.link_lost()
+
+
+@contextlib.contextmanager
+def serve_pty(emulator: Emulator, link_path: str | Path | None = None) -> Iterator[str]:
+    """Serve on a pseudo-terminal while the context lasts; gives the name to connect to.
+
+    With ``link_path`` a symbolic link of that name is made and removed again. The station may
+    close and reopen the line as often as it likes.
+
+    Raises
+    ------
+    ConfigurationError
+        No pseudo-terminals on this system, or the link cannot be made.
+    """
+    try:
+        import pty
+        import tty
+    except ImportError:
+        raise ConfigurationError(
+            "this system has no pseudo-terminals; use --tcp 127.0.0.1:PORT instead"
+        ) from None
+    unit_end, station_end = pty.openpty()
+    # Raw, and kept open here: the settings live as long as somebody holds the station's end, and
+    # without a holder reading the unit's end would fail whenever the station closes.
+    tty.setraw(station_end)
+    name = os.ttyname(station_end)
+    link = Path(link_path) if link_path is not None else None
+    try:
+        if link is not None:
+            _make_link(link, name)
+        with _in_thread(_PtyServer(emulator, unit_end)):
+            yield str(link) if link is not None else name
+    finally:
+        if link is not None and _points_to(link, name):
+            link.unlink()
+        os.close(unit_end)
+        os.close(station_end)
+
+
+@contextlib.contextmanager
+def serve_tcp(emulator: Emulator, host: str = "127.0.0.1", port: int = 0) -> Iterator[str]:
+    """Serve on TCP while the context lasts; gives the URL to connect to (port 0: a free one).
+
+    One station at a time, any number one after the other; a second simultaneous one is told that
+    the line is busy, and closed.
+
+    Raises
+    ------
+    ConfigurationError
+        The address cannot be served.
+    """
+    try:
+        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+        listener = socket.create_server((host, port), family=family)
+    except (OSError, OverflowError, UnicodeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ConfigurationError(f"cannot serve on {host}:{port}: {reason}") from None
+    with listener, _in_thread(_TcpServer(emulator, listener)):
+        shown = f"[{host}]" if ":" in host else host
+        yield f"socket://{shown}:{listener.getsockname()[1]}"
+
+
+class _Server:
+    """Runs in a thread of its own until told to end."""
+
+    def __init__(self, emulator: Emulator) -> None:
+        self.emulator = emulator
+        self._wake_reader, self._wake_writer = os.pipe()
+        self._ending = False
+
+    def end(self) -> None:
+        self._ending = True
+        os.write(self._wake_writer, b"!")
+
+    def dispose(self) -> None:
+        os.close(self._wake_reader)
+        os.close(self._wake_writer)
+
+    def ready(self, *sources: int) -> list[int]:
+        """Descriptors with input, an empty list after a while; raises ``_Ended`` when told so."""
+        readable, _, _ = select.select([*sources, self._wake_reader], [], [], WAKE_S)
+        if self._ending:
+            raise _Ended
+        if not readable:
+            self.emulator.catch_up()
+        return readable
+
+    def serve(self) -> None:
+        raise NotImplementedError
+
+
+class _Ended(Exception):
+    """The way out of a server's loop."""
+
+
+class _PtyServer(_Server):
+    def __init__(self, emulator: Emulator, descriptor: int) -> None:
+        super().__init__(emulator)
+        self._descriptor = descriptor
+        # A station that no longer reads must not block the unit for ever.
+        os.set_blocking(descriptor, False)
+
+    def serve(self) -> None:
+        while True:
+            if self._descriptor not in self.ready(self._descriptor):
+                continue
+            with contextlib.suppress(BlockingIOError):
+                for reply in self.emulator.handle_input(os.read(self._descriptor, 4096)):
+                    self._write(reply)
+
+    def _write(self, reply: bytes) -> None:
+        while reply:
+            _, writable, _ = select.select([], [self._descriptor], [], WAKE_S)
+            if not writable:
+                return
+            reply = reply[os.write(self._descriptor, reply) :]
+
+
+class _TcpServer(_Server):
+    def __init__(self, emulator: Emulator, listener: socket.socket) -> None:
+        super().__init__(emulator)
+        self._listener = listener
+
+    def serve(self) -> None:
+        while True:
+            if self._listener.fileno() in self.ready(self._listener.fileno()):
+                client, _ = self._listener.accept()
+                with client:
+                    self._talk(client)
+                self.emulator.link_lost()
+
+    def _talk(self, client: socket.socket) -> None:
+        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        client.settimeout(WAKE_S * 10)
+        while True:
+            readable = self.ready(client.fileno(), self._listener.fileno())
+            if self._listener.fileno() in readable:
+                self._turn_away()
+            if client.fileno() not in readable:
+                continue
+            try:
+                data = client.recv(4096)
+                if not data:
+                    return
+                for reply in self.emulator.handle_input(data):
+                    client.sendall(reply)
+            except OSError:
+                # Reset or stuck: this station is gone, the next may come.
+                return
+
+    def _turn_away(self) -> None:
+        second, _ = self._listener.accept()
+        with second, contextlib.suppress(OSError):
+            second.sendall(BUSY)
+
+
+@contextlib.contextmanager
+def _in_thread(server: _Server) -> Iterator[None]:
+    def run() -> None:
+        with contextlib.suppress(_Ended):
+            server.serve()
+
+    thread = threading.Thread(target=run, name="emulated unit", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        server.end()
+        thread.join()
+        server.dispose()
+
+
+def _make_link(link: Path, name: str) -> None:
+    try:
+        # One left behind by an emulator that was killed may be replaced; nothing else may.
+        if link.is_symlink() and not link.exists():
+            link.unlink()
+        link.symlink_to(name)
+    except FileExistsError:
+        raise ConfigurationError(f"{link} exists already; give another name") from None
+    except OSError as error:
+        raise ConfigurationError(f"cannot make the link {link}: {error.strerror}") from None
+
+
+def _points_to(link: Path, name: str) -> bool:
+    try:
+        return str(link.readlink()) == name
+    except OSError:
+        return False

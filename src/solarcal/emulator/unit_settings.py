@@ -1,0 +1,70 @@
+"""What the controller of an emulated tracker is told: the ``[unit]`` table of a scenario."""
+
+import msgspec
+
+from solarcal.errors import ConfigurationError
+from solarcal.mount.drive import Drive, parse_drive
+from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.mount.geometry import MountGeometry
+from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.site import Site
+
+
+class UnitSettings(msgspec.Struct, frozen=True, kw_only=True):
+    """Factory and installation settings. Readings in degrees; drives as in ``docs/protocol.md``.
+
+    ``latitude_deg``, ``longitude_deg``, ``zone_west_h`` are what the unit BELIEVES; left out, it
+    believes the truth of ``[site]``.
+    """
+
+    geometry: str = "azel"
+    ax1_centre_deg: float = 0.0
+    drive1: str = "rotary:1000"
+    drive2: str = "rotary:1000"
+    limits1_deg: tuple[float, float] = (-130.0, 130.0)
+    limits2_deg: tuple[float, float] = (3.0, 88.0)
+    reference1_deg: float = 120.0
+    reference2_deg: float = 80.0
+    stow1_deg: float = 0.0
+    stow2_deg: float = 5.0
+    update_range_deg: float = 0.1
+    tilt_decimals: int = 4
+    scale_decimals: int = 6
+    latitude_deg: float | None = None
+    longitude_deg: float | None = None
+    zone_west_h: float | None = None
+    coefficients: tuple[float, float, float, float, float, float] = (0.0,) * 6
+    offsets: tuple[float, float] = (0.0, 0.0)
+    serial: str = "0001"
+
+    def __post_init__(self) -> None:
+        for name in ("limits1_deg", "limits2_deg"):
+            low, high = getattr(self, name)
+            if not low < high:
+                raise ConfigurationError(f"unit.{name}: {low:g} is not below {high:g}")
+        if not 0.0 < self.update_range_deg <= 5.0:
+            raise ConfigurationError("unit.update_range_deg must lie between 0 and 5")
+        for name in ("tilt_decimals", "scale_decimals"):
+            if not 0 <= getattr(self, name) <= 9:
+                raise ConfigurationError(f"unit.{name} must lie between 0 and 9")
+
+    def believed_site(self, true_site: Site) -> Site:
+        latitude, longitude = self.latitude_deg, self.longitude_deg
+        return Site(
+            true_site.latitude_deg if latitude is None else latitude,
+            true_site.longitude_deg if longitude is None else longitude,
+            true_site.elevation_m,
+        )
+
+    def mount(self, site: Site) -> MountGeometry:
+        return MountGeometry(self.geometry, site.latitude_deg, self.ax1_centre_deg)
+
+    def drives(self) -> tuple[Drive, Drive]:
+        return parse_drive(self.drive1), parse_drive(self.drive2)
+
+    def limits(self) -> Limits:
+        return Limits(AxisLimits(*self.limits1_deg), AxisLimits(*self.limits2_deg))
+
+    def memory(self) -> tuple[Coefficients, Offsets]:
+        """P and O as they are when the emulation begins, in both memories."""
+        return Coefficients(*self.coefficients), Offsets(*self.offsets)

@@ -1,0 +1,179 @@
+"""The hidden truth at work: the Sun, the machine, the eye. Knows nothing of the controller."""
+
+import heapq
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+from zlib import crc32
+
+import numpy as np
+
+from solarcal.emulator.motor import NEVER_S, Motor
+from solarcal.emulator.sky import Sky
+from solarcal.emulator.truth import WorldTruth, after_start_s
+from solarcal.mount.drive import Drive
+from solarcal.mount.geometry import MountGeometry
+from solarcal.mount.mechanism import Mechanism
+from solarcal.site import Site
+from solarcal.timescale import SECONDS_PER_DAY
+from solarcal.units import RAD_PER_DEG, Angles, FloatArray, wrap_deg
+
+
+class Seen(NamedTuple):
+    """What the eye makes of the spot: how far each axis must move, axis degrees."""
+
+    visible: bool
+    error1_deg: float
+    error2_deg: float
+
+
+class Happening(NamedTuple):
+    """Something an encoder or a switch tells the controller; ``axis`` 0 or 1."""
+
+    axis: int
+    stopped: bool
+
+
+class _Loss(NamedTuple):
+    at_s: float
+    axis: int
+    counts: int
+
+
+def random_stream(seed: int, purpose: str) -> np.random.Generator:
+    """A generator of its own for each purpose: drawing from one never disturbs another."""
+    entropy = np.random.SeedSequence([seed, crc32(purpose.encode())])
+    return np.random.Generator(np.random.Philox(entropy))
+
+
+class World:
+    """Everything that is so whatever the controller believes.
+
+    Times ``now_s`` are true seconds since ``start_utc_s`` and must not decrease between commands.
+    """
+
+    def __init__(
+        self,
+        truth: WorldTruth,
+        site: Site,
+        geometry: MountGeometry,
+        drives: tuple[Drive, Drive],
+        switches_deg: tuple[float, float],
+        start_utc_s: float,
+        seed: int,
+    ) -> None:
+        self.truth = truth
+        self.site = site
+        self.geometry = geometry
+        self.start_utc_s = start_utc_s
+        self.mechanism: Mechanism = truth.mechanism()
+        self.sky = Sky(truth, site, geometry)
+        self._eye = random_stream(seed, "eye")
+        stands = (truth.stands1_deg, truth.stands2_deg)
+        speeds = (truth.motor_speed1_deg_s, truth.motor_speed2_deg_s)
+        slacks = (truth.backlash1_deg, truth.backlash2_deg)
+        self.motors = tuple(
+            Motor(
+                drives[axis], switches_deg[axis], stands[axis], speeds[axis], slacks[axis],
+                int(random_stream(seed, f"power-up {axis + 1}").integers(-900, 901)),
+                self._switch_noise(random_stream(seed, f"switch {axis + 1}")),
+            )
+            for axis in (0, 1)
+        )  # fmt: skip
+        self._losses = self._scheduled_losses()
+        self._next_loss = next(self._losses, None)
+
+    def true_utc_s(self, now_s: float) -> float:
+        return self.start_utc_s + now_s
+
+    def laptop_utc_s(self, now_s: float) -> float:
+        return self.true_utc_s(now_s) + self.truth.laptop_offset_s
+
+    def quartz_s(self, now_s: Angles) -> Angles:
+        """Seconds the unit's quartz has counted since the start."""
+        return now_s * (1.0 + self.truth.unit_drift_s_per_day / SECONDS_PER_DAY)
+
+    # --- events -------------------------------------------------------------------------------
+
+    def next_event_s(self) -> float:
+        """When a motion ends or an encoder loses counts next."""
+        loss_s = self._next_loss.at_s if self._next_loss else NEVER_S
+        return min(loss_s, *(motor.stops_s for motor in self.motors))
+
+    def happen(self, now_s: float) -> list[Happening]:
+        """Let everything due at ``now_s`` (= ``next_event_s``) happen, in a fixed order."""
+        happenings = []
+        for axis, motor in enumerate(self.motors):
+            if motor.stops_s <= now_s:
+                motor.arrive()
+                happenings.append(Happening(axis, stopped=True))
+        while self._next_loss and self._next_loss.at_s <= now_s:
+            loss = self._next_loss
+            self.motors[loss.axis].lose(loss.counts, now_s)
+            happenings.append(Happening(loss.axis, stopped=False))
+            self._next_loss = next(self._losses, None)
+        return happenings
+
+    def _scheduled_losses(self) -> Iterator[_Loss]:
+        single = sorted(
+            _Loss(after_start_s(m.at), m.axis - 1, m.counts) for m in self.truth.missed_counts
+        )
+        rates = (self.truth.missed_per_hour1, self.truth.missed_per_hour2)
+        return heapq.merge(single, *(_steady(axis, rate) for axis, rate in enumerate(rates)))
+
+    def _switch_noise(self, stream: np.random.Generator) -> "_Noise":
+        return _Noise(stream, self.truth.switch_sigma_counts)
+
+    # --- the Sun and the eye ------------------------------------------------------------------
+
+    def collector_axes_deg(self, now_s: float) -> tuple[float, float]:
+        """Ideal axis angles of the direction the collector really looks at."""
+        ax1, ax2 = self.mechanism.pointing_deg(
+            self.geometry, *(motor.collector_deg(now_s) for motor in self.motors)
+        )
+        return float(ax1), float(ax2)
+
+    def pointing_deg(self, counts1: FloatArray, counts2: FloatArray) -> tuple[FloatArray, ...]:
+        """Ideal axis angles the collector looks at with the motors at these counts, no slack."""
+        motor1, motor2 = self.motors
+        return self.mechanism.pointing_deg(
+            self.geometry, motor1.angles_deg(counts1), motor2.angles_deg(counts2)
+        )
+
+    def spot(self, now_s: float) -> Seen:
+        """One look at the sunspot device. Every look draws new noise of the eye."""
+        sun1, sun2, elevation = self.sky.sun_now_deg(self.true_utc_s(now_s))
+        noise1, noise2 = self._eye.standard_normal(2) * self.truth.noise_deg
+        looks1, looks2 = self.collector_axes_deg(now_s)
+        away_deg = self.geometry.sky_separation_deg(sun1, sun2, looks1, looks2)
+        if elevation <= 0.0 or away_deg > self.truth.spot_range_deg:
+            return Seen(False, 0.0, 0.0)
+        wanted1, wanted2 = self.mechanism.readings_deg(self.geometry, sun1, sun2)
+        stands1, stands2 = (motor.collector_deg(now_s) for motor in self.motors)
+        # On the target plate a cross error shows as an angle on the sky, whatever the axis must
+        # turn for it; near the primary axis that is much more.
+        on_sky = max(math.sin(sun2 * RAD_PER_DEG), 1e-6)
+        return Seen(
+            True,
+            float(wrap_deg(float(wanted1) - stands1)) + float(noise1) / on_sky,
+            float(wanted2) - stands2 + float(noise2),
+        )
+
+
+class _Noise:
+    """Gaussian noise of a given sigma, one number a call."""
+
+    def __init__(self, stream: np.random.Generator, sigma: float) -> None:
+        self._stream = stream
+        self._sigma = sigma
+
+    def __call__(self) -> float:
+        return float(self._stream.standard_normal()) * self._sigma
+
+
+def _steady(axis: int, per_hour: float) -> Iterator[_Loss]:
+    """One lost count at a time, evenly, for ever."""
+    number = 1
+    while per_hour > 0.0:
+        yield _Loss(number * 3600.0 / per_hour, axis, 1)
+        number += 1
