@@ -71,7 +71,7 @@ def read_head(
 def take_key(written: dict[str, str | float], text: str, where: str) -> None:
     """Enter ``key=value`` into ``written`` if the key is a known one; other text is a remark."""
     key, equals, value = text.partition("=")
-    key, value = key.strip().lower(), value.strip().rstrip(",")
+    key, value = key.strip().lower(), value.strip().rstrip(", \t")
     if not equals or key not in KEYS:
         return
     if key in written:

@@ -1,0 +1,210 @@
+"""Points of sessions as tables, imports, merged files, and the Sun they were taken on."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from session_samples import HEADER, SITE, UTC, assert_same_points, note, point, table
+
+from solarcal.errors import InputFileError, SessionFileError
+from solarcal.mount.geometry import MountGeometry
+from solarcal.session.interchange import read_table, write_table
+from solarcal.session.interchange.sessions import session_from_table
+from solarcal.session.points import (
+    PointTable,
+    ephemeris_warnings,
+    merge_tables,
+    table_from_session,
+)
+from solarcal.session.reader import Session, read_session
+from solarcal.session.records import Answers, Header, PointRecord, Record, Void
+from solarcal.site import Site
+from solarcal.sun import sun_position
+from solarcal.timescale import parse_utc
+
+
+def session(*records: Record, header: Header = HEADER) -> Session:
+    return Session("day.jsonl", header, records, ("day.jsonl:9: torn",))
+
+
+ABORTED = PointRecord(
+    seq=2, utc=UTC, status="aborted", answers=Answers(ref_check=False), reason="no ref check"
+)
+
+
+def test_a_sessions_points_with_their_statuses() -> None:
+    points = table_from_session(session(point(1), ABORTED, note(3), point(4, "rejected")))
+    assert points.labels == (1, 2, 4)
+    assert points.status == ("accepted", "aborted", "rejected")
+    assert points.note == ("", "no ref check", "")
+    assert points.utc_s[0] == parse_utc("2026-06-21T15:29:58.250Z")
+    assert (points.ax1_deg[0], points.err1_deg[0]) == (61.123456789, 0.276543211)
+    assert np.isnan([points.utc_s[1], points.ax1_deg[1], points.err2_deg[1]]).all()
+    assert points.approach == ((1, -1), (0, 0), (1, -1))
+    assert points.unit == "SOLARTRAK-EMU 0001"
+    assert points.site == Site(35.05, -106.48, 1830.0)
+    assert points.ideal == "solartrak"
+    assert points.sources == ("day.jsonl",) * 3
+    assert points.warnings == ("day.jsonl:9: torn",)
+    assert points.sigma_deg is None
+
+
+def test_voided_points_are_left_out() -> None:
+    void = Void(seq=3, utc=UTC, voids=1, reason="bird")
+    assert table_from_session(session(point(1), point(2), void)).labels == (2,)
+
+
+def test_sigmas_count_only_where_every_accepted_point_has_one() -> None:
+    some = table_from_session(session(point(1, sigma_deg=0.02), ABORTED))
+    assert some.sigma_deg is not None
+    assert some.accepted().sigma_deg is not None
+    assert table_from_session(session(point(1, sigma_deg=0.02), point(2))).sigma_deg is None
+
+
+def test_a_session_without_points_is_an_empty_table() -> None:
+    empty = table_from_session(session(note(1)))
+    assert len(empty) == 0
+    assert empty.accepted().ax1_deg.shape == (0,)
+
+
+def sampled() -> PointTable:
+    nan = np.nan
+    return table(
+        4,
+        geometry="tiltroll-ew",
+        ideal="airless",
+        utc_s=np.array([1782055800.123456, 1782055801.0, nan, 1782055803.5]),
+        ax2_deg=np.array([50.1, 60.2, nan, 70.3]),
+        ax1_deg=np.array([-10.1, 0.1 + 0.2, nan, -1e-9]),
+        err1_deg=np.array([1e-17, 2.5, nan, -3.0]),
+        err2_deg=np.array([0.1, -1e-5, nan, 3.0]),
+        sigma_deg=np.array([0.02, 0.03, nan, 0.02]),
+        status=("accepted", "accepted", "aborted", "rejected"),
+        approach=((1, -1), (0, 1), (0, 0), (-1, -1)),
+        note=("", "a\nb", "cloud", ""),
+    )
+
+
+def test_an_imported_table_comes_back_exactly(tmp_path: Path) -> None:
+    path = tmp_path / "new.jsonl"
+    made = session_from_table(sampled(), path, utc_s=parse_utc(UTC))
+    read = read_session(path)
+    assert (read.header, read.records) == (made.header, made.records)
+    again = table_from_session(read)
+    assert_same_points(again, sampled())
+    assert again.labels == (1, 2, 3, 4)
+    assert read.header.unit.model == "imported"
+    assert read.header.unknown == ()
+    with pytest.raises(SessionFileError, match="exists already"):
+        session_from_table(sampled(), path, utc_s=0.0)
+
+
+def test_what_an_import_is_not_told_stays_unknown(tmp_path: Path) -> None:
+    bare = table(latitude_deg=None, longitude_deg=None, utc_s=np.full(3, np.nan))
+    made = session_from_table(bare, tmp_path / "new.jsonl", utc_s=parse_utc(UTC))
+    assert made.header.unknown == ("latitude", "longitude")
+    again = table_from_session(made)
+    assert again.site is None
+    assert_same_points(again, bare)
+
+
+def test_csv_session_csv_is_the_same_file(tmp_path: Path) -> None:
+    write_table(sampled(), tmp_path / "a.csv")
+    session_from_table(read_table(tmp_path / "a.csv"), tmp_path / "b.jsonl", utc_s=0.0)
+    write_table(read_table(tmp_path / "b.jsonl"), tmp_path / "c.csv")
+    assert (tmp_path / "c.csv").read_bytes() == (tmp_path / "a.csv").read_bytes()
+
+
+# -- several files of one unit -----------------------------------------------------------------
+
+
+def other(**changes: object) -> PointTable:
+    return table(2, **{"sources": ("second.csv",) * 2, **changes})
+
+
+def test_merged_rows_stay_traceable() -> None:
+    merged = merge_tables([table(3), other(note=("x", "y"))])
+    assert len(merged) == 5
+    assert merged.labels == (2, 3, 4, 2, 3)
+    assert merged.sources == ("points.csv",) * 3 + ("second.csv",) * 2
+    assert merged.note[3:] == ("x", "y")
+    np.testing.assert_array_equal(merged.ax1_deg[3:], other().ax1_deg)
+
+
+def test_a_single_table_is_its_own_merger() -> None:
+    only = table()
+    assert merge_tables([only]) is only
+
+
+def test_the_site_is_taken_from_whoever_knows_it() -> None:
+    merged = merge_tables([table(latitude_deg=None, longitude_deg=None), other()])
+    assert (merged.latitude_deg, merged.longitude_deg) == (35.05, -106.48)
+
+
+def test_sigmas_of_some_files_only_are_dropped_and_said() -> None:
+    merged = merge_tables([table(), other(sigma_deg=np.array([0.1, 0.2]))])
+    assert merged.sigma_deg is None
+    assert "only some of the files give sigma_deg" in merged.warnings[0]
+    both = merge_tables([table(sigma_deg=np.full(3, 0.3)), other(sigma_deg=np.array([0.1, 0.2]))])
+    assert both.sigma_deg is not None
+    assert both.sigma_deg.tolist() == [0.3, 0.3, 0.3, 0.1, 0.2]
+
+
+@pytest.mark.parametrize(
+    ("changes", "what"),
+    [
+        ({"unit": "tower 4"}, "another unit"),
+        ({"geometry": "polar"}, "another geometry"),
+        ({"ax1_centre_deg": 180.0}, "another AX1 branch centre"),
+        ({"ideal": "airless"}, "another kind of ideal angles"),
+        ({"latitude_deg": 36.0}, "another latitude"),
+        ({"longitude_deg": 106.48}, "another longitude"),
+    ],
+)
+def test_files_that_do_not_belong_together_are_refused(
+    changes: dict[str, object], what: str
+) -> None:
+    with pytest.raises(InputFileError, match=rf"second\.csv is of {what} than points\.csv"):
+        merge_tables([table(), other(**changes)])
+
+
+def test_a_file_given_twice_and_no_file_at_all() -> None:
+    with pytest.raises(InputFileError, match=r"points\.csv was given twice"):
+        merge_tables([table(), table()])
+    with pytest.raises(InputFileError, match="no points file"):
+        merge_tables([])
+
+
+# -- does the time fit the angles? -------------------------------------------------------------
+
+
+def on_sun(ideal: str, shift_s: float = 0.0) -> PointTable:
+    """Three forenoon points exactly on the Sun, their clock then wrong by ``shift_s``."""
+    utc_s = parse_utc("2026-06-21T15:30:00Z") + 1800.0 * np.arange(3)
+    model = "solartrak" if ideal == "solartrak" else "precise"
+    sun = sun_position(model, utc_s, SITE)
+    ax1, ax2 = MountGeometry("azel", 35.05).axes_from_horizontal(sun.azimuth_deg, sun.zenith_deg)
+    return table(ideal=ideal, utc_s=utc_s + shift_s, ax1_deg=ax1, ax2_deg=ax2)
+
+
+@pytest.mark.parametrize("ideal", ["apparent", "airless", "solartrak"])
+def test_points_on_the_sun_are_not_remarked_upon(ideal: str) -> None:
+    assert ephemeris_warnings(on_sun(ideal)) == ()
+
+
+def test_points_whose_clock_is_a_minute_off_are_named() -> None:
+    warnings = ephemeris_warnings(on_sun("airless", 60.0))
+    assert len(warnings) == 3
+    assert warnings[0].startswith("points.csv:2: the airless Sun was 0.2")
+
+
+def test_many_such_points_are_summed_up() -> None:
+    many = table(40, utc_s=np.full(40, parse_utc(UTC)))
+    warnings = ephemeris_warnings(many)
+    assert len(warnings) == 6
+    assert warnings[-1] == "and 35 more points like these"
+
+
+def test_nothing_is_said_without_a_site_or_times() -> None:
+    assert ephemeris_warnings(table(longitude_deg=None)) == ()
+    assert ephemeris_warnings(table(utc_s=np.full(3, np.nan))) == ()

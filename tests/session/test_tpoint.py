@@ -1,0 +1,250 @@
+"""TPOINT alt-azimuth files, in and out."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from session_samples import table
+
+from solarcal.errors import ConfigurationError, InputFileError, SolarcalError
+from solarcal.session.interchange.tpoint import read_tpoint, write_tpoint
+from solarcal.session.points import PointTable
+from solarcal.units import wrap_deg
+
+REFERENCE = Path(__file__).resolve().parents[3] / "shared" / "data" / "tpoint"
+
+SMALL = """\
+! observer: Ada
+Test mount, 2026 Jun 21
+: ALTAZ
+: NODA
+-30 14 40.2 2026 06 21.5 12.0 780.0 2700.0 0.3
+350.5 45.0 350.4 45.1 300.0      ! first
+! 120.0 30.0 119.9 30.1
+* 200.0 60.0 199.9 60.1 12.5 1.5
+! focus changed at 4 15
+0.05 20.0 359.95 19.9
+END
+nothing after the end counts
+"""
+
+
+def read(tmp_path: Path, text: str, **options: Any) -> PointTable:
+    path = tmp_path / "run.dat"
+    path.write_text(text, encoding="utf-8")
+    return read_tpoint(path, **options)
+
+
+def test_observations_become_native_angles_and_encoder_errors(tmp_path: Path) -> None:
+    points = read(tmp_path, SMALL)
+    assert points.geometry == "azel"
+    assert points.latitude_deg == -30.2445
+    assert (points.longitude_deg, points.elevation_m) == (None, 2700.0)
+    assert points.ax1_centre_deg == 180.0
+    np.testing.assert_allclose(points.ax1_deg, [189.5, 60.0, 340.0, 179.95], atol=1e-12)
+    np.testing.assert_allclose(points.ax2_deg, [45.0, 60.0, 30.0, 70.0], atol=1e-12)
+    # Encoder minus true, as AX1 = 180 - A and AX2 = 90 - E turn it round.
+    np.testing.assert_allclose(points.err1_deg, [0.1, 0.1, 0.1, 0.1], atol=1e-12)
+    np.testing.assert_allclose(points.err2_deg, [-0.1, -0.1, -0.1, 0.1], atol=1e-12)
+    assert points.status == ("accepted", "rejected", "rejected", "accepted")
+    assert points.labels == (6, 7, 8, 10)
+    assert np.isnan(points.utc_s).all()
+    assert points.warnings == ()
+
+
+def test_north_of_the_equator_the_branch_is_centred_on_south(tmp_path: Path) -> None:
+    points = read(tmp_path, SMALL.replace("-30 14", "+30 14"))
+    assert points.ax1_centre_deg == 0.0
+    np.testing.assert_allclose(points.ax1_deg, [-170.5, 60.0, -20.0, 179.95], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("dms", "latitude_deg"),
+    [("-00 30 00", -0.5), ("0 30 0", 0.5), ("+38 25 59", 38 + 25 / 60 + 59 / 3600), ("90 0 0", 90)],
+)
+def test_latitudes(tmp_path: Path, dms: str, latitude_deg: float) -> None:
+    found = read(tmp_path, SMALL.replace("-30 14 40.2", dms)).latitude_deg
+    assert found == pytest.approx(latitude_deg, abs=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("350.4 45.1 300.0 ", "350.4", r"dat:6: 3 numbers where an observation has four"),
+        ("350.4 45.1", "350.4 45,1", r"dat:6: '45,1' \(number 4 of the line\) is not a number"),
+        ("300.0 ", "nan ", r"dat:6: 'nan' \(number 5 of the line\) is not a number"),
+        ("350.5 45.0", "350.5 95.0", r"dat:6: .* elevations within -90\.\.90"),
+        ("350.5 45.0", "3505. 45.0", r"dat:6: azimuths must lie within"),
+        ("-30 14 40.2", "95 14 40.2", r"dat:5: a latitude of 95\.2445 deg is beyond the pole"),
+        ("-30 14 40.2", "-30 61 40.2", r"dat:5: minutes or seconds .* not below 60"),
+        ("-30 14 40.2", "south", r"dat:5: 'south' is not a number; the latitude comes here"),
+        (
+            "-30 14 40.2 2026 06 21.5 12.0 780.0 2700.0 0.3", "-30.2445",
+            r"dat:5: the latitude needs degrees, minutes and seconds",
+        ),
+        (": ALTAZ\n", "", r"no ': ALTAZ' line"),
+        (
+            "! observer: Ada\nTest mount, 2026 Jun 21\n: ALTAZ", "120.0 30.0 119.9 30.1",
+            r"dat:1: a TPOINT file begins with its caption",
+        ),
+    ],
+)  # fmt: skip
+def test_a_bad_line_is_named(tmp_path: Path, old: str, new: str, complaint: str) -> None:
+    assert old in SMALL
+    with pytest.raises(InputFileError, match=complaint) as refusal:
+        read(tmp_path, SMALL.replace(old, new, 1))
+    assert "\n" not in str(refusal.value)
+
+
+def test_files_that_are_no_tpoint_file(tmp_path: Path) -> None:
+    with pytest.raises(InputFileError, match="is empty"):
+        read(tmp_path, "\n")
+    with pytest.raises(InputFileError, match="no latitude line"):
+        read(tmp_path, "caption\n: ALTAZ\nEND\n")
+    with pytest.raises(InputFileError, match="No such file"):
+        read_tpoint(tmp_path / "none.dat")
+
+
+def test_a_file_without_its_end_is_read_with_a_warning(tmp_path: Path) -> None:
+    points = read(tmp_path, SMALL.partition("END")[0])
+    assert len(points) == 4
+    assert "no END line" in points.warnings[0]
+
+
+def test_options_fill_what_the_format_cannot_hold(tmp_path: Path) -> None:
+    points = read(tmp_path, SMALL, longitude_deg=-70.8, unit="AuxTel", geometry="azel")
+    assert (points.longitude_deg, points.unit) == (-70.8, "AuxTel")
+    with pytest.raises(ConfigurationError, match="of geometry azel, not polar"):
+        read(tmp_path, SMALL, geometry="polar")
+
+
+def test_written_files_are_plain_tpoint(tmp_path: Path) -> None:
+    path = tmp_path / "out.dat"
+    points = table(
+        2,
+        status=("accepted", "rejected"),
+        ax1_deg=np.array([170.0, -90.0]),
+        ax2_deg=np.array([45.0, 60.0]),
+        err1_deg=np.array([0.25, -0.5]),
+        err2_deg=np.array([0.125, 0.0]),
+    )
+    write_tpoint(points, path)
+    assert path.read_text().splitlines() == [
+        "tower 3: points from solarcal",
+        "! lon_deg=-106.48",
+        "! elevation_m=1830.0",
+        "! unit=tower 3",
+        "! ax1_centre_deg=0.0",
+        "! ideal=apparent",
+        ": ALTAZ",
+        "+35 03 0",
+        "010.0000000000 45.0000000000 009.7500000000 44.8750000000",
+        "! 270.0000000000 30.0000000000 270.5000000000 30.0000000000",
+        "END",
+    ]
+
+
+def test_other_geometries_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="for azel only, not for polar"):
+        write_tpoint(table(geometry="polar"), tmp_path / "out.dat")
+    with pytest.raises(ConfigurationError, match="needs the latitude"):
+        write_tpoint(table(latitude_deg=None), tmp_path / "out.dat")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_attempts_without_angles_are_left_out(tmp_path: Path) -> None:
+    nothing = np.array([np.nan, 1.0])
+    points = table(2, status=("aborted", "accepted"), ax1_deg=nothing, err1_deg=nothing)
+    write_tpoint(points, tmp_path / "out.dat")
+    assert len(read_tpoint(tmp_path / "out.dat")) == 1
+
+
+angle = st.floats(-180.0, 180.0, exclude_min=True)
+
+
+@st.composite
+def tables(draw: st.DrawFn) -> PointTable:
+    n = draw(st.integers(0, 5))
+
+    def column(values: st.SearchStrategy[float]) -> np.ndarray[Any, Any]:
+        return np.array(draw(st.lists(values, min_size=n, max_size=n)), dtype=np.float64)
+
+    centre = draw(st.sampled_from([0.0, 180.0, 20.0]))
+    return table(
+        n,
+        latitude_deg=draw(st.floats(-90.0, 90.0)),
+        longitude_deg=draw(st.none() | st.floats(-180.0, 180.0)),
+        unit=draw(st.sampled_from(["", "tower 3", "a=b"])),
+        ax1_centre_deg=centre,
+        ax1_deg=wrap_deg(column(angle), centre),
+        ax2_deg=column(st.floats(0.0, 180.0)),
+        err1_deg=column(st.floats(-179.0, 179.0)),
+        err2_deg=column(st.floats(-180.0, 180.0)),
+        status=tuple(
+            draw(st.lists(st.sampled_from(["accepted", "rejected"]), min_size=n, max_size=n))
+        ),
+    )
+
+
+@settings(derandomize=True, max_examples=150, deadline=None)
+@given(points=tables())
+def test_tpoint_round_trips_to_the_printed_digits(
+    points: PointTable, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "round.dat"
+    write_tpoint(points, path)
+    again = read_tpoint(path)
+    assert np.all(np.abs(wrap_deg(again.ax1_deg - points.ax1_deg)) <= 2e-10)
+    np.testing.assert_allclose(again.ax2_deg, points.ax2_deg, rtol=0, atol=2e-10)
+    np.testing.assert_allclose(again.err1_deg, points.err1_deg, rtol=0, atol=2e-10)
+    np.testing.assert_allclose(again.err2_deg, points.err2_deg, rtol=0, atol=2e-10)
+    for name in ("latitude_deg", "longitude_deg", "elevation_m", "unit", "ax1_centre_deg",
+                 "status"):  # fmt: skip
+        assert getattr(again, name) == getattr(points, name), name
+    first = path.read_bytes()
+    write_tpoint(again, path)
+    assert path.read_bytes() == first
+
+
+@settings(derandomize=True, max_examples=250, deadline=None)
+@given(
+    at=st.integers(0, len(SMALL) - 1),
+    length=st.integers(0, 20),
+    patch=st.binary(max_size=5)
+    | st.sampled_from([b"1e99", b"\0", b"!", b"*", b":", b"END", b"9" * 500, b"-", b"1e999999"]),
+)
+def test_damaged_files_are_read_or_refused(
+    at: int, length: int, patch: bytes, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "fuzz.dat"
+    whole = SMALL.encode()
+    path.write_bytes(whole[:at] + patch + whole[at + length :])
+    try:
+        points = read_tpoint(path)
+    except SolarcalError as error:
+        refusal = str(error)
+    else:
+        refusal = ""
+        assert np.isfinite(points.ax1_deg + points.ax2_deg).all()
+        assert np.isfinite(points.err1_deg + points.err2_deg).all()
+    assert "\n" not in refusal
+
+
+@pytest.mark.parametrize(
+    ("name", "observations"),
+    [("auxtel-2020-Jan-26-UTC-1-47-15.dat", 17), ("auxtel-2020-Mar-15-UTC-2-27-13.dat", 44)],
+)
+def test_the_real_files_survive_being_written(tmp_path: Path, name: str, observations: int) -> None:
+    if not (REFERENCE / name).exists():
+        pytest.skip("reference data (shared/data/tpoint) is not here")
+    points = read_tpoint(REFERENCE / name)
+    assert (len(points), points.count("accepted")) == (observations, observations)
+    assert points.latitude_deg == -30.2445
+    write_tpoint(points, tmp_path / "copy.dat")
+    again = read_tpoint(tmp_path / "copy.dat")
+    np.testing.assert_allclose(again.ax1_deg, points.ax1_deg, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(again.err1_deg, points.err1_deg, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(again.err2_deg, points.err2_deg, rtol=0, atol=1e-12)
