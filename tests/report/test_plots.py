@@ -160,6 +160,12 @@ def test_points_of_a_later_day_are_hollow(make_header, make_points, fit_points):
     assert text.count(scales.AXIS2_LATER) >= 6
 
 
+def test_without_times_the_ruler_is_called_an_hour_angle(full_day):
+    untimed = replace(full_day, days=0)
+    assert "apparent solar time" in plots.error_plot(full_day, 80, 24, colour=False)
+    assert "hour angle + 12" in plots.error_plot(untimed, 80, 24, colour=False)
+
+
 def test_a_rejected_point_has_a_glyph_of_its_own(june_day, make_points, fit_points):
     header, points = june_day
     rejected = make_points(header, ["2026-06-21T22:30:00Z"], first_seq=80, status="rejected")

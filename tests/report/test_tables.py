@@ -11,7 +11,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.report import fit_tables, tables
 from solarcal.report.columns import clock_text, columns, number
-from solarcal.session.points import table_from_session
+from solarcal.session.points import merge_tables, table_from_session
 from solarcal.session.reader import Session
 from solarcal.session.records import Answers, CheckRecord, ClockSet, RefCheck, UploadRecord
 
@@ -84,6 +84,16 @@ def test_a_long_points_file_says_how_much_it_leaves_out(june_day):
     text = tables.file_points_table(table, most=5)
     assert text.endswith("... and 7 more")
     assert text.count("accepted") == 5
+
+
+def test_rows_of_merged_files_are_told_apart(june_day):
+    header, points = june_day
+    first = table_from_session(Session("monday.jsonl", header, tuple(points[:6])))
+    second = table_from_session(Session("tuesday.jsonl", header, tuple(points[6:])))
+    lines = tables.file_points_table(merge_tables([first, second])).split("\n")
+    assert lines[0].startswith("no.")
+    assert lines[2:4] == ["monday.jsonl", "2026-06-21"]
+    assert lines[10:12] == ["tuesday.jsonl", "2026-06-21"]
 
 
 @pytest.mark.parametrize(

@@ -28,6 +28,13 @@ def _header(width: int, *wordings: Sequence[HeaderPart]) -> list[HeaderPart]:
     return list(next(fitting, wordings[-1]))
 
 
+def _time_label(data: ErrorPlotData) -> str:
+    """Without a single time (star catalogues) the ruler is an hour angle, whatever was observed."""
+    return (
+        "hour angle + 12, h" if data.points.labels and not data.days else "apparent solar time, h"
+    )
+
+
 def _draw_points(
     canvas: Canvas, data: ErrorPlotData, hours: Scale, values: Scale, y1: FloatArray, y2: FloatArray
 ) -> bool:
@@ -82,7 +89,7 @@ def error_plot(
     Faint columns are times at which the limits shut the Sun out; from 20 rows on ``'`` and ``,``
     bound the model's one-sigma band.
     """
-    canvas = Canvas(width, height, colour, theme, "apparent solar time, h")
+    canvas = Canvas(width, height, colour, theme, _time_label(data))
     points, model, palette = data.points, data.model, canvas.palette
     low, high = scales.error_range(
         (points.err1_deg, points.err2_deg), (model.err1_deg, model.err2_deg)
@@ -137,7 +144,7 @@ def residual_plot(
     data: ErrorPlotData, width: int, height: int, colour: bool = True, theme: Theme = "phosphor"
 ) -> str:
     """What the model leaves of each point ON THE SKY, against solar time, with the tolerance."""
-    canvas = Canvas(width, height, colour, theme, "apparent solar time, h")
+    canvas = Canvas(width, height, colour, theme, _time_label(data))
     points, palette = data.points, canvas.palette
     cross, along = points.cross_deg, points.along_deg
     finite = np.concatenate((cross, along))

@@ -65,7 +65,7 @@ class Scale:
 
 def value_scale(low: float, high: float, cells: int, signed: bool = True) -> Scale:
     """Ticks at 1, 2 or 5 times a power of ten, about one for every three rows."""
-    wanted = (high - low) / max(3, cells // 3)
+    wanted = (high - low) / max(4, cells // 3)
     power = 10.0 ** math.floor(math.log10(wanted))
     step = next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= wanted * 0.999)
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)

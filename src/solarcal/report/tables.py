@@ -34,6 +34,7 @@ class _PointRow:
     error_deg: tuple[float, float] | None
     status: str
     reason: str
+    source: str = ""
 
 
 def _time_of_day(utc: str) -> str:
@@ -77,8 +78,11 @@ def _points_lines(rows: Sequence[_PointRow], solution: Solution | None, key: str
         cells,
         ">>>>>>>><",
     )
-    lines, date = [head, rule], ""
+    lines, date, source = [head, rule], "", ""
     for row, line in zip(rows, body, strict=True):
+        if row.source != source:
+            source, date = row.source, ""
+            lines.append(source)
         if row.utc is not None and _date(row.utc) != date:
             date = _date(row.utc)
             lines.append(date)
@@ -117,7 +121,10 @@ def points_table(
 def file_points_table(
     table: PointTable, solution: Solution | None = None, most: int | None = 60
 ) -> str:
-    """The rows of a points file; of a long one the first ``most``, and how many more there are."""
+    """The rows of points files; of many the first ``most``, and how many more there are.
+
+    Rows are called by line number, those of sessions by sequence number; merged files are named.
+    """
     shown = table if most is None else table.rows(range(min(most, len(table))))
     site = table.site
     solar_h = np.full(len(shown), np.nan)
@@ -129,6 +136,7 @@ def file_points_table(
     def pairs(first: Sequence[float], second: Sequence[float]) -> Iterator[tuple[float, float]]:
         yield from zip(first, second, strict=True)
 
+    merged = len(set(table.sources)) > 1
     rows = [
         _PointRow(
             label,
@@ -138,8 +146,9 @@ def file_points_table(
             error,
             status,
             note,
+            source if merged else "",
         )
-        for label, hours, utc_s, ideal, error, status, note in zip(
+        for label, hours, utc_s, ideal, error, status, note, source in zip(
             shown.labels,
             solar_h.tolist(),
             shown.utc_s.tolist(),
@@ -147,10 +156,12 @@ def file_points_table(
             pairs(shown.err1_deg.tolist(), shown.err2_deg.tolist()),
             shown.status,
             shown.note,
+            shown.sources,
             strict=True,
         )
     ]
-    lines = _points_lines(rows, solution, "line")
+    from_sessions = all(source.endswith(".jsonl") for source in table.sources)
+    lines = _points_lines(rows, solution, "no." if from_sessions else "line")
     if len(shown) < len(table):
         lines.append(f"... and {len(table) - len(shown)} more")
     return "\n".join(lines)
