@@ -1,0 +1,29 @@
+"""docs/session-file.md says what the code does."""
+
+import re
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+from solarcal.session.interchange import read_table
+from solarcal.session.records import Header, KnownRecord, UnitRecord
+
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "session-file.md").read_text("utf-8")
+NAMES = set(re.findall(r"`([^`\n]+)`", PAGE))
+EXAMPLES = re.findall(r"```\n(.*?)```", PAGE, re.DOTALL)
+
+
+@pytest.mark.parametrize("kind", [*get_args(KnownRecord), UnitRecord])
+def test_every_record_and_field_is_described(kind: type) -> None:
+    fields = set(kind.__struct_fields__)  # type: ignore[attr-defined]
+    assert fields <= NAMES
+    if kind not in (Header, UnitRecord):
+        assert kind.__struct_config__.tag in NAMES  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(("example", "name"), zip(EXAMPLES, ("a.csv", "a.dat"), strict=True))
+def test_the_examples_are_read(tmp_path: Path, example: str, name: str) -> None:
+    (tmp_path / name).write_text(example)
+    table = read_table(tmp_path / name)
+    assert (len(table), table.warnings) == (1, ())
