@@ -22,7 +22,7 @@ def test_every_record_and_field_is_described(kind: type) -> None:
         assert kind.__struct_config__.tag in NAMES  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize(("example", "name"), zip(EXAMPLES, ("a.csv", "a.dat"), strict=True))
+@pytest.mark.parametrize(("example", "name"), list(zip(EXAMPLES, ("a.csv", "a.dat"), strict=True)))
 def test_the_examples_are_read(tmp_path: Path, example: str, name: str) -> None:
     (tmp_path / name).write_text(example)
     table = read_table(tmp_path / name)
