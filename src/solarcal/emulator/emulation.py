@@ -8,6 +8,7 @@ import numpy as np
 
 from solarcal.emulator.answering import UnitEnd
 from solarcal.emulator.controller import Controller
+from solarcal.emulator.emulator_requests import MAX_SPEED
 from solarcal.emulator.faults import Faults
 from solarcal.emulator.scenario import Scenario
 from solarcal.emulator.true_error import TrueError
@@ -56,7 +57,7 @@ class Emulator:
             scenario = scenario.with_settings([f"truth.noise_deg={noise_deg!r}"])
         if seed < 0:
             raise ConfigurationError(f"seed {seed} must not be negative")
-        if not 0.0 <= speed <= 1e6:
+        if not 0.0 <= speed <= MAX_SPEED:
             raise ConfigurationError(f"speed {speed:g} must lie between 0 and a million")
         self.scenario = scenario
         self.noise_deg = scenario.truth.noise_deg
@@ -94,7 +95,7 @@ class Emulator:
         self._now_us = 0
         self._speed = speed
         self._monotonic = monotonic or time.monotonic
-        self._caught_up_s = self._monotonic() if speed else 0.0
+        self._caught_up_s = self._monotonic()
 
     # --- the line -----------------------------------------------------------------------------
 
@@ -130,6 +131,12 @@ class Emulator:
 
     def speed(self) -> float:
         return self._speed
+
+    def set_speed(self, speed: float) -> None:
+        """From now on this many virtual seconds pass in a real one; 0: only by ``advance``."""
+        with self._turn:
+            self.catch_up()
+            self._speed, self._caught_up_s = speed, self._monotonic()
 
     def advance(self, seconds: float) -> None:
         """Let that much virtual time pass, to the microsecond."""

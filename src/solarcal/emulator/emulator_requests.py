@@ -9,6 +9,7 @@ from solarcal.unit import fields, values
 from solarcal.unit.tracker import Spot, Truth
 
 MAX_ADVANCE_S = 86400.0
+MAX_SPEED = 1e6
 
 
 class Surroundings(Protocol):
@@ -19,6 +20,8 @@ class Surroundings(Protocol):
     def times_utc_s(self) -> tuple[float, float]: ...
 
     def speed(self) -> float: ...
+
+    def set_speed(self, speed: float) -> None: ...
 
     def advance(self, seconds: float) -> None: ...
 
@@ -46,6 +49,7 @@ class EmulatorRequests:
         self._around = surroundings
         self._words: dict[str, Callable[[list[str]], list[str]]] = {
             "TIME": self._time,
+            "SPEED": self._speed,
             "ADVANCE": self._advance,
             "SPOT": self._spot,
             "TRUTH": self._truth,
@@ -65,6 +69,13 @@ class EmulatorRequests:
             *fields.times_to_fields(*self._around.times_utc_s()),
             values.number_text(self._around.speed(), 3),
         ]
+
+    def _speed(self, arguments: list[str]) -> list[str]:
+        speed = fields.speed_from_fields(arguments)
+        if not 0.0 <= speed <= MAX_SPEED:
+            raise ProtocolError(f"field speed: {speed:g} is not between 0 and {MAX_SPEED:g}")
+        self._around.set_speed(speed)
+        return fields.speed_to_fields(self._around.speed())
 
     def _advance(self, arguments: list[str]) -> list[str]:
         (text,) = fields.expect(arguments, "seconds")

@@ -263,6 +263,16 @@ def times_and_speed_from_fields(fields: Sequence[str]) -> tuple[tuple[float, flo
     return times_from_fields((true_utc, laptop_utc)), values.number(speed, "speed")
 
 
+def speed_to_fields(speed: float) -> list[str]:
+    """Argument of ``X SPEED`` and its reply."""
+    return [values.number_text(speed, 3)]
+
+
+def speed_from_fields(fields: Sequence[str]) -> float:
+    (speed,) = expect(fields, "speed")
+    return values.number(speed, "speed")
+
+
 def spot_to_fields(spot: Spot) -> list[str]:
     """Reply to ``X SPOT``."""
     errors = (values.number_text(spot.error1_deg), values.number_text(spot.error2_deg))

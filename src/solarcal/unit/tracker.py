@@ -147,6 +147,10 @@ class Emulation(Protocol):
         """Virtual seconds per real second; 0 when time moves only by ``advance``."""
         ...
 
+    def set_speed(self, speed: float) -> float:
+        """Let that many virtual seconds pass in a real one from now on; the speed as taken."""
+        ...
+
     def advance(self, seconds: float) -> tuple[float, float]:
         """Let that much virtual time pass; the two times afterwards, as ``time`` gives them."""
         ...

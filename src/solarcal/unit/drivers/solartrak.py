@@ -182,10 +182,11 @@ class SolarTrakUnit:
     def ask_emulator(self, verb: str, reader: Callable[[tuple[str, ...]], T], *arguments: str) -> T:
         """Ask ``X verb``; never sent to a unit that does not announce X."""
         request = f"X {verb}"
+        talk = self._talk
         if self._identity is None or not self._identity.is_emulator:
             raise UnitRefused(NOT_ANNOUNCED, "this unit is no emulator", request)
         answer_s = self._timing.advance_s if verb == "ADVANCE" else None
-        return self._read(request, reader, self._talk.ask("X", verb, *arguments, answer_s=answer_s))
+        return self._read(request, reader, talk.ask("X", verb, *arguments, answer_s=answer_s))
 
     @property
     def _talk(self) -> Conversation:
@@ -251,6 +252,11 @@ class _SolarTrakEmulation:
 
     def speed(self) -> float:
         return self._times()[1]
+
+    def set_speed(self, speed: float) -> float:
+        if not 0.0 <= speed < math.inf:
+            raise ConfigurationError(f"virtual time cannot run {speed} times as fast")
+        return self._ask("SPEED", fields.speed_from_fields, values.number_text(speed, 3))
 
     def advance(self, seconds: float) -> tuple[float, float]:
         if not 0.0 <= seconds < math.inf:
