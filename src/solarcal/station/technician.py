@@ -31,10 +31,19 @@ WATCH_STEP_S = 5.0
 MAX_WATCH_S = 420.0
 CLOUD_WAIT_S = 300.0
 MAX_CENTRING_MOVES = 12
+CATCH_UP_S = 60.0
+"""An axis past the Sun by less than this waits for it; by more, it goes behind."""
+
+SUN_STANDS_DEG_PER_S = 2e-4
+"""Slower than this the Sun's sense of motion in an axis means nothing."""
+
 MAX_TRIES = 3
 MIN_POINT_ELEVATION_DEG = 10.0
 SUSPICIOUS_DEG = 0.15
-"""Counts that disagree with the prediction by more than this call for a reference check."""
+"""Counts that disagree with the prediction by more than this (on sky, and by more than four sigmas
+of the prediction) call for a reference check."""
+
+TRUSTED_FIT_POINTS = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +154,7 @@ class AutomaticTechnician:
         """One point, tried again when it looks wrong; ``None`` when the slot had to be given up."""
         for attempt in range(MAX_TRIES):
             if not self.centre():
-                self._say("no spot to be seen; the slot is given up")
+                self._say("the slot is given up")
                 self.station.track()
                 return None
             self.station.set_sun_offset()
@@ -191,35 +200,60 @@ class AutomaticTechnician:
     # -- the steps ---------------------------------------------------------------------------
 
     def centre(self) -> bool:
-        """Jog until the spot is centred, the last move of each axis in the Sun's direction."""
+        """Jog until the spot is centred, each axis coming from behind the Sun.
+
+        An axis that is past the Sun by less than the Sun makes up in a minute is left to be
+        caught up with: the jog aims at where the Sun will be then. One that is further past
+        goes behind first.
+        """
         station = self.station
         tolerance_deg = 3.0 * self._eye_sigma_deg + 0.01
-        came_forward = False
+        adjusted = False
+        status = station.poll()
+        # Decided once: going behind the Sun must not turn the sense it is then approached in.
+        senses = [
+            self._forward(rate, approach)
+            for rate, approach in zip(
+                self._rates_deg_per_s(status.unit_utc_s), status.approach, strict=True
+            )
+        ]
         for _ in range(MAX_CENTRING_MOVES):
             spot = self._look_through_clouds()
             if spot is None:
+                self._say("no spot to be seen")
                 return False
             status = station.poll()
-            if came_forward and self._on_sky(spot, status) <= tolerance_deg:
-                return True
             rates = self._rates_deg_per_s(status.unit_utc_s)
-            targets: list[float] = []
-            came_forward = True
-            for reading, error, rate in zip(
-                (status.reading1_deg, status.reading2_deg),
-                (spot.error1_deg, spot.error2_deg),
-                rates,
-                strict=True,
-            ):
-                forward = -1.0 if rate < 0.0 else 1.0
-                target = reading + error + rate * FINE_MOVE_S
-                if (target - reading) * forward <= 0.0:
-                    # Past the Sun: go behind it, and come forward with the next move.
-                    target -= forward * BEHIND_DEG
-                    came_forward = False
-                targets.append(target)
-            self._move(targets[0], targets[1])
+            if adjusted and self._on_sky(spot, status) <= tolerance_deg:
+                return True
+            readings = (status.reading1_deg, status.reading2_deg)
+            errors = (spot.error1_deg, spot.error2_deg)
+            past_s = [
+                -error * sense / max(abs(rate), 1e-9) if error * sense < 0.0 else 0.0
+                for error, sense, rate in zip(errors, senses, rates, strict=True)
+            ]
+            catching_up = [late_s for late_s in past_s if late_s <= CATCH_UP_S]
+            aim_s = FINE_MOVE_S * (1.0 + np.ceil(max(catching_up, default=0.0) / FINE_MOVE_S))
+            adjusted = len(catching_up) == 2
+            targets = [
+                reading
+                + error
+                + rate * aim_s
+                - (0.0 if late_s <= CATCH_UP_S else sense * BEHIND_DEG)
+                for reading, error, rate, late_s, sense in zip(
+                    readings, errors, rates, past_s, senses, strict=True
+                )
+            ]
+            self._move(targets[0], targets[1], aim_s)
+        self._say("the spot could not be centred")
         return False
+
+    @staticmethod
+    def _forward(rate_deg_per_s: float, approach: int) -> float:
+        """The sense the axis has to come from: the Sun's, or the last one where it stands still."""
+        if abs(rate_deg_per_s) < SUN_STANDS_DEG_PER_S:
+            return -1.0 if approach < 0 else 1.0
+        return -1.0 if rate_deg_per_s < 0.0 else 1.0
 
     def watch(self) -> bool:
         """Let it track for a minute and through one update; is the spot centred then?"""
@@ -263,29 +297,33 @@ class AutomaticTechnician:
 
     def _doubt(self, record: PointRecord | CheckRecord) -> str:
         """Why the counts do not make sense, or nothing."""
-        if isinstance(record, CheckRecord) or record.ideal_deg is None:
-            return ""
-        accepted = self.station.session.accepted
-        if record.expected_counts is None or record.found_counts is None or len(accepted) < 5:
-            return ""
-        unit = self.station.session.header.unit
-        for axis, (drive, reference, now, expected, found) in enumerate(
-            zip(
-                (unit.drive1, unit.drive2),
-                (unit.reference1_deg, unit.reference2_deg),
-                record.reading_deg or (0.0, 0.0),
-                record.expected_counts,
-                record.found_counts,
-                strict=True,
-            ),
-            start=1,
+        session = self.station.session
+        if (
+            isinstance(record, CheckRecord)
+            or record.ideal_deg is None
+            or record.reading_deg is None
+            or record.expected_counts is None
+            or record.found_counts is None
+            or len(session.accepted) < TRUSTED_FIT_POINTS
         ):
+            return ""
+        solution = solve(session)
+        if solution is None:
+            return ""
+        unit = session.header.unit
+        unsure = solution.predict_sigma_deg(*record.ideal_deg)
+        weights = (np.sin(np.radians(record.ideal_deg[1])), 1.0)
+        for axis in (0, 1):
+            drive = (unit.drive1, unit.drive2)[axis]
+            reference = (unit.reference1_deg, unit.reference2_deg)[axis]
+            now, found = record.reading_deg[axis], record.found_counts[axis]
+            expected = record.expected_counts[axis]
             at = register(drive, reference, now)
-            off = now - reading_deg(drive, reference, at + round(expected) - found)
-            weight = np.sin(np.radians(record.ideal_deg[1])) if axis == 1 else 1.0
-            if abs(off) * weight > SUSPICIOUS_DEG:
+            off = now - float(reading_deg(drive, reference, at + round(expected) - found))
+            allowed = max(SUSPICIOUS_DEG, 4.0 * float(unsure[axis]) * weights[axis])
+            if abs(off) * weights[axis] > allowed:
                 return (
-                    f"axis {axis} moved {found} counts since the last point where "
+                    f"axis {axis + 1} moved {found} counts since the last point where "
                     f"{expected:.0f} were expected ({off:+.2f} deg)"
                 )
         return ""
@@ -311,12 +349,14 @@ class AutomaticTechnician:
             self.station.clock.wait(CLOUD_WAIT_S)
         return None
 
-    def _move(self, target1_deg: float, target2_deg: float) -> None:
-        """Jog there, renewing the target until both axes are at rest."""
+    def _move(self, target1_deg: float, target2_deg: float, aim_s: float) -> None:
+        """Jog there and stay until ``aim_s`` has passed, renewing the target until at rest."""
+        passed_s = 0.0
         for _ in range(600):
             self.station.jog(target1_deg, target2_deg)
             self.station.clock.wait(FINE_MOVE_S)
-            if self.station.poll().moving == (0, 0):
+            passed_s += FINE_MOVE_S
+            if passed_s >= aim_s and self.station.poll().moving == (0, 0):
                 return
 
     @staticmethod
