@@ -32,17 +32,20 @@ def add_point_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from solarcal.station.fitting import PointOptions, fit_files
+    from solarcal.station.fitting import fit_files
 
     terms = tuple(args.terms.split(",")) if args.terms else None
-    options = PointOptions(
-        geometry=args.geometry,
-        latitude_deg=args.lat,
-        longitude_deg=args.lon,
-        elevation_m=args.elevation,
-        unit=args.unit,
+    fitted = fit_files(
+        args.files,
+        {
+            "geometry": args.geometry,
+            "latitude_deg": args.lat,
+            "longitude_deg": args.lon,
+            "elevation_m": args.elevation,
+            "unit": args.unit,
+        },
+        terms,
     )
-    fitted = fit_files(args.files, options, terms)
     if args.json:
         from solarcal.station.documents import fit_document
 

@@ -120,11 +120,6 @@ class PointTable:
         return self.rows([i for i, status in enumerate(self.status) if status == "accepted"])
 
 
-def default_ax1_centre_deg(geometry: str, latitude_deg: float | None) -> float:
-    """Centre of the AX1 branch: 180 for azel south of the equator, where the Sun is North."""
-    return 180.0 if geometry == "azel" and (latitude_deg or 0.0) < 0.0 else 0.0
-
-
 def table_from_session(session: Session) -> PointTable:
     """The live points of a session; labels are sequence numbers.
 

@@ -1,7 +1,7 @@
 """From a session's points to a solution, the same way live, in replay and from files."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from solarcal.errors import ConfigurationError
@@ -10,25 +10,18 @@ from solarcal.model.points import PointSet
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import Limits
-from solarcal.session.interchange.csv_points import read_points_csv
-from solarcal.session.interchange.tpoint import read_tpoint
-from solarcal.session.points import PointTable, merge_tables, table_from_session
+from solarcal.session.interchange import FillIn, read_table
+from solarcal.session.points import (
+    PointTable,
+    ephemeris_warnings,
+    merge_tables,
+    table_from_session,
+)
 from solarcal.session.reader import Session, read_session
 from solarcal.station.evidence import evidence
 from solarcal.station.state import SessionView, view_session
 
 MIN_POINTS = 3
-
-
-@dataclass(frozen=True, slots=True)
-class PointOptions:
-    """What the user says of a points CSV where the file itself does not; ``None``: nothing."""
-
-    geometry: str | None = None
-    latitude_deg: float | None = None
-    longitude_deg: float | None = None
-    elevation_m: float | None = None
-    unit: str | None = None
 
 
 def point_set(table: PointTable) -> PointSet:
@@ -67,28 +60,13 @@ def solve(session: SessionView, terms: Sequence[str] = COEFFICIENT_NAMES) -> Sol
     return solve_table(session_table(session), terms, session.header.unit.limits)
 
 
-def load_points(path: Path, options: PointOptions) -> tuple[PointTable, Session | None]:
-    """Read a session, points CSV or TPOINT file, told apart by its ending."""
-    match path.suffix.lower():
-        case ".jsonl":
-            session = read_session(path)
-            return table_from_session(session), session
-        case ".csv":
-            return read_points_csv(
-                path,
-                geometry=options.geometry,
-                latitude_deg=options.latitude_deg,
-                longitude_deg=options.longitude_deg,
-                elevation_m=options.elevation_m,
-                unit=options.unit,
-            ), None
-        case ".dat":
-            return read_tpoint(path), None
-        case ending:
-            raise ConfigurationError(
-                f"{path}: {ending or 'no ending'} is not one of .jsonl (session), "
-                ".csv (points) or .dat (TPOINT)"
-            )
+def load_points(path: Path, fill_in: FillIn) -> tuple[PointTable, Session | None]:
+    """Read a session, points CSV or TPOINT file, and the session itself where it is one."""
+    if path.suffix.lower() == ".jsonl":
+        session = read_session(path)
+        return table_from_session(session), session
+    table = read_table(path, **fill_in)
+    return replace(table, warnings=table.warnings + ephemeris_warnings(table)), None
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +81,7 @@ class FittedFiles:
 
 
 def fit_files(
-    paths: Sequence[Path], options: PointOptions, terms: Sequence[str] | None = None
+    paths: Sequence[Path], fill_in: FillIn, terms: Sequence[str] | None = None
 ) -> FittedFiles:
     """Read, merge and fit.
 
@@ -112,7 +90,7 @@ def fit_files(
     InputFileError, ConfigurationError, FitError
         A file that cannot be read, files of different units, or points that allow no fit.
     """
-    loaded = [load_points(Path(path), options) for path in paths]
+    loaded = [load_points(Path(path), fill_in) for path in paths]
     tables = [table for table, _ in loaded]
     table = tables[0] if len(tables) == 1 else merge_tables(tables)
     sessions = tuple(session for _, session in loaded if session is not None)
@@ -128,5 +106,5 @@ def fit_files(
         solution=solution,
         sessions=sessions,
         evidence=tuple(dict.fromkeys(said)),
-        warnings=tuple(w for session in sessions for w in session.warnings) + table.warnings,
+        warnings=table.warnings,
     )

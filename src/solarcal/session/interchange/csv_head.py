@@ -6,9 +6,9 @@ from math import isfinite
 from pathlib import Path
 
 from solarcal.errors import ConfigurationError, InputFileError
-from solarcal.mount.geometry import GEOMETRIES
+from solarcal.mount.geometry import GEOMETRIES, default_ax1_centre
 from solarcal.session.interchange.files import fill
-from solarcal.session.points import IDEALS, PointTable, default_ax1_centre_deg
+from solarcal.session.points import IDEALS, PointTable
 from solarcal.site import Site
 from solarcal.timescale import format_utc, parse_utc
 
@@ -122,7 +122,7 @@ def complete_head(
         longitude_deg=longitude,
         elevation_m=elevation,
         unit=str(known["unit"] or ""),
-        ax1_centre_deg=default_ax1_centre_deg(str(geometry), latitude)
+        ax1_centre_deg=default_ax1_centre(str(geometry), latitude or 0.0)
         if centre is None
         else centre,
         ideal=str(written.get("ideal", "apparent")),
