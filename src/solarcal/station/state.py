@@ -16,6 +16,7 @@ from solarcal.session.records import (
     Answers,
     CheckRecord,
     ClockSet,
+    FitRecord,
     Header,
     Initialised,
     PointRecord,
@@ -40,6 +41,7 @@ class SessionView:
     points: tuple[PointRecord, ...] = ()
     checks: tuple[CheckRecord, ...] = ()
     uploads: tuple[UploadRecord, ...] = ()
+    fits: tuple[FitRecord, ...] = ()
 
     @property
     def geometry(self) -> MountGeometry:
@@ -83,6 +85,7 @@ def view_session(header: Header, records: tuple[Record, ...]) -> SessionView:
         points=of(PointRecord),
         checks=of(CheckRecord),
         uploads=of(UploadRecord),
+        fits=of(FitRecord),
     )
 
 

@@ -1,0 +1,161 @@
+"""What to do next, in one sentence: the manual's procedure, read off the state.
+
+A pure function of the state and the time, so that the screen, a replay and a test agree.
+"""
+
+from dataclasses import dataclass
+
+from solarcal.station import guards
+from solarcal.station.state import Activity, LinkState, SessionView, StationState
+from solarcal.timescale import parse_utc
+from solarcal.unit.tracker import Mode
+
+POINT_INTERVAL_S = 1800.0
+"""The manual takes a point every 30 to 45 minutes: from 30 on the next one is due."""
+
+ENOUGH_POINTS = 7
+"""The fewest points the manual calls a calibration; it goes on to twelve."""
+
+FULL_CALIBRATION = 12
+CHECK_POINTS = 2
+CLOCK_TOLERANCE_S = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class NextStep:
+    """The sentence, the action it asks for (an id of the workstation's), and when it is due.
+
+    ``due_utc_s`` is on the laptop's clock; ``None`` means now, or that time does not matter.
+    """
+
+    sentence: str
+    action: str | None = None
+    due_utc_s: float | None = None
+
+    def countdown_s(self, utc_s: float | None) -> float | None:
+        """Seconds left, 0 when it is due; ``None`` without a time to wait for."""
+        if self.due_utc_s is None or utc_s is None:
+            return None
+        return max(0.0, self.due_utc_s - utc_s)
+
+
+def countdown_text(seconds: float) -> str:
+    """A time to wait: ``12:05`` or ``1:02:05``."""
+    whole = int(seconds + 0.999)
+    hours, rest = divmod(whole, 3600)
+    minutes, left = divmod(rest, 60)
+    return f"{hours}:{minutes:02d}:{left:02d}" if hours else f"{minutes}:{left:02d}"
+
+
+def next_step(state: StationState, sun_elevation_deg: float | None = None) -> NextStep:
+    """What the technician does next.
+
+    Parameters
+    ----------
+    sun_elevation_deg
+        Of the Sun now, where it is known: too low a Sun gives no points.
+    """
+    live, session = state.live, state.session
+    if live.link is LinkState.LOST:
+        return NextStep(
+            "The link is lost; it reconnects by itself. Look at the cable and the unit's power.",
+            "link",
+        )
+    if session is None or live.link is LinkState.CLOSED:
+        return NextStep("No unit is connected.", "link")
+    if (busy := _during(state)) is not None:
+        return busy
+    if session.uploads:
+        return _after_upload(session)
+    if (preparation := _preparation(state, session)) is not None:
+        return preparation
+    return _next_point(state, session, sun_elevation_deg)
+
+
+def _during(state: StationState) -> NextStep | None:
+    """In the middle of something: what it waits for."""
+    match state.activity:
+        case Activity.REF_CHECK:
+            return NextStep("Reference check running: watch both axes reach their switches.")
+        case Activity.QUESTIONS | Activity.READY:
+            return NextStep("A point is being taken: answer the questions.", "take_point")
+        case Activity.GATHERING:
+            return NextStep("Gathering: a few seconds, touch nothing.")
+        case Activity.RESULT:
+            return NextStep("Look at the result: store it or not?", "take_point")
+        case Activity.UPLOADING:
+            return NextStep("Uploading: do not unplug anything.")
+        case _:
+            return None
+
+
+def _preparation(state: StationState, session: SessionView) -> NextStep | None:
+    difference_s = state.live.unit_minus_laptop_s
+    if difference_s is not None and abs(difference_s) > CLOCK_TOLERANCE_S:
+        return NextStep(
+            f"Set the unit's clock: it differs from the laptop's by {difference_s:+.1f} s "
+            f"({abs(difference_s) / 240.0:.2f} deg of Sun).",
+            "clock",
+        )
+    if not session.clock_sets and not session.accepted:
+        return NextStep("Set the unit's clock to the laptop's, once per calibration.", "clock")
+    if not any(check.complete for check in session.ref_checks):
+        return NextStep("Do a reference check, and watch both axes reach home.", "ref_check")
+    if session.initialised is None:
+        if session.fresh_sun_offset is None:
+            return NextStep("Set Sun Offset: jog the collector exactly onto the Sun.", "sun_offset")
+        return NextStep("Initialise the data file: the calibration begins here.", "initialise")
+    return None
+
+
+def _next_point(
+    state: StationState, session: SessionView, sun_elevation_deg: float | None
+) -> NextStep:
+    n = len(session.accepted)
+    if session.fresh_sun_offset is not None:
+        status = state.live.status
+        if status is not None and status.mode is not Mode.TRACK:
+            return NextStep("Let the unit track: set it to TRACK and watch it for a minute.")
+        return NextStep(
+            f"Watch it track for a minute and through one update, then take point {n + 1}.",
+            "take_point",
+        )
+    if n >= FULL_CALIBRATION:
+        return NextStep(f"{n} points: upload the coefficients, then prove them.", "upload")
+    due_utc_s = _due_utc_s(session)
+    if sun_elevation_deg is not None and sun_elevation_deg < guards.MIN_ELEVATION_DEG:
+        least = "upload what you have, or go on" if n >= ENOUGH_POINTS else "go on"
+        return NextStep(
+            f"The Sun is too low for a point ({sun_elevation_deg:.0f} deg); {least} "
+            f"when it is above {guards.MIN_ELEVATION_DEG:.0f} deg.",
+            "upload" if n >= ENOUGH_POINTS else None,
+        )
+    rest = f"Point {n + 1}: set the Sun offset, then take it"
+    if n >= ENOUGH_POINTS:
+        rest += " (or upload: there are enough to try)"
+    return NextStep(rest + ".", "sun_offset", due_utc_s)
+
+
+def _after_upload(session: SessionView) -> NextStep:
+    upload = session.uploads[-1]
+    if not upload.verified:
+        return NextStep(
+            "The read-back DIFFERS from what was written: upload again, or roll back.", "upload"
+        )
+    if upload.rollback:
+        return NextStep("Rolled back: the unit is as it was. Upload again when ready.", "upload")
+    since = [c for c in session.checks if c.status == "accepted" and c.seq > upload.seq]
+    if len(since) >= CHECK_POINTS:
+        return NextStep("Calibrated and proven. Leave with a clear conscience.", "quit")
+    offset = session.fresh_sun_offset
+    number = f"check point {len(since) + 1} of {CHECK_POINTS}"
+    if offset is not None:
+        return NextStep(f"Take {number}: the same questions, never fitted.", "take_point")
+    due_utc_s = parse_utc(since[-1].utc) + POINT_INTERVAL_S if since else None
+    return NextStep(f"Prove it with {number}: set the Sun offset first.", "sun_offset", due_utc_s)
+
+
+def _due_utc_s(session: SessionView) -> float | None:
+    """Half an hour after the last accepted point."""
+    taken = session.accepted
+    return parse_utc(taken[-1].utc) + POINT_INTERVAL_S if taken else None
