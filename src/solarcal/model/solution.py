@@ -46,6 +46,7 @@ class Solution:
     sigma_source
         ``given``: from the points' own sigmas. ``residuals``: no sigmas were given, the covariance
         is scaled by the residuals. ``none``: no sigmas given and no residuals to judge by.
+        ``posterior``: the unknown noise was weighed along with the parameters.
     rank
         Number of combinations of terms the points fix.
     condition_number
@@ -62,7 +63,7 @@ class Solution:
     model_terms: tuple[Term, ...]
     values: FloatArray
     covariance: FloatArray | None
-    sigma_source: Literal["given", "residuals", "none"]
+    sigma_source: Literal["given", "residuals", "none", "posterior"]
     residual1_deg: FloatArray
     residual2_deg: FloatArray
     points: PointSet

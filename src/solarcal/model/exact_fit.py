@@ -1,0 +1,180 @@
+"""The mechanism behind the points: exact geometry, known physics, a prior, and doubt.
+
+Gauss-Newton about the exact mechanism; at each step the robust mixture of ``noisy_points``. All
+parameters are in units of their prior sigmas, so that lean, zeros and scales weigh alike.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solarcal.model.exact_errors import errors_and_slopes, own_sine
+from solarcal.model.known_physics import TruePoints
+from solarcal.model.least_squares import LeastSquares, solve
+from solarcal.model.noisy_points import (
+    GIVEN_NOISE_LOG_SD,
+    NOISE_LOG_SD,
+    TYPICAL_NOISE_DEG,
+    Linearised,
+    ScaleMixture,
+    solve_mixture,
+)
+from solarcal.model.posterior import MechanismPosterior
+from solarcal.model.prior import Prior
+from solarcal.mount.geometry import MountGeometry
+from solarcal.units import FloatArray, wrap_deg
+
+FREE_PRECISION = 1e-6
+"""Weight of the prior in a fit 'without prior': it only chooses where the points leave a choice."""
+
+_FIRST_NOISE_DEG = 0.1
+_PLAIN_STEPS = 3
+_MOST_STEPS = 12
+_SETTLED = 2e-5
+_LEAN_TRUSTED_DEG = 10.0
+"""A lean step no linearisation is believed beyond."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ExactFit:
+    """Posterior of the mechanism and what each point has to do with it.
+
+    ``residuals_deg`` (2, n) axis degrees, measured minus the mean mechanism's; ``sky`` (2, n)
+    what turns axis degrees into sky degrees; ``blunder`` (n,) probability of each point;
+    ``slopes`` (n, 2, 6) of the sky residuals; ``data`` the points' own information without prior.
+    """
+
+    posterior: MechanismPosterior
+    residuals_deg: FloatArray
+    sky: FloatArray
+    blunder: FloatArray
+    slopes: FloatArray
+    point_weights: FloatArray
+    data: LeastSquares
+
+
+def fit_mechanism(
+    points: TruePoints,
+    geometry: MountGeometry,
+    sigma_deg: FloatArray | None,
+    prior: Prior,
+    *,
+    use_prior: bool = True,
+) -> ExactFit:
+    """Fit the exact mechanism to points seen from the true Sun.
+
+    Parameters
+    ----------
+    points
+        At least one.
+    sigma_deg : (n,) or None
+        Noise on sky per axis, up to a common factor; None: unknown and alike.
+    prior
+        Its sigmas are also the units of the search.
+    use_prior
+        False: ``exact``, where the prior only chooses what the points leave open.
+    """
+    n = len(points.ax1_deg)
+    unit, mean = prior.sigma_array(), prior.mean_array()
+    precision = np.ones(6) if use_prior else np.full(6, FREE_PRECISION)
+    relative = np.ones(n) if sigma_deg is None else sigma_deg
+    scale_mean = float(np.log(TYPICAL_NOISE_DEG)) if sigma_deg is None else 0.0
+    scale_sd = NOISE_LOG_SD if sigma_deg is None else GIVEN_NOISE_LOG_SD
+
+    def linearised(values: FloatArray) -> tuple[Linearised, FloatArray, FloatArray]:
+        errors, slopes = errors_and_slopes(values, geometry, points.ax1_deg, points.ax2_deg)
+        left = np.stack((points.err1_deg, points.err2_deg)) - errors
+        left[0] = wrap_deg(left[0])
+        sky = np.stack((own_sine(values, points.ax2_deg, errors[1]), np.ones(n)))
+        return (
+            Linearised(
+                residuals=(left * sky).T.copy(),
+                slopes=np.transpose(slopes * sky * unit[:, np.newaxis, np.newaxis], (2, 1, 0)),
+                offset=(mean - values) / unit,
+                precision=precision,
+                sigma_deg=relative,
+                log_scale_mean=scale_mean,
+                log_scale_sd=scale_sd,
+            ),
+            left,
+            sky,
+        )
+
+    values = mean
+    for _ in range(_PLAIN_STEPS):
+        step = _plain_step(linearised(values)[0])
+        values = values + _trusted(step, unit)
+        if np.abs(step).max() < 1e-3:
+            break
+    for _ in range(_MOST_STEPS):
+        at, left, sky = linearised(values)
+        mixture = solve_mixture(at)
+        step = mixture.mean_step
+        if np.abs(step).max() < _SETTLED:
+            break
+        values = values + _trusted(step, unit)
+    return _concluded(at, mixture, values, unit, left, sky)
+
+
+def _plain_step(at: Linearised) -> FloatArray:
+    """Ridge regression with a generous noise: only to come near."""
+    n = len(at.residuals)
+    rows = at.slopes.reshape(2 * n, -1) / _FIRST_NOISE_DEG
+    normal = rows.T @ rows + np.diag(np.maximum(at.precision, 1e-6))
+    pull = rows.T @ (at.residuals.reshape(-1) / _FIRST_NOISE_DEG) + at.precision * at.offset
+    step: FloatArray = np.linalg.solve(normal, pull)
+    return step
+
+
+def _trusted(step: FloatArray, unit: FloatArray) -> FloatArray:
+    """The step in parameters, held to a lean for which the linearisation means something."""
+    full = step * unit
+    lean = float(np.hypot(full[0], full[2]))
+    held: FloatArray = full * min(1.0, _LEAN_TRUSTED_DEG / max(lean, 1e-12))
+    return held
+
+
+def _concluded(
+    at: Linearised,
+    mixture: ScaleMixture,
+    values: FloatArray,
+    unit: FloatArray,
+    left: FloatArray,
+    sky: FloatArray,
+) -> ExactFit:
+    scales = np.exp(mixture.log_scales)
+    data = _data_only(at, mixture.weights @ mixture.point_weights, unit)
+    if at.precision[0] == FREE_PRECISION:
+        covariances = np.stack([_free_covariance(at, w, unit) for w in mixture.point_weights])
+    else:
+        normal = np.einsum("qn,nai,naj->qij", mixture.point_weights, at.slopes, at.slopes)
+        covariances = np.linalg.inv(normal + np.diag(at.precision)) * np.outer(unit, unit)
+    posterior = MechanismPosterior(
+        weights=mixture.weights,
+        means=values + (mixture.steps - mixture.mean_step) * unit,
+        covariances=covariances,
+        noise_deg=scales * np.sqrt(np.mean(at.sigma_deg**2)),
+    )
+    return ExactFit(
+        posterior=posterior,
+        residuals_deg=left,
+        sky=sky,
+        blunder=mixture.weights @ mixture.blunder,
+        slopes=at.slopes / unit,
+        point_weights=mixture.weights @ mixture.point_weights,
+        data=data,
+    )
+
+
+def _data_only(at: Linearised, point_weights: FloatArray, unit: FloatArray) -> LeastSquares:
+    root = np.sqrt(np.repeat(point_weights, 2))
+    rows = at.slopes.reshape(len(root), -1).T / unit[:, np.newaxis] * root
+    return solve(rows, at.residuals.reshape(-1) * root, unit, float(np.linalg.norm(root)))
+
+
+def _free_covariance(at: Linearised, point_weights: FloatArray, unit: FloatArray) -> FloatArray:
+    """From the points alone; along what they leave open, the prior's."""
+    solved = _data_only(at, point_weights, unit)
+    if solved.prior_covariance is None:
+        return solved.data_covariance
+    return solved.data_covariance + solved.prior_covariance

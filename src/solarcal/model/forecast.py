@@ -1,0 +1,201 @@
+"""How wrong will this tracker be over the year?
+
+What is uploaded is known; the mechanism is known up to its posterior. Both together give the
+angle between collector and Sun at every moment of the year's grid: the uncertainty of the
+parameters, what the controller's first-order formula cannot follow, and the refraction and the
+ephemeris it leaves out.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from solarcal.model.exact_errors import errors_and_slopes, own_sine
+from solarcal.model.known_physics import SkyContext
+from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.methods import posterior_without_prior
+from solarcal.model.posterior import SAMPLES, SEED, MechanismPosterior
+from solarcal.model.solution import Solution
+from solarcal.model.year_grid import SLOTS, SunGrid, sun_grid, year_grid
+from solarcal.mount.formula import Coefficients, correction_deg
+from solarcal.units import FloatArray, wrap_deg
+
+TOLERANCE_DEG = 0.1
+_MOST_DEG = 180.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Forecast:
+    """Expected error on sky, degrees.
+
+    Attributes
+    ----------
+    year_rms_deg, year_p95_deg, year_max_deg
+        The contract's: root mean square over posterior and grid; 95th percentile over both
+        together; 95 % posterior quantile of the largest of the year.
+    parameters_rms_deg
+        The part of the year's rms that more or better points can remove.
+    known_rms_deg
+        The part the formula, refraction and ephemeris leave although the mechanism were known.
+    map_rms_deg : (days, 48)
+        Day by half hour of mean solar time; NaN where the Sun is low or out of reach.
+    days_utc_s : (days,)
+        Mean solar midnights at which the rows begin.
+    sample_rms_deg : (m,)
+        Year rms of each posterior draw.
+    sky_errors_deg : (m, 2, g)
+        Cross and along error of each draw at each moment of ``grid``.
+    """
+
+    year_rms_deg: float
+    year_p95_deg: float
+    year_max_deg: float
+    parameters_rms_deg: float
+    known_rms_deg: float
+    map_rms_deg: FloatArray
+    days_utc_s: FloatArray
+    sample_rms_deg: FloatArray
+    sky_errors_deg: FloatArray = field(repr=False)
+    grid: SunGrid = field(repr=False)
+
+    @property
+    def map_hours(self) -> FloatArray:
+        """Mean solar hours of the map's columns, (48,)."""
+        return np.arange(SLOTS) * 24.0 / SLOTS
+
+    def year_rms_below_deg(self, probability: float) -> float:
+        """The year's rms stays below this with the given probability."""
+        return float(np.quantile(self.sample_rms_deg, probability))
+
+    def axis_band_deg(self, probability: float) -> FloatArray:
+        """Central band of the cross and along error at each moment: (2 ends, 2 axes, g)."""
+        tail = 0.5 * (1.0 - probability)
+        band: FloatArray = np.quantile(self.sky_errors_deg, (tail, 1.0 - tail), axis=0)
+        return band
+
+    def as_json(self) -> dict[str, Any]:
+        """The contract's keys and what they are made of; the map with null for no Sun."""
+        return {
+            "year_rms_deg": self.year_rms_deg,
+            "year_p95_deg": self.year_p95_deg,
+            "year_max_deg": self.year_max_deg,
+            "year_rms_68_deg": self.year_rms_below_deg(0.68),
+            "year_rms_95_deg": self.year_rms_below_deg(0.95),
+            "parameters_rms_deg": self.parameters_rms_deg,
+            "known_rms_deg": self.known_rms_deg,
+        }
+
+    def map_json(self) -> dict[str, Any]:
+        """The map, its days and hours, for ``solarcal forecast --json``."""
+        return {
+            "days_utc_s": self.days_utc_s.tolist(),
+            "solar_hours": self.map_hours.tolist(),
+            "rms_deg": [
+                [None if np.isnan(cell) else cell for cell in row]
+                for row in self.map_rms_deg.tolist()
+            ],
+        }
+
+
+def forecast(
+    solution: Solution,
+    context: SkyContext | None = None,
+    *,
+    uploaded: Coefficients | None = None,
+    samples: int = SAMPLES,
+    seed: int = SEED,
+) -> Forecast:
+    """The year's forecast for a solution of any method.
+
+    Parameters
+    ----------
+    context
+        Needed for ``manual``; the others carry theirs.
+    uploaded
+        What the unit really holds, after rounding; None: the solution's own numbers.
+    samples, seed
+        Draws from the posterior; the same seed gives the same forecast.
+
+    Notes
+    -----
+    A ``manual`` solution knows no exact mechanism: it is judged by what its points alone say of
+    one, without prior.
+    """
+    posterior, context = _knowledge(solution, context)
+    coefficients = uploaded or solution.coefficients()
+    return forecast_of(posterior, coefficients, year_grid(context), samples=samples, seed=seed)
+
+
+def forecast_for_day(
+    solution: Solution,
+    day_utc_s: float,
+    context: SkyContext | None = None,
+    *,
+    lowest_deg: float = 5.0,
+    samples: int = SAMPLES,
+    seed: int = SEED,
+) -> Forecast:
+    """The same for the one solar day that begins at a mean solar midnight."""
+    posterior, context = _knowledge(solution, context)
+    grid = sun_grid(context, np.array([day_utc_s]), lowest_deg)
+    return forecast_of(posterior, solution.coefficients(), grid, samples=samples, seed=seed)
+
+
+def _knowledge(
+    solution: Solution, context: SkyContext | None
+) -> tuple[MechanismPosterior, SkyContext]:
+    if isinstance(solution, MechanismSolution):
+        return solution.posterior, solution.context
+    if context is None:
+        context = SkyContext.for_points(solution.points, limits=solution.limits)
+    return posterior_without_prior(solution.points, context), context
+
+
+def forecast_of(
+    posterior: MechanismPosterior,
+    uploaded: Coefficients,
+    grid: SunGrid,
+    *,
+    samples: int = SAMPLES,
+    seed: int = SEED,
+) -> Forecast:
+    """What a mechanism known so far does over a grid with these coefficients uploaded."""
+    known, slopes = known_and_slopes(posterior.mean, uploaded, grid)
+    away = posterior.samples(samples, seed) - posterior.mean
+    # float32 would do, but 281,000 float64 take two milliseconds.
+    errors = known.reshape(-1) - away @ slopes.reshape(6, -1)
+    errors = errors.reshape(samples, 2, len(grid))
+    square = np.minimum(errors[:, 0] ** 2 + errors[:, 1] ** 2, _MOST_DEG**2)
+    of_moment = square.mean(axis=0)
+    of_draw = square.mean(axis=1)
+    known_square = float(np.mean(np.sum(known**2, axis=0)))
+    day_by_hour = np.full((len(grid.days_utc_s), SLOTS), np.nan)
+    day_by_hour[grid.day, grid.slot] = np.sqrt(of_moment)
+    rank = int(np.ceil(0.95 * square.size)) - 1
+    return Forecast(
+        year_rms_deg=float(np.sqrt(of_moment.mean())),
+        year_p95_deg=float(np.sqrt(np.partition(square.reshape(-1), rank)[rank])),
+        year_max_deg=float(np.sqrt(np.quantile(square.max(axis=1), 0.95))),
+        parameters_rms_deg=float(np.sqrt(max(of_moment.mean() - known_square, 0.0))),
+        known_rms_deg=float(np.sqrt(known_square)),
+        map_rms_deg=day_by_hour,
+        days_utc_s=grid.days_utc_s,
+        sample_rms_deg=np.sqrt(of_draw),
+        sky_errors_deg=errors,
+        grid=grid,
+    )
+
+
+def known_and_slopes(
+    values: FloatArray, uploaded: Coefficients, grid: SunGrid
+) -> tuple[FloatArray, FloatArray]:
+    """Sky error (2, g) of these coefficients on the mechanism of six numbers, and the slopes
+    (6, 2, g) of the mechanism's own sky errors."""
+    sun = grid.sun
+    errors, slopes = errors_and_slopes(values, grid.geometry, sun.true1_deg, sun.true2_deg)
+    driven = np.stack(correction_deg(uploaded, sun.ideal1_deg, sun.ideal2_deg))
+    beside = driven - errors - grid.gap_deg
+    beside[0] = wrap_deg(beside[0])
+    sky = np.stack((own_sine(values, sun.true2_deg, errors[1]), np.ones(len(grid))))
+    return beside * sky, slopes * sky

@@ -1,0 +1,199 @@
+"""What the unit's ideal angles leave out although it is known: the air, and a better Sun.
+
+A controller without refraction aims below the Sun; a controller with its own small ephemeris aims
+a little beside it. Neither is an error of the mount, so neither belongs into a fit of the mount:
+the fit is told where the Sun really stood.
+"""
+
+from functools import lru_cache
+from typing import Literal, NamedTuple, get_args
+
+import msgspec
+import numpy as np
+
+from solarcal.errors import ConfigurationError, FitError
+from solarcal.model.points import PointSet
+from solarcal.mount.geometry import MountGeometry
+from solarcal.mount.limits import Limits
+from solarcal.site import Site, Weather, standard_pressure_hpa
+from solarcal.sun.appendix_a import horizontal_deg
+from solarcal.sun.refraction import apparent_zenith_deg
+from solarcal.timescale import SECONDS_PER_DAY
+from solarcal.units import FloatArray
+
+Ideal = Literal["apparent", "airless", "solartrak"]
+"""What ideal angles are: nothing missing, refraction missing, refraction and ephemeris missing."""
+
+LOWEST_ELEVATION_DEG = 5.0
+"""Points lower than this are never fitted: the air there is not known well enough."""
+
+_YEAR_S = 366.0 * SECONDS_PER_DAY
+_DEFAULT_YEAR = "2026-01-01"
+
+
+class SkyContext(msgspec.Struct, frozen=True):
+    """Where a tracker stands and what its controller knows of the Sun.
+
+    Hashable, so that what is computed from it once (a year of Sun) is kept.
+
+    Parameters
+    ----------
+    site
+        Its latitude is that of the mount.
+    geometry
+        The mount.
+    limits
+        Software limits; None: the whole sky.
+    ideal
+        What the controller's ideal angles are.
+    weather
+        Station pressure and temperature; None: the standard atmosphere at the site's elevation.
+    refraction
+        ``hughes`` or ``saemundsson``.
+    year
+        First day of the year looked at, ``YYYY-01-01``.
+
+    Raises
+    ------
+    ConfigurationError
+        An unknown kind of ideal angles.
+    """
+
+    site: Site
+    geometry: MountGeometry
+    limits: Limits | None = None
+    ideal: Ideal = "apparent"
+    weather: Weather | None = None
+    refraction: str = "hughes"
+    year: str = _DEFAULT_YEAR
+
+    def __post_init__(self) -> None:
+        if self.ideal not in get_args(Ideal):
+            raise ConfigurationError(
+                f"unknown kind of ideal angles {self.ideal!r}; "
+                f"choose {', '.join(get_args(Ideal))}"
+            )
+
+    @classmethod
+    def for_points(
+        cls,
+        points: PointSet,
+        site: Site | None = None,
+        limits: Limits | None = None,
+        ideal: Ideal = "apparent",
+        weather: Weather | None = None,
+        refraction: str = "hughes",
+    ) -> "SkyContext":
+        """The context of these points, in the year of the first dated one.
+
+        Without a site the mount's latitude on the meridian of Greenwich serves for the year:
+        longitude only says what the clock shows.
+        """
+        if site is None:
+            if ideal == "solartrak":
+                raise ConfigurationError(
+                    "ideal angles of kind 'solartrak' need the site: give latitude and longitude"
+                )
+            site = Site(points.geometry.latitude_deg, 0.0)
+        year = _DEFAULT_YEAR
+        if points.utc_s is not None and np.isfinite(points.utc_s).any():
+            first_s = float(np.nanmin(points.utc_s))
+            year = str(np.datetime64(int(first_s), "s").astype("datetime64[Y]")) + "-01-01"
+        return cls(site, points.geometry, limits, ideal, weather, refraction, year)
+
+    @property
+    def air(self) -> Weather:
+        return self.weather or Weather(standard_pressure_hpa(self.site.elevation_m))
+
+    @property
+    def first_midnight_utc_s(self) -> float:
+        """Mean solar midnight that begins the year at this site, POSIX UTC seconds."""
+        new_year_s = float(np.datetime64(self.year, "s").astype(int))
+        return new_year_s - self.site.longitude_deg / 360.0 * SECONDS_PER_DAY
+
+
+class SunDirections(NamedTuple):
+    """The Sun as the controller believes and as it is seen; all arrays of one shape, degrees."""
+
+    ideal1_deg: FloatArray
+    ideal2_deg: FloatArray
+    true1_deg: FloatArray
+    """Apparent: refracted, precise; AX1 on the branch."""
+    true2_deg: FloatArray
+    elevation_deg: FloatArray
+    """Apparent."""
+
+
+def sun_directions(context: SkyContext, utc_s: FloatArray) -> SunDirections:
+    """The controller's ideal angles and the true apparent ones at POSIX UTC seconds (n,)."""
+    first_s = float(utc_s.min()) if utc_s.size else context.first_midnight_utc_s
+    last_s = float(utc_s.max()) if utc_s.size else first_s
+    ephemeris = _ephemeris(context.site, first_s // _YEAR_S, last_s // _YEAR_S)
+    azimuth, zenith = ephemeris.horizontal_deg(utc_s)
+    apparent = apparent_zenith_deg(zenith, context.refraction, context.air)
+    geometry = context.geometry
+    true1, true2 = geometry.axes_from_horizontal(azimuth, apparent)
+    if context.ideal == "apparent":
+        ideal1, ideal2 = true1, true2
+    elif context.ideal == "airless":
+        ideal1, ideal2 = geometry.axes_from_horizontal(azimuth, zenith)
+    else:
+        site = context.site
+        believed = horizontal_deg(utc_s, site.latitude_deg, site.longitude_deg)
+        ideal1, ideal2 = geometry.axes_from_horizontal(*believed)
+    return SunDirections(ideal1, ideal2, true1, true2, 90.0 - apparent)
+
+
+@lru_cache(maxsize=8)
+def _ephemeris(site: Site, first_block: float, last_block: float):  # type: ignore[no-untyped-def]
+    # erfa takes 70 ms to import; blocks of a year keep the prepared Sun for the next question.
+    from solarcal.sun.ephemeris import SiteEphemeris
+
+    return SiteEphemeris(site, first_block * _YEAR_S, (last_block + 1.0) * _YEAR_S)
+
+
+class TruePoints(NamedTuple):
+    """Points seen from where the Sun really stood; arrays (n,), degrees."""
+
+    ax1_deg: FloatArray
+    ax2_deg: FloatArray
+    err1_deg: FloatArray
+    """Reading minus TRUE angle: the error of the mount alone."""
+    err2_deg: FloatArray
+    elevation_deg: FloatArray
+
+
+def true_points(points: PointSet, context: SkyContext) -> TruePoints:
+    """The points' true apparent directions, and their errors counted from there.
+
+    Raises
+    ------
+    FitError
+        ``solartrak`` ideals of a point without a time, which does not say where the Sun was.
+    """
+    geometry = points.geometry
+    ideal1, ideal2 = points.ax1_deg, points.ax2_deg
+    true1, true2 = ideal1, ideal2
+    azimuth, zenith = geometry.horizontal_from_axes(ideal1, ideal2)
+    if context.ideal == "airless":
+        zenith = apparent_zenith_deg(zenith, context.refraction, context.air)
+        true1, true2 = geometry.axes_from_horizontal(azimuth, zenith)
+    elif context.ideal == "solartrak":
+        if points.utc_s is None or not np.isfinite(points.utc_s).all():
+            times = np.full(len(points), np.nan) if points.utc_s is None else points.utc_s
+            label = points.labels[int(np.argmin(np.isfinite(times)))]
+            raise FitError(
+                f"point {label} has no time, so where the Sun really stood is not known; "
+                "give utc or say ideal=airless"
+            )
+        sun = sun_directions(context, points.utc_s)
+        true1, true2, zenith = sun.true1_deg, sun.true2_deg, 90.0 - sun.elevation_deg
+    # Both angles may straddle the end of the branch; the difference is a small one.
+    step1 = (ideal1 - true1 + 180.0) % 360.0 - 180.0
+    return TruePoints(
+        true1,
+        true2,
+        points.err1_deg + step1,
+        points.err2_deg + (ideal2 - true2),
+        90.0 - zenith,
+    )

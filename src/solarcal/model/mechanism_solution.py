@@ -1,0 +1,145 @@
+"""The answer of an exact fit: what to upload, and what is wrong with the mount."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from solarcal.model.known_physics import SkyContext
+from solarcal.model.posterior import MechanismPosterior
+from solarcal.model.prior import Prior
+from solarcal.model.solution import Solution
+from solarcal.mount.mechanism import Mechanism
+from solarcal.units import FloatArray
+
+OUTLIER_PROBABILITY = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class MechanismSummary:
+    """Lean, zeros and scales of the mechanism, one sigma each. Degrees; scales in deg/deg.
+
+    ``lean_bearing_deg``: where the primary axis has gone. On ``azel`` the compass bearing of the
+    tower's top; on the others counted from Up (``polar``: from the equator's meridian point)
+    through South (``tiltroll-ew``) or East. None of it without a lean.
+    """
+
+    lean_deg: float
+    lean_sigma_deg: float
+    lean_bearing_deg: float
+    lean_bearing_sigma_deg: float
+    offsets_deg: tuple[float, float]
+    offset_sigmas_deg: tuple[float, float]
+    scales: tuple[float, float]
+    scale_sigmas: tuple[float, float]
+    noise_deg: float
+
+
+def summarise(posterior: MechanismPosterior) -> MechanismSummary:
+    P1, P2, P3, P4, P5, P6 = posterior.mean.tolist()
+    sigma = np.sqrt(np.diag(posterior.covariance)).tolist()
+    lean = math.hypot(P1, P3)
+    # The primary axis moves by (-P1, +P3, 0) in the native frame.
+    bearing = math.degrees(math.atan2(P3, P1)) % 360.0
+    block = posterior.covariance[np.ix_([0, 2], [0, 2])]
+    along = np.array([P1, P3]) / lean if lean > 0.0 else np.array([1.0, 0.0])
+    across = np.array([-along[1], along[0]])
+    lean_sigma = math.sqrt(float(along @ block @ along))
+    across_sigma = math.sqrt(float(across @ block @ across))
+    return MechanismSummary(
+        lean_deg=lean,
+        lean_sigma_deg=lean_sigma,
+        lean_bearing_deg=bearing,
+        lean_bearing_sigma_deg=min(180.0, math.degrees(math.atan2(across_sigma, max(lean, 1e-9)))),
+        offsets_deg=(P2, P4),
+        offset_sigmas_deg=(sigma[1], sigma[3]),
+        scales=(P5, P6),
+        scale_sigmas=(sigma[4], sigma[5]),
+        noise_deg=posterior.noise_median_deg,
+    )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MechanismSolution(Solution):
+    """A ``robust`` or ``exact`` fit.
+
+    ``values``, ``covariance`` and ``coefficients()`` are the six numbers to UPLOAD, chosen to make
+    the controller's formula best over the year; ``predict_deg`` is that formula. The residuals are
+    those of the exact mechanism. ``rank`` and ``condition_number`` tell what the points alone say.
+
+    Attributes
+    ----------
+    posterior
+        What is known of the mechanism.
+    context, prior
+        What was known beforehand.
+    blunder_probability : (n,)
+    slopes : (n, 2, 6)
+        Of the points' sky errors with respect to the mechanism.
+    """
+
+    posterior: MechanismPosterior
+    context: SkyContext
+    prior: Prior
+    blunder_probability: FloatArray
+    slopes: FloatArray
+    point_weights: FloatArray
+    left_out: tuple[str, ...] = ()
+    """Sentences about points that were not used."""
+
+    @cached_property
+    def mechanism(self) -> MechanismSummary:
+        return summarise(self.posterior)
+
+    def exact_mechanism(self) -> Mechanism:
+        """The mean mechanism, to compute with."""
+        return Mechanism(*self.posterior.mean.tolist())
+
+    @cached_property
+    def outliers(self) -> tuple[int, ...]:
+        """Labels of the points that are more likely blunders than not."""
+        bad = np.flatnonzero(self.blunder_probability > OUTLIER_PROBABILITY)
+        return tuple(self.labels[i] for i in bad)
+
+    @property
+    def noise_deg(self) -> float:
+        """Noise of one point on sky, per axis, as far as the points and the prior tell."""
+        return self.posterior.noise_median_deg
+
+    def _sigma_notes(self) -> list[str]:
+        notes = [*self.left_out]
+        for i in np.flatnonzero(self.blunder_probability > OUTLIER_PROBABILITY):
+            notes.append(
+                f"point {self.labels[i]} is off by {self.sky_deg[i]:.2f} deg and counts for "
+                "almost nothing; look what happened there"
+            )
+        if self.rank < len(self.model_terms) and self.method == "robust":
+            notes.append(
+                f"the points alone fix {self.rank} of the 6 numbers; the rest is what towers, "
+                "zeros and gears are like"
+            )
+        elif self.rank < len(self.model_terms):
+            notes.append(
+                f"the points fix {self.rank} of the 6 numbers; along the rest the smallest values "
+                "were taken, in units of what is physically likely"
+            )
+        return notes
+
+    def as_json(self) -> dict[str, Any]:
+        document = super().as_json()
+        m = self.mechanism
+        document["outliers"] = list(self.outliers)
+        document["noise_deg"] = self.noise_deg
+        document["mechanism"] = {
+            "lean_deg": m.lean_deg,
+            "lean_bearing_deg": m.lean_bearing_deg,
+            "offsets_deg": list(m.offsets_deg),
+            "scales": list(m.scales),
+            "lean_sigma_deg": m.lean_sigma_deg,
+            "lean_bearing_sigma_deg": m.lean_bearing_sigma_deg,
+            "offset_sigmas_deg": list(m.offset_sigmas_deg),
+            "scale_sigmas": list(m.scale_sigmas),
+        }
+        return document

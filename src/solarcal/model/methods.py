@@ -1,0 +1,140 @@
+"""The front door of fitting: ``manual``, ``robust`` (the default) or ``exact``."""
+
+from collections.abc import Iterable
+from typing import Literal, get_args
+
+import numpy as np
+
+from solarcal.errors import FitError
+from solarcal.model.exact_errors import errors_and_slopes
+from solarcal.model.exact_fit import ExactFit, fit_mechanism
+from solarcal.model.fit import fit_linear
+from solarcal.model.known_physics import (
+    LOWEST_ELEVATION_DEG,
+    SkyContext,
+    TruePoints,
+    true_points,
+)
+from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.points import PointSet
+from solarcal.model.posterior import MechanismPosterior
+from solarcal.model.prior import Prior
+from solarcal.model.solution import Solution
+from solarcal.model.terms import CONTROLLER_TERMS, TERMS
+from solarcal.model.year_grid import (
+    coefficients_jacobian,
+    controller_coefficients,
+    year_grid,
+)
+
+Method = Literal["manual", "robust", "exact"]
+METHODS: tuple[Method, ...] = get_args(Method)
+DEFAULT_METHOD: Method = "robust"
+DEFAULT_PRIOR = Prior()
+
+
+def fit(
+    points: PointSet,
+    context: SkyContext | None = None,
+    *,
+    method: str = DEFAULT_METHOD,
+    prior: Prior = DEFAULT_PRIOR,
+    terms: Iterable[str] = CONTROLLER_TERMS,
+) -> Solution:
+    """Fit points by one of the methods.
+
+    Parameters
+    ----------
+    points
+        ``robust`` and ``exact`` answer from one point on, ``manual`` from three.
+    context
+        Site, limits, and what the ideal angles leave out. None: nothing, and the whole sky.
+    method
+        ``manual``: the named terms by plain least squares. ``robust``: the exact mechanism with a
+        prior and doubt about single points. ``exact``: the same without prior.
+    prior
+        Of the mechanism; not for ``manual``.
+    terms
+        For ``manual``.
+
+    Raises
+    ------
+    FitError
+        An unknown method, terms other than P1..P6 for ``robust`` and ``exact``, too few points.
+    """
+    if context is None:
+        context = SkyContext.for_points(points)
+    if method == "manual":
+        return fit_linear(points, terms, limits=context.limits)
+    if method not in METHODS:
+        raise FitError(f"unknown method {method!r}; choose {', '.join(METHODS)}")
+    if tuple(terms) != CONTROLLER_TERMS:
+        raise FitError(f"the method {method} always has P1..P6; use --method manual with --terms")
+    return fit_exact(points, context, prior=prior, use_prior=method == "robust")
+
+
+def fit_exact(
+    points: PointSet, context: SkyContext, *, prior: Prior = DEFAULT_PRIOR, use_prior: bool = True
+) -> MechanismSolution:
+    """``robust``, or ``exact`` without ``use_prior``; see ``fit``."""
+    if not len(points):
+        raise FitError("no points to fit; take at least one")
+    used, seen, left_out = _high_enough(points, context)
+    fitted = fit_mechanism(seen, used.geometry, used.sigma_deg, prior, use_prior=use_prior)
+    posterior = fitted.posterior
+    grid = year_grid(context)
+    _, slopes = errors_and_slopes(
+        posterior.mean, grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg
+    )
+    carried = coefficients_jacobian(slopes, context, prior)
+    return MechanismSolution(
+        method="robust" if use_prior else "exact",
+        model_terms=tuple(TERMS[name] for name in CONTROLLER_TERMS),
+        values=controller_coefficients(posterior.mean, context, prior),
+        covariance=carried @ posterior.covariance @ carried.T,
+        sigma_source="posterior",
+        residual1_deg=fitted.residuals_deg[0],
+        residual2_deg=fitted.residuals_deg[1],
+        points=used,
+        limits=context.limits,
+        least_squares=fitted.data,
+        posterior=posterior,
+        context=context,
+        prior=prior,
+        blunder_probability=fitted.blunder,
+        slopes=fitted.slopes,
+        point_weights=fitted.point_weights,
+        left_out=left_out,
+    )
+
+
+def posterior_without_prior(points: PointSet, context: SkyContext) -> MechanismPosterior:
+    """What the points alone say of the mechanism: by which a ``manual`` fit is judged."""
+    used, seen, _ = _high_enough(points, context)
+    return _fit_free(used, seen).posterior
+
+
+def _fit_free(used: PointSet, seen: TruePoints) -> ExactFit:
+    return fit_mechanism(seen, used.geometry, used.sigma_deg, DEFAULT_PRIOR, use_prior=False)
+
+
+def _high_enough(
+    points: PointSet, context: SkyContext
+) -> tuple[PointSet, TruePoints, tuple[str, ...]]:
+    """Points high enough to be fitted, seen from the true Sun, and a sentence on the others."""
+    seen = true_points(points, context)
+    high = seen.elevation_deg >= LOWEST_ELEVATION_DEG
+    if high.all():
+        return points, seen, ()
+    low = [points.labels[i] for i in np.flatnonzero(~high)]
+    if not high.any():
+        raise FitError(
+            f"every point lies below {LOWEST_ELEVATION_DEG:g} deg of elevation, where the air "
+            "decides; take points higher up"
+        )
+    names = ", ".join(str(label) for label in low)
+    sentence = (
+        f"left out, because below {LOWEST_ELEVATION_DEG:g} deg of elevation: point"
+        f"{'s' if len(low) > 1 else ''} {names}"
+    )
+    return points.subset(high), TruePoints(*(column[high] for column in seen)), (sentence,)

@@ -1,0 +1,169 @@
+"""Linear regression with a prior, a noise scale nobody knows, and points that may be blunders.
+
+Every point (both its axes at once, on sky) is either good, with normal noise of an unknown scale
+s, or with a small probability a blunder, thrown about by BLUNDER_DEG. For each s on a grid the most
+likely parameters come from expectation-maximisation, that is least squares with weights; Laplace's
+approximation gives the evidence for that s. The answer is the mixture over s: wide where few points
+cannot say how noisy they are, and untouched by a point that cannot be true.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from solarcal.units import FloatArray
+
+TYPICAL_NOISE_DEG = 0.03
+"""A spot read by eye."""
+NOISE_LOG_SD = 0.7
+"""Natural logarithm: two thirds of all technicians within a factor of two."""
+GIVEN_NOISE_LOG_SD = 0.5
+"""The same where the points carry sigmas, which are then taken to be off by a common factor."""
+BLUNDER_CHANCE = 0.02
+BLUNDER_DEG = 0.7
+
+_COARSE_STEP = 0.4
+_COARSE_NODES: FloatArray = _COARSE_STEP * np.arange(-5.0, 9.0)
+_FINE_NODES: FloatArray = np.linspace(-2.6, 2.6, 9)
+_LEAST_LOG_SD = 0.05
+_ITERATIONS = 12
+_SEARCH_ITERATIONS = 6
+_SEARCH_SCALES = (0.0, 2 * _COARSE_STEP)
+_MOST_SUSPECTS = 8
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Linearised:
+    """n points about one place in the space of k parameters.
+
+    ``residuals`` (n, 2) sky degrees; ``slopes`` (n, 2, k); ``offset`` (k,): prior mean less the
+    place, ``precision`` (k,): of the prior; ``sigma_deg`` (n,): noise of each point at scale one;
+    ``log_scale_mean``, ``log_scale_sd``: the prior of ln s.
+    """
+
+    residuals: FloatArray
+    slopes: FloatArray
+    offset: FloatArray
+    precision: FloatArray
+    sigma_deg: FloatArray
+    log_scale_mean: float
+    log_scale_sd: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ScaleMixture:
+    """Posterior at q noise scales: ``weights`` (q,), ``log_scales`` (q,), ``steps`` (q, k) from
+    the place of linearisation, ``point_weights`` (q, n), ``blunder`` (q, n) probabilities."""
+
+    weights: FloatArray
+    log_scales: FloatArray
+    steps: FloatArray
+    point_weights: FloatArray
+    blunder: FloatArray
+
+    @property
+    def mean_step(self) -> FloatArray:
+        mean: FloatArray = self.weights @ self.steps
+        return mean
+
+
+def solve_mixture(at: Linearised) -> ScaleMixture:
+    """Posterior over a grid of noise scales, refined where its weight lies."""
+    n = len(at.residuals)
+    start = _search_blunders(at) if n > 2 else np.zeros((1, n))
+    coarse = _at_scales(at, _COARSE_NODES + at.log_scale_mean, start)
+    mean = float(coarse.weights @ coarse.log_scales)
+    spread = float(np.sqrt(coarse.weights @ (coarse.log_scales - mean) ** 2))
+    # A coarse grid cannot tell a width below its own step: 2n - k data leave about this one.
+    sharpest = 1.0 / np.sqrt(4.0 * n + 2.0 / at.log_scale_sd**2)
+    spread = max(spread, min(sharpest, _COARSE_STEP / 2.0), _LEAST_LOG_SD)
+    best = coarse.blunder[int(np.argmax(coarse.weights))][np.newaxis]
+    return _at_scales(at, mean + spread * _FINE_NODES, best)
+
+
+def _search_blunders(at: Linearised) -> FloatArray:
+    """The most plausible start: every point, every pair of suspects taken for blunders. (1, n)"""
+    n = len(at.residuals)
+    singles = [(i,) for i in range(n)]
+    rows: list[tuple[int, ...]] = [(), *singles]
+    if n > 3:
+        suspects = range(n) if n <= _MOST_SUSPECTS + 4 else _suspects(at)
+        rows += list(combinations(suspects, 2))
+    starts = np.zeros((len(rows), n))
+    for row, chosen in zip(starts, rows, strict=True):
+        row[list(chosen)] = 1.0
+    best, best_score = starts[:1], -np.inf
+    for shift in _SEARCH_SCALES:
+        log_scales = np.full(len(rows), at.log_scale_mean + shift)
+        _, _, blunder, scores = _climb(at, log_scales, starts, _SEARCH_ITERATIONS)
+        top = int(np.argmax(scores))
+        if scores[top] > best_score:
+            best, best_score = blunder[top : top + 1], scores[top]
+    return best
+
+
+def _suspects(at: Linearised) -> list[int]:
+    """The points whose leaving out improves the rest most."""
+    n = len(at.residuals)
+    log_scales = np.full(n, at.log_scale_mean + _COARSE_STEP)
+    _, _, _, scores = _climb(at, log_scales, np.eye(n), 2)
+    return sorted(np.argsort(scores)[::-1][:_MOST_SUSPECTS].tolist())
+
+
+def _at_scales(at: Linearised, log_scales: FloatArray, start: FloatArray) -> ScaleMixture:
+    """Climb from these blunder probabilities (1, n), and from none, at every scale."""
+    q, n = len(log_scales), len(at.residuals)
+    twice = np.concatenate((log_scales, log_scales))
+    starts = np.concatenate((np.broadcast_to(start, (q, n)), np.zeros((q, n))))
+    steps, point_weights, blunder, scores = _climb(at, twice, starts, _ITERATIONS)
+    better = np.where(scores[:q] >= scores[q:], np.arange(q), np.arange(q, 2 * q))
+    evidence = scores[better]
+    weights = np.exp(evidence - evidence.max())
+    return ScaleMixture(
+        weights / weights.sum(), log_scales, steps[better], point_weights[better], blunder[better]
+    )
+
+
+def _climb(
+    at: Linearised, log_scales: FloatArray, blunder: FloatArray, iterations: int
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Expectation-maximisation of b starts at once.
+
+    Returns steps (b, k), point weights (b, n), blunder probabilities (b, n), log evidence (b,).
+    """
+    n, _, k = at.slopes.shape
+    flat = at.slopes.reshape(2 * n, k)
+    squares = np.einsum("nai,naj->nij", at.slopes, at.slopes).reshape(n, k * k)
+    pulls = np.einsum("nai,na->ni", at.slopes, at.residuals)
+    prior = np.diag(at.precision)
+    prior_pull = at.precision * at.offset
+
+    good = np.exp(2.0 * log_scales)[:, np.newaxis] * at.sigma_deg**2
+    bad = good + BLUNDER_DEG**2
+    log_good = np.log1p(-BLUNDER_CHANCE) - np.log(good)
+    log_bad = np.log(BLUNDER_CHANCE) - np.log(bad)
+
+    for turn in range(iterations):
+        weights = (1.0 - blunder) / good + blunder / bad
+        normal = (weights @ squares).reshape(-1, k, k) + prior
+        steps = np.linalg.solve(normal, (weights @ pulls + prior_pull)[..., np.newaxis])[..., 0]
+        left = at.residuals - (steps @ flat.T).reshape(-1, n, 2)
+        distance = np.einsum("bna,bna->bn", left, left)
+        like_good = log_good - 0.5 * distance / good
+        like_bad = log_bad - 0.5 * distance / bad
+        likelihood = np.logaddexp(like_good, like_bad)
+        before, blunder = blunder, np.exp(like_bad - likelihood)
+        if turn > 1 and np.abs(blunder - before).max() < 1e-6:
+            break
+
+    weights = (1.0 - blunder) / good + blunder / bad
+    normal = (weights @ squares).reshape(-1, k, k) + prior
+    away = steps - at.offset
+    score = (
+        likelihood.sum(axis=1)
+        - 0.5 * (away**2 @ at.precision)
+        - 0.5 * np.linalg.slogdet(normal)[1]
+        - 0.5 * ((log_scales - at.log_scale_mean) / at.log_scale_sd) ** 2
+    )
+    return steps, weights, blunder, score
