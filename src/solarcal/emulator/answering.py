@@ -196,7 +196,8 @@ class UnitEnd:
             controller.set_track(self._now_s)
         else:
             controller.set_manual(self._now_s)
-        return [controller.mode.value]
+        # What was accepted; that the Sun may stand beyond a limit is for STATUS to say.
+        return [mode]
 
     def _stop(self, arguments: list[str]) -> list[str]:
         # Whatever stands behind the word: a STOP is a STOP.

@@ -89,7 +89,7 @@ class Scenario(msgspec.Struct, frozen=True, kw_only=True):
         document = msgspec.to_builtins(self)
         for setting in settings:
             document = with_setting(document, setting, Scenario)
-        return _build(document, "--set " + " --set ".join(settings))
+        return _build(document, " ".join(f"--set {setting}" for setting in settings))
 
 
 def scenario_names() -> list[str]:
@@ -115,7 +115,7 @@ def load_scenario(name_or_path: str | Path, settings: list[str] | None = None) -
         file that cannot be read.
     """
     document = _document(str(name_or_path), extended=())
-    scenario = _build(document, str(name_or_path))
+    scenario = _build(document, f"scenario {name_or_path}")
     return scenario.with_settings(list(settings)) if settings else scenario
 
 
@@ -161,11 +161,14 @@ def _read(name_or_path: str) -> tuple[dict[str, Any], str]:
 
 def _build(document: dict[str, Any], source: str) -> Scenario:
     scenario = checked(document, Scenario, source)
-    # What only shows when it is used must be refused here, with the name of the scenario.
-    scenario.unit.mount(scenario.site.place())
-    nominal = scenario.unit.drives()
-    scenario.truth.drives(*nominal)
-    scenario.truth.mechanism()
+    try:
+        # What only shows when it is used must be refused here, where its source is known.
+        scenario.unit.mount(scenario.site.place())
+        scenario.truth.drives(*scenario.unit.drives())
+        scenario.truth.mechanism()
+        scenario.truth.weather(scenario.site.place())
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{source}: {error}") from None
     return scenario
 
 

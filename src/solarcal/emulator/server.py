@@ -99,11 +99,20 @@ def serve_tcp(emulator: Emulator, host: str = "127.0.0.1", port: int = 0) -> Ite
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
         listener = socket.create_server((host, port), family=family)
     except (OSError, OverflowError, UnicodeError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
+        # Python adds in brackets what the message says already.
+        reason = (getattr(error, "strerror", None) or str(error)).partition(" (while")[0]
         raise ConfigurationError(f"cannot serve on {host}:{port}: {reason}") from None
     with listener, _in_thread(_TcpServer(emulator, listener)):
         shown = f"[{host}]" if ":" in host else host
         yield f"socket://{shown}:{listener.getsockname()[1]}"
+
+
+def tcp_address(text: str) -> tuple[str, int]:
+    """Host and port of ``HOST:PORT``, ``[IPV6]:PORT`` or ``:PORT`` (this machine only)."""
+    host, colon, port = text.rpartition(":")
+    if not colon or not port.isascii() or not port.isdigit() or int(port) > 65535:
+        raise ConfigurationError(f"{text!r} is not HOST:PORT; write it like 127.0.0.1:7777")
+    return host.removeprefix("[").removesuffix("]") or "127.0.0.1", int(port)
 
 
 class _Server:

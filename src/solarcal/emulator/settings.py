@@ -1,6 +1,8 @@
 """Keys and values of a scenario: typed, checked, the nearest key named when one is wrong."""
 
+import datetime
 import difflib
+import math
 import re
 import tomllib
 from collections.abc import Iterator
@@ -22,6 +24,16 @@ def keys_of(struct: type[msgspec.Struct], prefix: str = "") -> Iterator[str]:
             yield from keys_of(field.type, f"{prefix}{field.encode_name}.")
         else:
             yield prefix + field.encode_name
+
+
+def settings_of(scenario: msgspec.Struct) -> dict[str, Any]:
+    """Every dotted key with its value, as plain numbers, texts and lists."""
+    document = msgspec.to_builtins(scenario)
+    found = {}
+    for key in keys_of(type(scenario)):
+        table, _, name = key.rpartition(".")
+        found[key] = (document[table] if table else document)[name]
+    return found
 
 
 def refuse_unknown(document: dict[str, Any], struct: type[msgspec.Struct], source: str) -> None:
@@ -61,23 +73,22 @@ def with_setting(
 
 def checked(document: dict[str, Any], struct: type[S], source: str) -> S:
     """The document as its struct, types and ranges checked."""
+    written = _written_out(document, source)
     try:
-        return msgspec.convert(document, struct)
-    except msgspec.ValidationError as error:
-        raise ConfigurationError(f"scenario {source}: {_plain(str(error))}") from None
+        return msgspec.convert(written, struct)
+    except (msgspec.ValidationError, ConfigurationError) as error:
+        raise ConfigurationError(f"{source}: {_plain(str(error))}") from None
 
 
 def _require_known(key: str, known: set[str], where: str) -> None:
     if key in known:
         return
-    nearest = difflib.get_close_matches(key, known, n=1, cutoff=0.5) or difflib.get_close_matches(
-        key.rpartition(".")[2], {name.rpartition(".")[2]: name for name in known}, n=1, cutoff=0.5
-    )
-    hint = "see `solarcal scenarios --json` for all keys"
-    if nearest:
-        full = next(name for name in sorted(known) if name.endswith(nearest[0]))
-        hint = f"did you mean {full}?"
-    raise ConfigurationError(f"{where}: there is no key {key!r}; {hint}")
+    name = key.rpartition(".")[2]
+    names = sorted(known, key=lambda full: (len(full), full))
+    nearest = difflib.get_close_matches(key, names, n=1, cutoff=0.75)
+    nearest += [full for full in names if name in full.rpartition(".")[2]]
+    nearest += difflib.get_close_matches(key, names, n=1, cutoff=0.0)
+    raise ConfigurationError(f"{where}: there is no key {key!r}; did you mean {nearest[0]}?")
 
 
 def _value(text: str) -> Any:
@@ -86,6 +97,19 @@ def _value(text: str) -> Any:
         return tomllib.loads(f"value = {text.strip()}")["value"]
     except tomllib.TOMLDecodeError:
         return text.strip()
+
+
+def _written_out(value: Any, where: str) -> Any:
+    """Dates as the texts they are in TOML; numbers that are none refused."""
+    if isinstance(value, dict):
+        return {key: _written_out(item, f"{where}: {key}") for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_written_out(item, where) for item in value]
+    if isinstance(value, (datetime.date, datetime.time)):
+        return value.isoformat()
+    if isinstance(value, float) and not math.isfinite(value):
+        raise ConfigurationError(f"{where}: {value} is not a number one can use")
+    return value
 
 
 def _plain(message: str) -> str:
