@@ -1,0 +1,1 @@
+"""Light and mirrors: what a technician sees, turned into angles."""
