@@ -264,7 +264,7 @@ class Station(StationCore):
         status = "accepted" if yes else "rejected"
         stored: PointRecord | CheckRecord = self._record(
             lambda seq, utc: msgspec.structs.replace(
-                candidate, seq=seq, utc=utc, status=status, reason=reason
+                candidate, seq=seq, utc=utc, status=status, reason=reason or candidate.reason
             )
         )
         self._become(activity=Activity.IDLE, attempt=None)

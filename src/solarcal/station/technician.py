@@ -207,7 +207,7 @@ class AutomaticTechnician:
         goes behind first.
         """
         station = self.station
-        tolerance_deg = 3.0 * self._eye_sigma_deg + 0.01
+        tolerance_deg = 3.0 * self._eye_sigma_deg + 0.003
         adjusted = False
         status = station.poll()
         # Decided once: going behind the Sun must not turn the sense it is then approached in.

@@ -1,0 +1,293 @@
+"""The procedure as the manual tells it, and what it does not allow."""
+
+import pytest
+
+from solarcal.errors import LinkError, ProcedureRefused, SolarcalError
+from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.session.journal import Journal
+from solarcal.session.reader import read_session
+from solarcal.session.records import (
+    CheckRecord,
+    Closed,
+    LinkLost,
+    Override,
+    PointRecord,
+    RefCheck,
+)
+from solarcal.station.state import Activity, LinkState
+from solarcal.unit.tracker import Mode
+
+
+def test_connecting_and_opening_the_file_moves_and_writes_nothing(bench):
+    b = bench()
+    before = b.unit.status()
+    b.station.poll()
+    after = b.unit.status()
+    assert (before.mode, before.counts1, before.counts2) == (
+        after.mode,
+        after.counts1,
+        after.counts2,
+    )
+    assert read_session(b.path).records == ()
+    assert b.unit.stored().coefficients == Coefficients()
+
+
+def test_a_point_needs_an_initialised_file(bench):
+    b = bench()
+    b.station.set_unit_clock()
+    b.station.ref_check()
+    b.station.track()
+    with pytest.raises(ProcedureRefused, match="initialise the data file first"):
+        b.station.begin_point()
+
+
+def test_initialise_asks_for_confirmation_and_happens_once_per_file(bench):
+    b = bench()
+    with pytest.raises(ProcedureRefused, match="confirmation"):
+        b.station.initialise(confirmed=False)
+    b.technician.prepare()
+    with pytest.raises(ProcedureRefused, match="closes and keeps"):
+        b.station.initialise(confirmed=True)
+
+
+def test_a_second_initialise_keeps_the_old_file_and_carries_the_evidence_over(bench):
+    b = bench()
+    b.on_sun()
+    second = b.folder / "second.jsonl"
+    b.station.initialise(confirmed=True, start_next=lambda h: Journal.create(second, h))
+    old = read_session(b.path)
+    assert isinstance(old.records[-1], Closed)
+    assert old.records[-1].next == "second.jsonl"
+    new = read_session(second)
+    assert new.header.continues == "session.jsonl"
+    assert new.header.site == old.header.site
+    kinds = [type(r).__name__ for r in new.records]
+    assert kinds == ["ClockSet", "RefCheck", "SunOffset", "Initialised"]
+    assert b.station.session.fresh_sun_offset is not None
+
+
+def test_near_a_limit_nothing_is_initialised_unless_overruled_with_a_reason(bench):
+    b = bench("tijeras-azel", "unit.limits1_deg=[-128.0, 95.0]", "unit.reference1_deg=94.5",
+              "truth.stands1_deg=92.0")  # fmt: skip
+    b.station.set_unit_clock()
+    b.station.ref_check()
+    with pytest.raises(ProcedureRefused, match=r"0\.\d\d deg from a limit"):
+        b.station.initialise(confirmed=True)
+    with pytest.raises(ProcedureRefused, match="needs a reason"):
+        b.station.initialise(confirmed=True, override_reason=" ")
+    b.station.initialise(confirmed=True, override_reason="limit switch checked by hand")
+    overrides = [r for r in b.station.session.records if isinstance(r, Override)]
+    assert [o.reason for o in overrides] == ["limit switch checked by hand"]
+
+
+def test_the_three_questions_come_in_the_manuals_order(bench):
+    b = bench()
+    b.on_sun()
+    b.station.begin_point()
+    asked = []
+    while (attempt := b.station.state.attempt) and attempt.question:
+        asked.append(attempt.question)
+        b.station.answer(True)
+    assert [q.split("?")[0] for q in asked] == [
+        "Did you do a reference check",
+        "Did you do a 'Set Sun Offset'",
+        "Do you like the way it is tracking",
+    ]
+    assert b.station.state.activity is Activity.READY
+
+
+@pytest.mark.parametrize("no_at", [0, 1, 2])
+def test_the_first_no_ends_the_attempt_and_keeps_it_as_aborted(bench, no_at):
+    b = bench()
+    b.on_sun()
+    b.station.begin_point()
+    for _ in range(no_at):
+        b.station.answer(True)
+    b.station.answer(False)
+    point = b.station.session.points[-1]
+    assert point.status == "aborted"
+    answers = (point.answers.ref_check, point.answers.sun_offset, point.answers.tracking)
+    assert answers == tuple([True] * no_at + [False] + [None] * (2 - no_at))
+    assert point.error_deg is None
+    assert b.station.state.activity is Activity.IDLE
+    with pytest.raises(ProcedureRefused):
+        b.station.gather_point()
+
+
+def test_a_point_stands_on_the_set_sun_offset_it_was_taken_after(bench):
+    b = bench(noise_deg=0.0)
+    b.on_sun()
+    offset = b.station.session.sun_offsets[-1]
+    b.station.begin_point()
+    for _ in range(3):
+        b.station.answer(True)
+    b.station.gather_point()
+    point = b.station.store(True)
+    assert isinstance(point, PointRecord)
+    assert point.basis == "sun_offset"
+    assert point.ideal_deg == offset.ideal_deg
+    assert point.error_deg == pytest.approx(
+        [r - i for r, i in zip(offset.reading_deg, offset.ideal_deg, strict=True)], abs=1e-6
+    )
+    # reading - ideal is E(P in force) + O; P is zero here.
+    assert point.error_deg == pytest.approx([offset.offsets.O1, offset.offsets.O2], abs=2e-4)
+    assert b.station.session.fresh_sun_offset is None
+
+
+def test_a_second_point_on_the_same_offset_stands_on_the_gathering(bench):
+    b = bench(noise_deg=0.0)
+    b.on_sun()
+    for _ in range(2):
+        b.station.begin_point()
+        for _ in range(3):
+            b.station.answer(True)
+        b.station.gather_point()
+        b.station.store(True)
+    first, second = b.station.session.accepted
+    assert (first.basis, second.basis) == ("sun_offset", "gathering")
+    assert second.read_utc > first.read_utc
+    assert "no Set Sun Offset" in second.reason
+
+
+def test_nothing_is_gathered_from_a_unit_that_does_not_track(bench):
+    b = bench()
+    b.on_sun()
+    b.station.begin_point()
+    for _ in range(3):
+        b.station.answer(True)
+    b.unit.set_mode(Mode.MANUAL)
+    with pytest.raises(ProcedureRefused, match="not tracking"):
+        b.station.gather_point()
+    assert b.station.session.points[-1].status == "aborted"
+
+
+def test_a_rejected_point_stays_in_the_file_and_is_not_fitted(bench):
+    b = bench()
+    b.on_sun()
+    b.station.begin_point()
+    for _ in range(3):
+        b.station.answer(True)
+    b.station.gather_point()
+    b.station.store(False, "cloud came in")
+    assert b.station.session.accepted == ()
+    assert read_session(b.path).records[-1].reason == "cloud came in"
+
+
+def test_a_unit_that_stops_answering_in_mid_point_leaves_an_aborted_attempt(bench):
+    b = bench()
+    b.on_sun()
+    b.station.begin_point()
+    for _ in range(3):
+        b.station.answer(True)
+    b.emulation.fault("mute")
+    with pytest.raises(LinkError):
+        b.station.gather_point()
+    records = read_session(b.path).records
+    assert [type(r) for r in records[-2:]] == [LinkLost, PointRecord]
+    assert records[-1].status == "aborted"
+    assert b.station.state.live.link is LinkState.LOST
+    assert b.station.state.activity is Activity.IDLE
+
+
+def test_after_a_lost_line_the_same_unit_is_taken_up_again_and_another_is_refused(bench):
+    b = bench()
+    b.station.link_lost(LinkError("cable pulled"))
+    b.station.reconnect()
+    assert b.station.state.live.link is LinkState.CONNECTED
+    assert [type(r).__name__ for r in b.station.session.records] == ["LinkLost", "LinkRestored"]
+    b.station.link_lost(LinkError("cable pulled"))
+    other = bench("tijeras-azel", "unit.serial=B-9999")
+    b.station.tracker = other.unit
+    with pytest.raises(ProcedureRefused, match="another unit answers"):
+        b.station.reconnect()
+
+
+def test_upload_is_one_transaction_and_clears_the_offsets(bench):
+    b = bench()
+    b.on_sun()
+    assert b.unit.status().offsets != Offsets()
+    wanted = Coefficients(0.12345678, -0.2, 0.3, 0.1, 0.00012345, -0.0002)
+    upload = b.station.upload(wanted, method="manual")
+    assert upload.verified
+    assert upload.new_coefficients == Coefficients(0.1235, -0.2, 0.3, 0.1, 0.000123, -0.0002)
+    stored = b.unit.stored()
+    assert stored.coefficients == stored.permanent_coefficients == upload.new_coefficients
+    # The correction must be applied once: offsets that survived would add to the coefficients.
+    assert stored.offsets == stored.permanent_offsets == Offsets()
+    assert b.unit.status().offsets == Offsets()
+
+
+def test_rollback_restores_what_the_newest_upload_replaced(bench):
+    b = bench()
+    b.on_sun()
+    before = b.unit.stored()
+    b.station.upload(Coefficients(P1=0.5), method="manual")
+    back = b.station.rollback()
+    assert back.rollback
+    assert back.verified
+    assert b.unit.stored().coefficients == before.coefficients
+    assert b.unit.stored().offsets == before.offsets
+
+
+def test_check_points_come_after_an_upload_and_leave_no_offset_behind(bench):
+    b = bench()
+    b.on_sun()
+    with pytest.raises(ProcedureRefused, match="after an upload"):
+        b.station.begin_point(check=True)
+    b.station.upload(Coefficients(), method="manual")
+    b.station.track()
+    b.on_sun()
+    check = b.technician.take_point(check=True)
+    assert isinstance(check, CheckRecord)
+    assert check.sky_error_deg is not None
+    assert check.sky_error_deg > 0.1  # nothing was corrected: the lean is still there
+    assert b.unit.status().offsets == Offsets()
+
+
+def test_a_jog_beyond_the_limits_is_refused_on_our_side_too(bench):
+    b = bench()
+    with pytest.raises(ProcedureRefused, match="beyond a limit"):
+        b.station.jog(140.0, 40.0)
+
+
+def test_stop_interrupts_a_reference_check(bench):
+    b = bench()
+    seen: list[float] = []
+
+    def stop_soon(waited: float) -> None:
+        seen.append(waited)
+        if len(seen) == 2:
+            b.station.stop()
+
+    check = b.station.ref_check(stop_soon)
+    assert isinstance(check, RefCheck)
+    assert not check.complete
+    assert b.unit.status().mode is Mode.STOP
+
+
+def test_voiding_a_point_takes_it_out_of_the_fit_and_voiding_the_void_restores_it(bench):
+    b = bench()
+    b.on_sun()
+    b.technician.take_point()
+    (point,) = b.station.session.accepted
+    void = b.station.void(point.seq, "spot was in a cloud")
+    assert b.station.session.accepted == ()
+    b.station.void(void.seq, "no, it was fine")
+    assert b.station.session.accepted == (point,)
+    with pytest.raises(SolarcalError, match="no record 999"):
+        b.station.void(999, "x")
+
+
+def test_nothing_is_shown_that_is_not_in_the_file(bench):
+    b = bench()
+    on_disk: list[int] = []
+
+    def count(state):
+        shown = len(state.session.records) if state.session else 0
+        on_disk.append(len(read_session(b.path).records) - shown)
+
+    b.station.subscribe(count)
+    b.on_sun()
+    b.technician.take_point()
+    assert len(on_disk) > 20
+    assert min(on_disk) >= 0

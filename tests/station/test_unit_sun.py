@@ -1,0 +1,56 @@
+"""A unit that believes in another Sun is told what it has wrong."""
+
+import msgspec
+import pytest
+
+from solarcal.mount.formula import Offsets
+from solarcal.mount.geometry import MountGeometry
+from solarcal.site import Site
+from solarcal.station.unit_sun import check_unit_settings, check_unit_sun, ideal_axes_deg
+from solarcal.timescale import parse_utc
+from solarcal.unit.tracker import Mode, Status, UnitSite
+
+SITE = Site(35.05, -106.48, 1830.0)
+UNIT = UnitSite(SITE, 7.0, "azel")
+NOW = parse_utc("2026-06-21T16:00:00Z")
+
+
+def status_of(site: Site, computed_for_utc_s: float, told_utc_s: float = NOW) -> Status:
+    ax1, ax2 = ideal_axes_deg(MountGeometry("azel", site.latitude_deg), site, computed_for_utc_s)
+    return Status(
+        mode=Mode.TRACK, unit_utc_s=told_utc_s, ideal1_deg=ax1, ideal2_deg=ax2,
+        reading1_deg=ax1, reading2_deg=ax2, counts1=0, counts2=0, target1_deg=ax1,
+        target2_deg=ax2, offsets=Offsets(), moving=(0, 0), approach=(1, 1), update_phase=0.0,
+        referenced=True, unlocked_s=0.0,
+    )  # fmt: skip
+
+
+def test_a_right_unit_agrees():
+    assert check_unit_sun(UNIT, SITE, status_of(SITE, NOW), NOW).agrees
+
+
+@pytest.mark.parametrize(
+    ("site", "utc_s", "words"),
+    [
+        (SITE, NOW + 3600.0, "off by +1 h"),
+        (SITE, NOW - 7200.0, "off by -2 h"),
+        (Site(-35.05, -106.48), NOW, "other hemisphere"),
+        (Site(35.05, 106.48), NOW, "wrong sign"),
+        (SITE, NOW + 7 * 86400.0 + 1234.0, "no single wrong"),
+    ],
+)
+def test_what_is_wrong_is_named(site, utc_s, words):
+    check = check_unit_sun(UNIT, SITE, status_of(site, utc_s), NOW)
+    assert not check.agrees
+    assert words in check.explanation
+
+
+def test_settings_that_are_not_ours_are_said_with_their_size():
+    told = msgspec.structs.replace(UNIT, site=Site(-35.05, -106.0))
+    said = check_unit_settings(told, SITE, 3600.5)
+    assert len(said) == 3
+    assert "other hemisphere" in said[0]
+    assert "-106.0000" in said[1]
+    assert "+1 h" in said[2]
+    assert check_unit_settings(UNIT, SITE, 0.2) == ()
+    assert "0.100 deg of Sun" in check_unit_settings(UNIT, SITE, 24.0)[0]
