@@ -1,0 +1,304 @@
+"""Set Sun Offset by hand: where the technician wants the axes, and from which side they came.
+
+The unit takes absolute targets that expire. While jogging follows the Sun, the target is the
+unit's ideal angle plus what the technician added, sent anew before it expires: the spot stands
+still on the plate but for what the technician does to it, and every renewal comes forward.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+from solarcal.errors import ProcedureRefused, SolarcalError
+from solarcal.mount.geometry import MountGeometry
+from solarcal.session.records import SunOffset
+from solarcal.site import Site
+from solarcal.station.procedure import Station
+from solarcal.station.unit_sun import ideal_axes_deg
+from solarcal.unit.tracker import Mode, Spot, Status
+
+STEPS_DEG = (0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0)
+"""The steps to choose from."""
+
+BEHIND_DEG = 0.4
+"""How far to go behind the Sun before coming forward: more than any backlash worth the name."""
+
+TAKEN_UP_DEG = 0.3
+"""An axis that has come forward by this much since it last went backward has no slack left."""
+
+RENEWAL_LEAD_S = 1.0
+"""A renewed target aims at where the Sun will be this much later, about the time to the next."""
+
+SETTING_LEAD_S = 2.0
+"""Before the offset is set the axes are put where the Sun will be then, and wait for it."""
+
+SETTLE_TRIES = 30
+SUN_STANDS_DEG_PER_S = 2e-5
+"""Slower than this the Sun has no side to come from (an axis at its turning point)."""
+
+STILL_DEG = 1e-6
+
+Pair = tuple[float, float]
+STOPPED = (Mode.STOP, Mode.STOW, Mode.FAULT, Mode.REF)
+
+
+def sun_rates_deg_per_s(geometry: MountGeometry, site: Site, unit_utc_s: float) -> Pair:
+    """How fast the unit's Sun moves in the axes, central difference."""
+    half_s = 15.0
+    before = ideal_axes_deg(geometry, site, unit_utc_s - half_s)
+    after = ideal_axes_deg(geometry, site, unit_utc_s + half_s)
+    return (after[0] - before[0]) / (2.0 * half_s), (after[1] - before[1]) / (2.0 * half_s)
+
+
+def forward_sense(rate_deg_per_s: float, approach: int) -> int:
+    """The sense an axis comes from behind in: the Sun's, or its last where the Sun stands."""
+    if abs(rate_deg_per_s) < SUN_STANDS_DEG_PER_S:
+        return -1 if approach < 0 else 1
+    return -1 if rate_deg_per_s < 0.0 else 1
+
+
+@dataclass(frozen=True, slots=True)
+class ApproachWatch:
+    """How far each axis has come forward since it last went backward, degrees.
+
+    ``reading_deg`` is where they were last seen. An axis whose last finished motion was forward
+    when the watch began is trusted: tracking brought it there.
+    """
+
+    reading_deg: Pair
+    forward_deg: Pair
+
+    @classmethod
+    def begin(cls, status: Status, senses: tuple[int, int]) -> "ApproachWatch":
+        trusted = [
+            math.inf if approach == sense else 0.0
+            for approach, sense in zip(status.approach, senses, strict=True)
+        ]
+        return cls((status.reading1_deg, status.reading2_deg), (trusted[0], trusted[1]))
+
+    def seen(self, status: Status, senses: tuple[int, int]) -> "ApproachWatch":
+        """The watch after one more look at the axes."""
+        reading = (status.reading1_deg, status.reading2_deg)
+        forward = [0.0, 0.0]
+        for axis in (0, 1):
+            along = (reading[axis] - self.reading_deg[axis]) * senses[axis]
+            forward[axis] = 0.0 if along < -STILL_DEG else self.forward_deg[axis] + max(along, 0.0)
+        return ApproachWatch(reading, (forward[0], forward[1]))
+
+    @property
+    def from_behind(self) -> tuple[bool, bool]:
+        """Whether each axis stands where it does with its slack taken up."""
+        return self.forward_deg[0] >= TAKEN_UP_DEG, self.forward_deg[1] >= TAKEN_UP_DEG
+
+
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """What the technician wants. ``wanted_deg``: reading - ideal while it follows the Sun, the
+    reading itself while it does not. ``behind``: axes that first go behind."""
+
+    wanted_deg: Pair
+    follows: bool
+    behind: tuple[bool, bool] = (False, False)
+
+    def target_deg(
+        self, status: Status, rates: Pair, senses: tuple[int, int], lead_s: float
+    ) -> Pair:
+        """The absolute read-outs to send."""
+        ideal = (status.ideal1_deg, status.ideal2_deg)
+        targets = [
+            self.wanted_deg[axis]
+            + (ideal[axis] + rates[axis] * lead_s if self.follows else 0.0)
+            - (senses[axis] * BEHIND_DEG if self.behind[axis] else 0.0)
+            for axis in (0, 1)
+        ]
+        return targets[0], targets[1]
+
+
+@dataclass(frozen=True, slots=True)
+class JogView:
+    """What a screen shows of it. ``spot`` is ``None`` on a real unit."""
+
+    status: Status
+    rates_deg_per_s: Pair
+    senses: tuple[int, int]
+    watch: ApproachWatch
+    aim: Aim | None
+    target_deg: Pair | None
+    spot: Spot | None
+
+
+class SunOffsetJog:
+    """Jogging onto the Sun through a ``Station``; called from the thread that talks to it.
+
+    Nothing moves before the first ``nudge`` or ``go_behind``; nothing is written but by
+    ``set_here``.
+    """
+
+    def __init__(self, station: Station, *, follows: bool = True) -> None:
+        self.station = station
+        self.follows = follows
+        self._aim: Aim | None = None
+        self._watch: ApproachWatch | None = None
+        self._found_tracking: bool | None = None
+
+    @property
+    def jogging(self) -> bool:
+        """A target is being renewed."""
+        return self._aim is not None
+
+    def look(self) -> JogView:
+        """Read the unit; renew the jog target, if there is one."""
+        status = self.station.poll()
+        if self._found_tracking is None:
+            self._found_tracking = status.mode is Mode.TRACK
+        rates = self._rates(status)
+        senses = self._senses(status, rates)
+        watch = self._watch
+        self._watch = watch.seen(status, senses) if watch else ApproachWatch.begin(status, senses)
+        target = None
+        if self._aim is not None and status.mode in STOPPED:
+            # Somebody stopped it, here or at the unit: a stop is never jogged away from.
+            self.release()
+        if self._aim is not None:
+            self._aim = self._came_behind(self._aim, status, rates, senses)
+            target = self._aim.target_deg(status, rates, senses, RENEWAL_LEAD_S)
+            self.station.jog(*target)
+        emulation = self.station.tracker.emulation
+        spot = emulation.spot() if emulation is not None else None
+        return JogView(status, rates, senses, self._watch, self._aim, target, spot)
+
+    def nudge(self, axis1_deg: float, axis2_deg: float) -> JogView:
+        """Move the aim by that many axis degrees; the unit follows at once.
+
+        Raises
+        ------
+        ProcedureRefused
+            The unit was stopped and has not been told to track since, or the aim lies beyond a
+            limit; the aim is then what it was.
+        """
+        before = self._aim
+        aim = before or self._aim_here()
+        wanted = (aim.wanted_deg[0] + axis1_deg, aim.wanted_deg[1] + axis2_deg)
+        self._aim = replace(aim, wanted_deg=wanted)
+        try:
+            return self.look()
+        except SolarcalError:
+            self._aim = before
+            raise
+
+    def go_behind(self) -> JogView:
+        """Axes that did not come from behind go behind the Sun, then forward to the aim."""
+        aim = self._aim or self._aim_here()
+        from_behind = self._watch.from_behind if self._watch else (False, False)
+        behind = (not from_behind[0], not from_behind[1])
+        if not any(behind):
+            raise ProcedureRefused("both axes already came from behind; nothing to take up")
+        before, self._aim = self._aim, replace(aim, behind=behind)
+        try:
+            return self.look()
+        except SolarcalError:
+            self._aim = before
+            raise
+
+    def follow(self, follows: bool) -> JogView:
+        """Follow the Sun with the aim, or stand still and let it come."""
+        self.follows = follows
+        if self._aim is not None:
+            self._aim = replace(self._aim_here(), behind=self._aim.behind)
+        return self.look()
+
+    def release(self) -> None:
+        """Renew no more: the target expires and the axes stand."""
+        self._aim = None
+
+    def track(self) -> JogView:
+        """Give the axes back to the unit."""
+        self.release()
+        self.station.track()
+        return self.look()
+
+    def set_here(self) -> SunOffset:
+        """Wait until the axes rest on the aim, set the offset, and let the unit track.
+
+        Raises
+        ------
+        ProcedureRefused
+            The axes do not come to rest, or are on their way behind the Sun.
+        """
+        aim = self._aim
+        if aim is not None and any(aim.behind):
+            raise ProcedureRefused("the axes are still going behind the Sun; wait, then centre")
+        status = self.station.poll()
+        if status.mode in STOPPED:
+            raise ProcedureRefused(
+                f"the unit is in mode {status.mode}; track or jog onto the Sun first"
+            )
+        if aim is not None and aim.follows:
+            # Where the Sun will be: the axes rest there and it comes to them.
+            rates = self._rates(status)
+            target = aim.target_deg(status, rates, self._senses(status, rates), SETTING_LEAD_S)
+            self.station.jog(*target)
+            self.station.clock.wait(SETTING_LEAD_S)
+        self._settle()
+        record = self.station.set_sun_offset()
+        self.release()
+        self._watch = None
+        self.station.track()
+        return record
+
+    def leave(self) -> bool:
+        """Leave without writing. A unit found tracking that was only jogged tracks again."""
+        jogged = self._aim is not None
+        self.release()
+        mode = self.station.poll().mode
+        if self._found_tracking and mode in (Mode.JOG, Mode.MANUAL):
+            self.station.track()
+            return True
+        return jogged
+
+    # -- inside ------------------------------------------------------------------------------
+
+    def _rates(self, status: Status) -> Pair:
+        site = self.station.unit_site.site if self.station.unit_site else self._site()
+        return sun_rates_deg_per_s(self.station.geometry, site, status.unit_utc_s)
+
+    def _site(self) -> Site:
+        return self.station.session.header.site
+
+    @staticmethod
+    def _senses(status: Status, rates: Pair) -> tuple[int, int]:
+        first, second = status.approach
+        return forward_sense(rates[0], first), forward_sense(rates[1], second)
+
+    def _aim_here(self) -> Aim:
+        """The aim that keeps the axes as they stand towards the Sun (or the ground)."""
+        status = self.station.poll()
+        if status.mode in STOPPED:
+            raise ProcedureRefused(
+                f"the unit is in mode {status.mode} and is not jogged out of it; "
+                "tell it to track first"
+            )
+        reading = (status.reading1_deg, status.reading2_deg)
+        if not self.follows:
+            return Aim(reading, False)
+        ideal = (status.ideal1_deg, status.ideal2_deg)
+        return Aim((reading[0] - ideal[0], reading[1] - ideal[1]), True)
+
+    def _came_behind(self, aim: Aim, status: Status, rates: Pair, senses: tuple[int, int]) -> Aim:
+        """Once all that had to are behind and at rest, come forward."""
+        if not any(aim.behind) or status.moving != (0, 0):
+            return aim
+        target = aim.target_deg(status, rates, senses, 0.0)
+        reading = (status.reading1_deg, status.reading2_deg)
+        there = all(
+            (target[axis] - reading[axis]) * senses[axis] > -0.25 * BEHIND_DEG
+            for axis in (0, 1)
+            if aim.behind[axis]
+        )
+        return replace(aim, behind=(False, False)) if there else aim
+
+    def _settle(self) -> None:
+        for _ in range(SETTLE_TRIES):
+            if self.station.poll().moving == (0, 0):
+                return
+            self.station.clock.wait(0.5)
+        raise ProcedureRefused("the axes do not come to rest; STOP, and look what moves them")

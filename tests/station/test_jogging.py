@@ -1,0 +1,199 @@
+"""Set Sun Offset by hand: aims that follow the Sun, and which side an axis came from."""
+
+import math
+
+import pytest
+from emulated_station import emulated_station
+
+from solarcal.errors import ProcedureRefused
+from solarcal.mount.geometry import MountGeometry
+from solarcal.site import Site
+from solarcal.station.jogging import (
+    TAKEN_UP_DEG,
+    ApproachWatch,
+    JogView,
+    SunOffsetJog,
+    forward_sense,
+    sun_rates_deg_per_s,
+)
+from solarcal.station.procedure import Station
+from solarcal.unit.tracker import Mode, Spot
+
+
+def renew(jog: SunOffsetJog, seconds: float) -> JogView:
+    """What the screen does: look, and renew, every second."""
+    for _ in range(int(seconds)):
+        jog.station.clock.wait(1.0)
+        view = jog.look()
+    return view
+
+
+def on_sky(station: Station, spot: Spot) -> float:
+    zenith = math.radians(station.poll().ideal2_deg)
+    return math.hypot(spot.error1_deg * math.sin(zenith), spot.error2_deg)
+
+
+def looked(jog: SunOffsetJog, looks: int = 40) -> Spot:
+    """The mean of many looks, in one instant."""
+    emulation = jog.station.tracker.emulation
+    assert emulation is not None
+    spots = [emulation.spot() for _ in range(looks)]
+    return Spot(
+        all(s.visible for s in spots),
+        sum(s.error1_deg for s in spots) / looks,
+        sum(s.error2_deg for s in spots) / looks,
+    )
+
+
+def test_the_unit_computes_the_sun_moving_a_quarter_of_a_degree_a_minute() -> None:
+    """Near the equator's horizon at the equinox: 15 deg an hour straight up, none in azimuth."""
+    geometry = MountGeometry("azel", 0.0)
+    rate1, rate2 = sun_rates_deg_per_s(geometry, Site(0.0, 0.0, 0.0), 1_774_000_800.0)
+    assert rate2 == pytest.approx(-15.0 / 3600.0, rel=0.01)
+    assert abs(rate1) < 1e-4
+
+
+def test_forward_is_the_suns_way_or_the_last_one_where_the_sun_stands() -> None:
+    assert forward_sense(-0.004, 1) == -1
+    assert forward_sense(0.004, -1) == 1
+    assert forward_sense(1e-6, -1) == -1
+    assert forward_sense(0.0, 0) == 1
+
+
+def test_nothing_moves_before_the_first_arrow_key() -> None:
+    station, _ = emulated_station()
+    jog = SunOffsetJog(station)
+    view = renew(jog, 20)
+    assert view.status.mode is Mode.TRACK
+    assert view.target_deg is None
+    assert not jog.jogging
+    assert jog.leave() is False
+
+
+def test_an_axis_that_tracking_brought_came_from_behind() -> None:
+    station, _ = emulated_station()
+    view = SunOffsetJog(station).look()
+    assert view.watch.from_behind == (True, True)
+
+
+def test_a_step_back_makes_the_axis_unfit_until_it_has_come_forward_far_enough() -> None:
+    station, _ = emulated_station()
+    jog = SunOffsetJog(station)
+    jog.look()
+    back = jog.look().senses[0] * -0.1
+    jog.nudge(back, 0.0)
+    view = renew(jog, 5)
+    assert view.watch.from_behind == (False, True)
+    jog.nudge(-back + 0.01 * view.senses[0], 0.0)
+    view = renew(jog, 5)
+    assert view.watch.forward_deg[0] < TAKEN_UP_DEG
+    assert view.watch.from_behind[0] is False
+
+
+def test_going_behind_ends_on_the_same_aim_from_the_right_side() -> None:
+    station, _ = emulated_station("backlash")
+    jog = SunOffsetJog(station)
+    sense = jog.look().senses[0]
+    jog.nudge(-0.2 * sense, 0.0)
+    wanted = renew(jog, 5).aim
+    assert wanted is not None
+    jog.go_behind()
+    view = renew(jog, 12)
+    assert view.watch.from_behind[0]
+    assert view.aim is not None
+    assert view.aim.behind == (False, False)
+    assert view.status.reading1_deg - view.status.ideal1_deg == pytest.approx(
+        wanted.wanted_deg[0], abs=0.01
+    )
+
+
+def test_a_followed_aim_keeps_the_spot_where_it_is() -> None:
+    """A minute, in which the Sun moves a quarter of a degree."""
+    station, _ = emulated_station("tijeras-azel", "truth.noise_deg=0.0")
+    jog = SunOffsetJog(station)
+    jog.nudge(0.0, 0.01)
+    before = renew(jog, 6).spot
+    after = renew(jog, 60).spot
+    assert before is not None
+    assert after is not None
+    assert after.error1_deg == pytest.approx(before.error1_deg, abs=0.02)
+    assert after.error2_deg == pytest.approx(before.error2_deg, abs=0.02)
+
+
+def test_a_standing_aim_lets_the_sun_go_by() -> None:
+    station, _ = emulated_station()
+    jog = SunOffsetJog(station, follows=False)
+    jog.nudge(0.0, 0.02)
+    first = renew(jog, 6).status
+    later = renew(jog, 60).status
+    assert (later.reading1_deg, later.reading2_deg) == (first.reading1_deg, first.reading2_deg)
+    assert abs(later.ideal1_deg - first.ideal1_deg) > 0.1
+
+
+def test_setting_leaves_the_offset_the_spot_asked_for_and_the_unit_tracking() -> None:
+    """Centred by the spot with slack in both axes: what is left is less than a hundredth."""
+    station, _ = emulated_station("backlash", "truth.noise_deg=0.0")
+    jog = SunOffsetJog(station)
+    view = jog.look()
+    for _ in range(4):
+        spot = view.spot
+        assert spot is not None
+        jog.nudge(spot.error1_deg, spot.error2_deg)
+        view = renew(jog, 8)
+        if not all(view.watch.from_behind):
+            jog.go_behind()
+            view = renew(jog, 16)
+    record = jog.set_here()
+    assert on_sky(station, looked(jog)) < 0.01
+    assert station.poll().mode is Mode.TRACK
+    assert station.session.sun_offsets == (record,)
+    assert record.approach == view.senses
+    assert not jog.jogging
+
+
+def test_leaving_writes_nothing_and_lets_a_unit_that_tracked_track_again() -> None:
+    station, _ = emulated_station()
+    before = station.poll().offsets
+    jog = SunOffsetJog(station)
+    jog.look()
+    jog.nudge(0.3, 0.0)
+    renew(jog, 4)
+    assert jog.leave() is True
+    status = station.poll()
+    assert status.mode is Mode.TRACK
+    assert status.offsets == before
+    assert station.session.sun_offsets == ()
+
+
+def test_a_stop_ends_the_jog_and_leaving_does_not_move_it_again() -> None:
+    station, _ = emulated_station()
+    jog = SunOffsetJog(station)
+    jog.look()
+    jog.nudge(1.0, 0.0)
+    station.stop()
+    view = renew(jog, 3)
+    assert not jog.jogging
+    assert view.status.moving == (0, 0)
+    with pytest.raises(ProcedureRefused, match="STOP"):
+        jog.nudge(0.1, 0.0)
+    jog.leave()
+    assert station.poll().mode is Mode.STOP
+
+
+def test_an_aim_beyond_a_limit_is_refused_and_forgotten() -> None:
+    station, _ = emulated_station()
+    jog = SunOffsetJog(station)
+    jog.nudge(0.01, 0.0)
+    aim = jog.look().aim
+    with pytest.raises(ProcedureRefused, match="beyond a limit"):
+        jog.nudge(300.0, 0.0)
+    assert jog.look().aim == aim
+
+
+def test_the_watch_counts_forward_travel_only() -> None:
+    station, _ = emulated_station()
+    status = station.poll()
+    watch = ApproachWatch((status.reading1_deg - 0.2, status.reading2_deg + 0.2), (0.2, 0.2))
+    seen = watch.seen(status, (1, 1))
+    assert seen.forward_deg == (pytest.approx(0.4), 0.0)
+    assert seen.from_behind == (True, False)
