@@ -19,6 +19,7 @@ from solarcal.station.unit_sun import ideal_axes_deg
 from solarcal.sun.day import daylight
 from solarcal.timescale import format_utc
 from solarcal.unit.tracker import Spot, Status
+from solarcal.units import wrap_deg
 
 FINE_MOVE_S = 2.0
 """Every jog aims at where the Sun will be this much later, and is renewed at this interval."""
@@ -235,13 +236,11 @@ class AutomaticTechnician:
             catching_up = [late_s for late_s in past_s if late_s <= CATCH_UP_S]
             aim_s = FINE_MOVE_S * (1.0 + np.ceil(max(catching_up, default=0.0) / FINE_MOVE_S))
             adjusted = len(catching_up) == 2
+            moves = self._sun_moves_deg(status.unit_utc_s, 0.0, aim_s)
             targets = [
-                reading
-                + error
-                + rate * aim_s
-                - (0.0 if late_s <= CATCH_UP_S else sense * BEHIND_DEG)
-                for reading, error, rate, late_s, sense in zip(
-                    readings, errors, rates, past_s, senses, strict=True
+                reading + error + move - (0.0 if late_s <= CATCH_UP_S else sense * BEHIND_DEG)
+                for reading, error, move, late_s, sense in zip(
+                    readings, errors, moves, past_s, senses, strict=True
                 )
             ]
             self._move(targets[0], targets[1], aim_s)
@@ -367,12 +366,16 @@ class AutomaticTechnician:
 
     def _rates_deg_per_s(self, unit_utc_s: float) -> tuple[float, float]:
         """How fast the Sun moves in the axes, degrees per second, central difference."""
-        station = self.station
         half_s = 15.0
-        before = ideal_axes_deg(station.geometry, station.session.header.site, unit_utc_s - half_s)
-        after = ideal_axes_deg(station.geometry, station.session.header.site, unit_utc_s + half_s)
-        rate1, rate2 = ((a - b) / (2.0 * half_s) for a, b in zip(after, before, strict=True))
-        return rate1, rate2
+        move1, move2 = self._sun_moves_deg(unit_utc_s, -half_s, half_s)
+        return move1 / (2.0 * half_s), move2 / (2.0 * half_s)
+
+    def _sun_moves_deg(self, unit_utc_s: float, from_s: float, to_s: float) -> tuple[float, float]:
+        """How far the Sun moves in the axes between two instants relative to ``unit_utc_s``."""
+        geometry, site = self.station.geometry, self.station.session.header.site
+        start = ideal_axes_deg(geometry, site, unit_utc_s + from_s)
+        end = ideal_axes_deg(geometry, site, unit_utc_s + to_s)
+        return float(wrap_deg(end[0] - start[0])), end[1] - start[1]
 
     # -- waiting -----------------------------------------------------------------------------
 
