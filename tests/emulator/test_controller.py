@@ -242,3 +242,21 @@ def test_a_screwjack_axis_moves_on_whole_counts_of_its_nominal_triangle(rig):
     # A count is about a thousandth of a degree at these arms.
     assert (status.reading1_deg, status.reading2_deg) == pytest.approx((40.0, 60.0), abs=1e-3)
     assert status.approach == (-1, -1)
+
+
+def test_a_jack_jams_before_its_dead_point_and_the_unit_lives_on(rig):
+    tracker = rig("screwjack", *EXACT, referenced=True)
+    tracker.unlocked("MODE TRACK")
+    tracker.ask("X FAULT miss1:-100000")
+    tracker.advance(3600.0)
+    assert tracker.status().mode is Mode.TRACK
+    motor = tracker.emulator.world.motors[0]
+    # One degree short of the flat triangle: beta is 90 deg.
+    assert motor.collector_deg(tracker.emulator.now_s()) == pytest.approx(89.0, abs=0.02)
+
+
+def test_drives_that_cannot_reach_their_limits_are_refused(rig):
+    tracker = rig("screwjack", *EXACT)
+    tracker.ask("UNLOCK")
+    assert tracker.refusal("PARAM axis1.limits -95.0:70.0") == 13
+    assert tracker.refusal("PARAM axis1.drive screwjack:1:1:5:90:4000:-") == 13

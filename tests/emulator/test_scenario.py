@@ -90,6 +90,8 @@ def test_a_lean_is_p1_and_p3_and_either_can_be_given():
         ("unit.limits1_deg=[5,1]", "unit.limits1_deg"),
         ("unit.geometry=equatorial", "unknown geometry"),
         ("truth.pressure_hpa=20", "pressure"),
+        ("truth.drive2=screwjack:20:20:50:35:4000:-", "cannot close"),
+        ("unit.drive1=screwjack:20:20:0:90:4000:-", "dead point"),
         ("truth", "write KEY=VALUE"),
     ],
 )

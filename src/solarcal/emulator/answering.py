@@ -7,7 +7,7 @@ from solarcal.emulator.controller import Controller
 from solarcal.emulator.emulator_requests import EmulatorRequests, Surroundings
 from solarcal.emulator.faults import Faults
 from solarcal.emulator.refusal import Code, Refusal
-from solarcal.errors import ProtocolError
+from solarcal.errors import ConfigurationError, ProtocolError
 from solarcal.unit import fields, values
 from solarcal.unit.frames import Reply, Request, decode_request, encode_reply
 from solarcal.unit.parameters import PARAMETER_NAMES, parameters_from_texts, parameters_to_texts
@@ -102,7 +102,7 @@ class UnitEnd:
             answer = verb(list(request.arguments))
         except Refusal as refusal:
             return Reply(request.seq, code=refusal.code, text=refusal.text)
-        except ProtocolError as error:
+        except (ProtocolError, ConfigurationError) as error:
             return Reply(request.seq, code=Code.BAD_ARGUMENT, text=_speakable(str(error)))
         self._surroundings.settle()
         return Reply(request.seq, fields=tuple(answer))

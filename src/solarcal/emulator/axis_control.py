@@ -40,6 +40,7 @@ class AxisControl:
         self.approach = 0
         self.moving = 0
         self._under_way = False
+        self._goal: int | None = None
         self._zero = 0
         self._frozen_at: int | None = None
         self._count_sense()
@@ -87,7 +88,12 @@ class AxisControl:
             return False
         self.motor.run_to(goal, now_s)
         self._set_out()
+        self._goal = goal
         return True
+
+    def fell_short(self, now_s: float) -> bool:
+        """The motor came to rest without reaching what it was sent for: something jams."""
+        return self._goal is not None and self._goal != self.motor.encoder(now_s)
 
     def seek_switch(self, now_s: float) -> None:
         """At full speed to the reference switch, from whichever side."""
@@ -114,6 +120,7 @@ class AxisControl:
     def stop(self, now_s: float) -> None:
         self.motor.stop(now_s)
         self.arrived()
+        self._goal = None
 
     def arrived(self) -> None:
         """The motor has come to rest."""
@@ -132,6 +139,7 @@ class AxisControl:
     def _set_out(self) -> None:
         self.moving = self.motor.sense * (1 if self._counts_per_deg > 0.0 else -1)
         self._under_way = True
+        self._goal = None
 
     def _count_sense(self) -> None:
         low, high = self.reference_deg - 0.1, self.reference_deg + 0.1

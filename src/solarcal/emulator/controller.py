@@ -225,7 +225,9 @@ class Controller:
         self._reconsider(now_s)
 
     def set_parameters(self, new: UnitParameters, now_s: float) -> None:
+        """Raises ConfigurationError where a drive cannot reach its limits or its reference."""
         self._refuse_while_checking()
+        require_reach(new)
         drives = ((new.drive1, new.reference1_deg), (new.drive2, new.reference2_deg))
         for axis, (drive, reference_deg) in zip(self.axes, drives, strict=True):
             axis.configure(drive, reference_deg)
@@ -319,3 +321,20 @@ class Controller:
     def _require_sun(self, now_s: float) -> None:
         if self.beliefs.sun(now_s)[2] < 0.0:
             raise Refusal(Code.SUN_DOWN, "Sun below horizon")
+
+
+def require_reach(parameters: UnitParameters) -> None:
+    """Refuse drives that cannot reach their reference or limits, where a screwjack lies flat.
+
+    Raises
+    ------
+    ConfigurationError
+        A screwjack has a dead point or no triangle there.
+    """
+    limits = parameters.limits
+    for drive, axis_limits, reference_deg in (
+        (parameters.drive1, limits.axis1, parameters.reference1_deg),
+        (parameters.drive2, limits.axis2, parameters.reference2_deg),
+    ):
+        for angle_deg in (axis_limits.low_deg, axis_limits.high_deg, reference_deg):
+            drive.counts(angle_deg)

@@ -9,6 +9,7 @@ from solarcal.emulator.tracking import NEVER_S, TargetCurve
 
 _ROUNDING_DEG: Final = 1e-6
 """The instant of an update is found to better than this."""
+_TRY_AGAIN_S: Final = 1.0
 
 
 class SunFollower:
@@ -59,7 +60,10 @@ class SunFollower:
     def updated(self, index: int, now_s: float) -> None:
         """An axis has arrived half the range ahead of the Sun."""
         self._updated_s = now_s
-        self.keep_up(index, now_s)
+        if self._axes[index].fell_short(now_s):
+            self._updates_s[index] = now_s + _TRY_AGAIN_S
+        else:
+            self.keep_up(index, now_s)
 
     def keep_up(self, index: int, now_s: float) -> None:
         """Drive half the update range ahead of the Sun if an axis (0, 1) is due, else wait."""
@@ -83,7 +87,7 @@ class SunFollower:
             self._updates_s[index] = NEVER_S
         else:
             # One count is more than the range: look again when the Sun has moved on.
-            self._updates_s[index] = now_s + 1.0
+            self._updates_s[index] = now_s + _TRY_AGAIN_S
 
     def phase(self, now_s: float) -> float:
         """How far the wait for the next update has gone, 0..1; 0 while both axes move."""

@@ -7,7 +7,8 @@ events: nothing here is ticked, so the answer cannot depend on how often somebod
 import math
 from collections.abc import Callable
 
-from solarcal.mount.drive import Drive
+from solarcal.errors import ConfigurationError
+from solarcal.mount.drive import Drive, ScrewjackDrive
 from solarcal.units import FloatArray
 
 NEVER_S = math.inf
@@ -41,6 +42,8 @@ class Motor:
         self._full_speed = per_deg * speed_deg_s
         self._half_play_deg = 0.5 * backlash_deg
         self._switch_noise_counts = switch_noise_counts
+
+        self._end_stops = _end_stops(drive, self._switch_counts)
 
         self._from = round(float(drive.counts(stands_deg)) - self._switch_counts)
         self._to = self._from
@@ -130,6 +133,21 @@ class Motor:
         self._since_s = now_s
 
     def _run(self, to: int, speed: float) -> None:
-        self._to = to
+        low, high = self._end_stops
+        self._to = int(min(max(to, low), high))
         self._speed = speed
-        self.stops_s = self._since_s + abs(to - self._from) / speed
+        self.stops_s = self._since_s + abs(self._to - self._from) / speed
+
+
+def _end_stops(drive: Drive, switch_counts: float) -> tuple[float, float]:
+    """Motor counts between which the axis can turn: a jack jams before it is flat or closed."""
+    if not isinstance(drive, ScrewjackDrive):
+        return -math.inf, math.inf
+    turns: list[float] = []
+    for corner_deg in range(1, 180):
+        try:
+            turns.append(float(drive.counts(corner_deg - drive.beta_deg)) - switch_counts)
+        except ConfigurationError:
+            # The pivots come closer together here than the tube offset.
+            continue
+    return math.ceil(min(turns)), math.floor(max(turns))

@@ -164,12 +164,27 @@ def _build(document: dict[str, Any], source: str) -> Scenario:
     try:
         # What only shows when it is used must be refused here, where its source is known.
         scenario.unit.mount(scenario.site.place())
-        scenario.truth.drives(*scenario.unit.drives())
+        _require_reach(scenario)
         scenario.truth.mechanism()
         scenario.truth.weather(scenario.site.place())
     except ConfigurationError as error:
         raise ConfigurationError(f"{source}: {error}") from None
     return scenario
+
+
+def _require_reach(scenario: Scenario) -> None:
+    """Refuse drives, nominal or true, that cannot reach where the axes must or do stand."""
+    unit, truth = scenario.unit, scenario.truth
+    nominal = unit.drives()
+    for axis, angles_deg, stands_deg in (
+        (0, (*unit.limits1_deg, unit.reference1_deg, unit.stow1_deg), truth.stands1_deg),
+        (1, (*unit.limits2_deg, unit.reference2_deg, unit.stow2_deg), truth.stands2_deg),
+    ):
+        true = truth.drives(*nominal)[axis]
+        for angle_deg in angles_deg:
+            nominal[axis].counts(angle_deg)
+            true.counts(angle_deg)
+        true.counts(stands_deg)
 
 
 def _merged(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:

@@ -1,0 +1,50 @@
+"""`solarcal scenarios` and the refusals of `solarcal emulate`."""
+
+import json
+
+import pytest
+
+from solarcal.cli import run_command
+from solarcal.emulator.scenario import scenario_names
+
+
+def test_scenarios_are_listed_one_a_line(capsys):
+    assert run_command(["scenarios"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines] == scenario_names()
+    assert "(default)" in lines[0]
+
+
+def test_scenarios_as_one_json_document(capsys):
+    assert run_command(["scenarios", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["default"] == "tijeras-azel"
+    assert [entry["name"] for entry in document["scenarios"]] == scenario_names()
+    first = document["scenarios"][0]
+    assert first["start_utc"] == "2026-06-03T13:01:00Z"
+    assert first["settings"]["truth.lean_deg"] == 0.6
+
+
+def test_one_scenario_with_its_keys(capsys):
+    assert run_command(["scenarios", "missed-counts"]) == 0
+    out = capsys.readouterr().out
+    assert 'truth.missed_counts            [{ at = "+4h", axis = 1, counts = 300 }]' in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--scenario", "nope"], "no scenario 'nope'"),
+        (["--set", "truth.leen_deg=1"], "did you mean truth.lean_deg?"),
+        (["--tcp", "nowhere"], "HOST:PORT"),
+        (["--seed", "-1"], "seed"),
+        (["--speed", "-1"], "speed"),
+        (["--start", "dawn"], "dawn"),
+        (["--noise-deg", "-1"], "noise"),
+    ],
+)
+def test_bad_options_are_one_line_and_exit_2(capsys, arguments, words):
+    assert run_command(["emulate", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert words in error
+    assert error.count("\n") == 1
