@@ -6,6 +6,7 @@ A record is written and synced BEFORE the state shows it. Time comes from an inj
 import threading
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import TypeVar
 
 from solarcal import __version__
@@ -91,6 +92,11 @@ class StationCore:
         if self._state.session is None:
             raise ProcedureRefused("no session is open; connect to a unit first")
         return self._state.session
+
+    @property
+    def session_path(self) -> Path | None:
+        """The session's file; ``None`` without one, or while it is kept in memory."""
+        return self._journal.path if self._journal is not None else None
 
     @property
     def geometry(self) -> MountGeometry:
@@ -203,6 +209,14 @@ class StationCore:
         """Close the file and the line. The unit is left as it is."""
         if self._journal is not None:
             self._record(lambda seq, utc: Closed(seq=seq, utc=utc, reason=reason))
+            self._journal.close()
+            self._journal = None
+        self.tracker.close()
+        self._live(link=LinkState.CLOSED)
+
+    def leave(self) -> None:
+        """Close the line and let go of the file without ending the session: to go on later."""
+        if self._journal is not None:
             self._journal.close()
             self._journal = None
         self.tracker.close()

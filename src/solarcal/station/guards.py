@@ -6,6 +6,11 @@ from solarcal.mount.limits import Limits
 from solarcal.session.records import Header
 from solarcal.unit.tracker import Mode, Status
 
+
+class GuardRefused(ProcedureRefused):
+    """A guard the technician may overrule, with a reason that is recorded."""
+
+
 MIN_ELEVATION_DEG = 5.0
 """Below this the refraction of a real sky is too uncertain to fit (10 arcsec and more)."""
 
@@ -27,7 +32,7 @@ def demand_clear_of_limits(header: Header, status: Status, step: str) -> float:
     distance = distance_to_limits_deg(header.unit.limits, status)
     needed = near_limit_threshold_deg(header.unit.update_range_deg)
     if distance < needed:
-        raise ProcedureRefused(
+        raise GuardRefused(
             f"{step} refused: the axes stand {distance:.2f} deg from a limit and "
             f"{needed:.2f} deg are needed; wait until the Sun is clear of it, "
             "or override with a reason"
@@ -37,7 +42,7 @@ def demand_clear_of_limits(header: Header, status: Status, step: str) -> float:
 
 def demand_sun_high_enough(elevation_deg: float, step: str) -> None:
     if elevation_deg < MIN_ELEVATION_DEG:
-        raise ProcedureRefused(
+        raise GuardRefused(
             f"{step} refused: the Sun stands at {elevation_deg:.1f} deg elevation, where "
             f"refraction is uncertain; wait until it is above {MIN_ELEVATION_DEG:.0f} deg"
         )

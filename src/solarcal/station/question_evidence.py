@@ -1,0 +1,160 @@
+"""Beside each of the three questions: what the session and the unit say to it.
+
+Facts, not answers. The technician answers; a fact that speaks for NO is marked.
+"""
+
+from dataclasses import dataclass
+
+from solarcal.station.gathering import MAX_OFFSET_AGE_S
+from solarcal.station.jogging import forward_sense, sun_rates_deg_per_s
+from solarcal.station.state import LiveView, SessionView
+from solarcal.timescale import parse_utc
+from solarcal.unit.tracker import Mode, Spot
+
+WATCH_S = 60.0
+"""The manual has it watched for a minute before a point."""
+
+CLOCK_TOLERANCE_S = 1.0
+MISSED_COUNTS = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """One sentence; ``against`` when it speaks for NO."""
+
+    sentence: str
+    against: bool = False
+
+
+def ago_text(seconds: float) -> str:
+    """How long ago: ``40 s``, ``12 min``, ``3 h 05 min`` ago."""
+    whole = max(0, round(seconds))
+    if whole < 100:
+        return f"{whole} s ago"
+    minutes = round(whole / 60.0)
+    if minutes < 100:
+        return f"{minutes} min ago"
+    return f"{minutes // 60} h {minutes % 60:02d} min ago"
+
+
+def question_evidence(
+    number: int, session: SessionView, live: LiveView, spot: Spot | None = None
+) -> tuple[Fact, ...]:
+    """Facts about question 0 (reference check), 1 (Set Sun Offset) or 2 (tracking).
+
+    Parameters
+    ----------
+    spot : what the sunspot device of an emulated unit shows now.
+    """
+    return (_reference, _offset, _tracking)[number](session, live, spot)
+
+
+def _since_s(utc: str, live: LiveView) -> float:
+    return (live.laptop_utc_s or parse_utc(utc)) - parse_utc(utc)
+
+
+def _reference(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fact, ...]:
+    del spot
+    status = live.status
+    facts = []
+    if not session.ref_checks:
+        facts.append(Fact("No reference check in this session.", against=True))
+    else:
+        last = session.ref_checks[-1]
+        when = f"{last.utc[11:19]} UTC, {ago_text(_since_s(last.utc, live))}"
+        if not last.complete:
+            facts.append(
+                Fact(f"The last check (no. {last.number}, {when}) did NOT end.", against=True)
+            )
+        else:
+            d1, d2 = last.difference_counts
+            # The first check finds whatever the register held at power-up.
+            missed = len(session.ref_checks) > 1 and max(abs(d1), abs(d2)) >= MISSED_COUNTS
+            facts.append(Fact(f"Check no. {last.number} at {when}: complete."))
+            facts.append(
+                Fact(
+                    f"Counts found at the switches: axis 1 {d1:+d}, axis 2 {d2:+d}"
+                    + (": counts were missed before it." if missed else ".")
+                )
+            )
+    if status is not None and not status.referenced:
+        facts.append(Fact("The unit says it is NOT referenced since power-up.", against=True))
+    return tuple(facts)
+
+
+def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fact, ...]:
+    del spot
+    fresh, status = session.fresh_sun_offset, live.status
+    if fresh is None:
+        since = "since the last point" if session.sun_offsets else "in this session"
+        return (Fact(f"No Set Sun Offset seen {since}.", against=True),)
+    age_s = _since_s(fresh.utc, live)
+    facts = [
+        Fact(
+            f"Set at {fresh.utc[11:19]} UTC, {ago_text(age_s)}: O1 {fresh.offsets.O1:+.4f}, "
+            f"O2 {fresh.offsets.O2:+.4f} deg."
+        )
+    ]
+    if age_s > MAX_OFFSET_AGE_S:
+        facts.append(Fact("That is more than half an hour: set it again.", against=True))
+    if status is not None and status.offsets != fresh.offsets:
+        facts.append(Fact("The unit's offsets are others now: somebody changed them.", True))
+    rates = sun_rates_deg_per_s(session.geometry, session.header.unit.site, parse_utc(fresh.utc))
+    for axis in (0, 1):
+        approach = fresh.approach[axis]
+        wrong = approach != 0 and approach != forward_sense(rates[axis], approach)
+        facts.append(
+            Fact(f"Axis {axis + 1} came from the WRONG side: backlash is in it.", True)
+            if wrong
+            else Fact(
+                f"Axis {axis + 1} came from behind the Sun."
+                if approach
+                else f"Axis {axis + 1}: the unit does not say from which side it came."
+            )
+        )
+    return tuple(facts)
+
+
+def _tracking(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fact, ...]:
+    status = live.status
+    if status is None:
+        return (Fact("The unit has not been heard yet.", against=True),)
+    update_range = session.header.unit.update_range_deg
+    facts = [
+        Fact(f"The unit is in mode {status.mode}.", against=status.mode is not Mode.TRACK),
+        _lag(
+            abs(status.reading1_deg - status.target1_deg),
+            abs(status.reading2_deg - status.target2_deg),
+            update_range,
+        ),
+    ]
+    if session.sun_offsets:
+        watched_s = _since_s(session.sun_offsets[-1].utc, live)
+        facts.append(
+            Fact(
+                f"Watched for {watched_s:.0f} s since the offset was set"
+                + ("." if watched_s >= WATCH_S else "; the manual says a minute."),
+                against=watched_s < WATCH_S,
+            )
+        )
+    if spot is not None:
+        facts.append(_spot_fact(spot))
+    difference_s = live.unit_minus_laptop_s
+    if difference_s is not None and abs(difference_s) > CLOCK_TOLERANCE_S:
+        facts.append(Fact(f"Its clock is {difference_s:+.1f} s off the laptop's.", against=True))
+    return tuple(facts)
+
+
+def _lag(lag1_deg: float, lag2_deg: float, update_range_deg: float) -> Fact:
+    off = max(lag1_deg, lag2_deg) > 2.0 * update_range_deg
+    return Fact(
+        f"Axes {lag1_deg:.3f}, {lag2_deg:.3f} deg from their targets (update range "
+        f"{update_range_deg:g} deg)" + (": they do NOT follow." if off else "."),
+        against=off,
+    )
+
+
+def _spot_fact(spot: Spot) -> Fact:
+    if not spot.visible:
+        return Fact("No spot on the plate.", against=True)
+    return Fact(f"Spot off centre: axis 1 {spot.error1_deg:+.3f}, axis 2 {spot.error2_deg:+.3f}.")

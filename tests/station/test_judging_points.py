@@ -1,0 +1,125 @@
+"""A new point against the fit without it, and what an upload would change."""
+
+from dataclasses import replace
+
+import msgspec
+import pytest
+from emulated_station import emulated_station
+
+from solarcal.errors import ProcedureRefused
+from solarcal.mount.formula import Coefficients
+from solarcal.session.records import CheckRecord, PointRecord
+from solarcal.station.guards import GuardRefused
+from solarcal.station.point_judgement import judge_check, judge_point
+from solarcal.station.state import SessionView
+from solarcal.station.technician import AutomaticTechnician, Schedule
+from solarcal.station.upload_proposal import propose_upload, too_few_points
+
+
+@pytest.fixture(scope="module")
+def taken() -> SessionView:
+    """Six points of one day, half an hour apart."""
+    station, _ = emulated_station()
+    emulation = station.tracker.emulation
+    assert emulation is not None
+    technician = AutomaticTechnician(station, emulation.spot, Schedule(points=6, every_min=45.0))
+    station.initialise(confirmed=True)
+    technician.take_points()
+    return station.session
+
+
+def without_last(session: SessionView) -> tuple[SessionView, PointRecord]:
+    last = session.accepted[-1]
+    kept = tuple(p for p in session.points if p.seq != last.seq)
+    records = tuple(r for r in session.records if r.seq != last.seq)
+    return replace(session, points=kept, records=records), last
+
+
+def test_a_good_point_matches_the_prediction(taken: SessionView) -> None:
+    session, last = without_last(taken)
+    judged = judge_point(session, last)
+    assert not judged.suspicious
+    assert all(axis.sigmas is not None and abs(axis.sigmas) < 3.0 for axis in judged.axes)
+    assert "Matches" in judged.sentence
+    assert judged.axes[0].found_counts == pytest.approx(judged.axes[0].expected_counts, rel=0.02)
+
+
+def test_missed_counts_do_not_match_and_the_axis_is_named(taken: SessionView) -> None:
+    session, last = without_last(taken)
+    assert last.error_deg is not None
+    off = msgspec.structs.replace(last, error_deg=(last.error_deg[0], last.error_deg[1] + 1.0))
+    judged = judge_point(session, off)
+    assert judged.suspicious
+    assert judged.sentence.startswith("Axis 2 does NOT match")
+
+
+def test_the_first_point_has_nothing_to_be_compared_with(taken: SessionView) -> None:
+    empty = replace(taken, points=(), records=())
+    judged = judge_point(empty, taken.accepted[0])
+    assert not judged.suspicious
+    assert "first point" in judged.sentence
+
+
+def test_the_second_point_is_compared_with_the_first(taken: SessionView) -> None:
+    first = taken.accepted[0]
+    one = replace(
+        taken, points=(first,), records=tuple(r for r in taken.records if r.seq <= first.seq)
+    )
+    judged = judge_point(one, taken.accepted[1])
+    assert "last point only" in judged.sentence
+    assert judged.axes[0].off_deg is not None
+
+
+@pytest.mark.parametrize(("left_deg", "word"), [(0.04, "within"), (0.2, "BEYOND")])
+def test_a_check_point_is_measured_against_the_tolerance(
+    taken: SessionView, left_deg: float, word: str
+) -> None:
+    check = CheckRecord(
+        seq=1,
+        utc="2026-06-03T20:00:00.000Z",
+        status="accepted",
+        answers=taken.accepted[0].answers,
+        sky_error_deg=left_deg,
+    )
+    assert word in judge_check(check, 0.1)
+
+
+def test_an_upload_is_proposed_rounded_with_its_change_in_sigmas(taken: SessionView) -> None:
+    proposal = propose_upload(taken, Coefficients(P2=0.1))
+    assert proposal is not None
+    assert proposal.coefficients == proposal.solution.coefficients().rounded(4, 6)
+    change = proposal.changes[1]
+    assert (change.name, change.old) == ("P2", 0.1)
+    assert change.sigma is not None
+    assert change.sigmas == pytest.approx((change.new - 0.1) / change.sigma)
+
+
+def test_too_few_points_propose_nothing_and_say_so(taken: SessionView) -> None:
+    first = taken.accepted[0]
+    one = replace(
+        taken, points=(first,), records=tuple(r for r in taken.records if r.seq <= first.seq)
+    )
+    assert propose_upload(one, Coefficients()) is None
+    assert too_few_points(one).startswith("1 accepted point:")
+
+
+def test_absurd_coefficients_are_doubted(taken: SessionView) -> None:
+    absurd = tuple(
+        msgspec.structs.replace(r, error_deg=(40.0, 20.0)) if isinstance(r, PointRecord) else r
+        for r in taken.records
+    )
+    points = tuple(r for r in absurd if isinstance(r, PointRecord))
+    proposal = propose_upload(replace(taken, records=absurd, points=points), Coefficients())
+    assert proposal is not None
+    assert any("unrealistic" in doubt for doubt in proposal.doubts)
+
+
+def test_only_a_guard_may_be_overruled() -> None:
+    """Near a limit or a low Sun: with a reason. A missing Initialise: by doing it."""
+    station, _ = emulated_station("tijeras-azel", start="2026-06-04T01:48:00Z")
+    with pytest.raises(ProcedureRefused) as refusal:
+        station.begin_point()
+    assert not isinstance(refusal.value, GuardRefused)
+    station.initialise(confirmed=True, override_reason="a test")
+    with pytest.raises(GuardRefused):
+        station.begin_point()
