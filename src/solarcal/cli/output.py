@@ -4,11 +4,11 @@ import json
 import sys
 from typing import Any
 
-import numpy as np
-
 
 def plain(value: Any) -> Any:
     """Numpy scalars and arrays as Python numbers, not-a-number as null, recursively."""
+    import numpy as np
+
     if isinstance(value, dict):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):

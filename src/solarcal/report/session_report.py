@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from solarcal.model.fit import Solution
+from solarcal.report.columns import wrapped
 from solarcal.report.fit_tables import coefficients_table, fit_summary
 from solarcal.report.plots import error_plot
 from solarcal.report.tables import (
@@ -51,7 +52,7 @@ def _section(title: str, body: str) -> str:
 
 
 def _bullets(sentences: Sequence[str]) -> str:
-    return "\n".join(f"* {sentence}" for sentence in sentences)
+    return "\n".join(line for sentence in sentences for line in wrapped(f"- {sentence}", hang=2))
 
 
 def _plot_size() -> tuple[int, int]:

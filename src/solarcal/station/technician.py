@@ -40,8 +40,8 @@ SUN_STANDS_DEG_PER_S = 2e-4
 
 MAX_TRIES = 3
 MIN_POINT_ELEVATION_DEG = 10.0
-SUSPICIOUS_DEG = 0.15
-"""Counts that disagree with the prediction by more than this (on sky, and by more than four sigmas
+SUSPICIOUS_DEG = 0.25
+"""Counts that disagree with the prediction by more than this (on sky, and by more than five sigmas
 of the prediction) call for a reference check."""
 
 TRUSTED_FIT_POINTS = 5
@@ -319,7 +319,7 @@ class AutomaticTechnician:
             expected = record.expected_counts[axis]
             at = register(drive, reference, now)
             off = now - float(reading_deg(drive, reference, at + round(expected) - found))
-            allowed = max(SUSPICIOUS_DEG, 4.0 * float(unsure[axis]) * weights[axis])
+            allowed = max(SUSPICIOUS_DEG, 5.0 * float(unsure[axis]) * weights[axis])
             if abs(off) * weights[axis] > allowed:
                 return (
                     f"axis {axis + 1} moved {found} counts since the last point where "

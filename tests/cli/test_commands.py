@@ -1,0 +1,135 @@
+"""The commands as a shell meets them: exit codes, one clear line, one JSON document."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from solarcal.cli import COMMANDS, build_parser, run_command
+
+
+def solarcal(*words: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "solarcal", *words],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        stdin=subprocess.DEVNULL,
+        timeout=120,
+    )
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory) -> tuple[Path, dict]:
+    path = tmp_path_factory.mktemp("cli") / "s.jsonl"
+    done = solarcal("calibrate", "--points", "8", "--seed", "4", "--json", "-o", str(path))
+    assert done.returncode == 0, done.stderr
+    return path, json.loads(done.stdout)
+
+
+def test_calibrate_prints_the_fit_the_session_and_the_truth(session):
+    path, document = session
+    assert document["session"] == str(path)
+    assert document["completed"] is True
+    assert set(document["coefficients"]) == {"P1", "P2", "P3", "P4", "P5", "P6"}
+    assert document["coefficients"]["P5"]["unit"] == "deg/deg"
+    assert document["points"]["used"] == 8
+    assert set(document["truth"]) == {
+        "P1", "P2", "P3", "P4", "P5", "P6", "day_rms_before_deg", "day_rms_after_deg",
+        "day_max_after_deg", "year_rms_before_deg", "year_rms_after_deg",
+    }  # fmt: skip
+    assert document["truth"]["day_rms_after_deg"] < document["truth"]["day_rms_before_deg"]
+
+
+def test_fit_and_headless_replay_of_its_session_say_the_same(session):
+    path, live = session
+    fitted = solarcal("fit", str(path), "--method", live["method"], "--json")
+    replayed = solarcal("replay", str(path), "--headless", "--json")
+    assert fitted.stdout == replayed.stdout
+    again = json.loads(fitted.stdout)
+    assert {key: live[key] for key in again} == again
+
+
+def test_void_and_note_are_appended_and_change_the_fit(session, tmp_path):
+    path = tmp_path / "copy.jsonl"
+    path.write_bytes(session[0].read_bytes())
+    before = path.read_bytes()
+    points = [
+        json.loads(line)["seq"]
+        for line in before.decode().splitlines()
+        if json.loads(line)["type"] == "point"
+    ]
+    assert solarcal("void", str(path), str(points[0]), "--reason", "cloud").returncode == 0
+    assert solarcal("note", str(path), "wind from the west").returncode == 0
+    assert path.read_bytes().startswith(before)
+    document = json.loads(solarcal("fit", str(path), "--json").stdout)
+    assert document["points"]["used"] == 7
+
+
+def test_export_import_round_trip_gives_the_same_fit(session, tmp_path):
+    path, live = session
+    assert solarcal("export", str(path), str(tmp_path / "p.csv")).returncode == 0
+    assert solarcal("import", str(tmp_path / "p.csv"), str(tmp_path / "back.jsonl")).returncode == 0
+    again = json.loads(solarcal("fit", str(tmp_path / "back.jsonl"), "--json").stdout)
+    for name, found in live["coefficients"].items():
+        assert again["coefficients"][name]["value"] == pytest.approx(found["value"], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (["fit", "nowhere.jsonl"], 2, "nowhere.jsonl cannot be read"),
+        (["fit", "bad.csv"], 2, "bad.csv:4: column err2_deg: 'abc' is not a number"),
+        (["fit", "broken.jsonl"], 2, "broken.jsonl:3"),
+        (["fit", "short.dat"], 2, "short.dat:5"),
+        (["fit", "points.xyz"], 2, ".jsonl (session), .csv and .dat"),
+        (["calibrate", "--scenario", "nosuch"], 2, "no scenario 'nosuch'"),
+        (["calibrate", "--set", "truth.leen_deg=1"], 2, "did you mean truth.lean_deg"),
+        (["calibrate", "--points", "2"], 2, "three points are the least"),
+        (["calibrate", "--start", "yesterday"], 2, "not a date and time"),
+        (["calibrate", "--port", "/dev/ttyNOPE"], 3, "does not exist"),
+        (["sun", "--lat", "95", "--lon", "0", "--at", "2026-06-21"], 2, "latitude 95"),
+        (["calibrate", "--scenario", "screwjack", "--set",
+          "unit.drive1=screwjack:1:2:90:10:100:-"], 2, "cannot close"),
+    ],
+)  # fmt: skip
+def test_bad_input_gets_one_clear_line(session, tmp_path, words, code, said):
+    lines = session[0].read_text().splitlines()
+    (tmp_path / "broken.jsonl").write_text("\n".join([*lines[:2], '{"type":', *lines[3:]]) + "\n")
+    (tmp_path / "bad.csv").write_text(
+        "# geometry=azel\n# lat_deg=35\nutc,ax1_deg,ax2_deg,err1_deg,err2_deg\n"
+        "2026-06-21T15:00:00Z,10,20,0.1,abc\n"
+    )
+    (tmp_path / "short.dat").write_text("stars\n: ALTAZ\n-30 14 40.2\n10 40 10.1 40.1\n10 40 9\n")
+    (tmp_path / "points.xyz").write_text("")
+    done = solarcal(*words, cwd=tmp_path)
+    assert done.returncode == code, done.stderr
+    assert done.stdout == ""
+    last = done.stderr.strip().splitlines()[-1]
+    assert last.startswith("solarcal: ")
+    assert said in last
+    assert "Traceback" not in done.stderr
+
+
+def test_a_session_file_is_never_overwritten(session, capsys):
+    path, _ = session
+    before = path.read_bytes()
+    assert run_command(["calibrate", "--points", "3", "-o", str(path)]) == 2
+    assert str(path) in capsys.readouterr().err
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_explains_itself_without_loading_anything_heavy(command):
+    code = (
+        "import sys\n"
+        "from solarcal.cli import build_parser\n"
+        f"text = build_parser({command!r}).format_help()\n"
+        "heavy = {'numpy', 'scipy', 'textual', 'plotext', 'erfa', 'serial'} & set(sys.modules)\n"
+        "assert not heavy, heavy\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert build_parser(command) is not None
