@@ -94,13 +94,14 @@ def true_year(context: SkyContext, mechanism: Mechanism, uploaded: Coefficients)
     grid = year_grid(context)
     sun, geometry = grid.sun, context.geometry
     e1, e2 = correction_deg(uploaded, sun.ideal1_deg, sun.ideal2_deg)
-    look1, look2 = mechanism.pointing_deg(geometry, sun.ideal1_deg + e1, sun.ideal2_deg + e2)
-    sky = geometry.sky_separation_deg(sun.true1_deg, sun.true2_deg, look1, look2)
     n1, n2 = mechanism.errors_deg(geometry, sun.true1_deg, sun.true2_deg)
-    r1 = (sun.ideal1_deg + e1 - sun.true1_deg - n1 + 180.0) % 360.0 - 180.0
+    beside1 = (sun.ideal1_deg + e1 - sun.true1_deg - n1 + 180.0) % 360.0 - 180.0
+    beside2 = sun.ideal2_deg + e2 - sun.true2_deg - n2
+    # Separated in the mechanism's own angles, which are the read-outs less offset and scale: the
+    # inverse kinematics find no direction where a bad fit drives beyond the primary axis.
     own2 = sun.true2_deg + n2 - mechanism.P4 + mechanism.P6 * sun.true2_deg
-    across = r1 * np.sin(np.radians(own2))
-    return TrueYear(sky, np.stack((across, sun.ideal2_deg + e2 - sun.true2_deg - n2)))
+    sky = geometry.sky_separation_deg(0.0 * own2, own2, beside1, own2 + beside2)
+    return TrueYear(sky, np.stack((beside1 * np.sin(np.radians(own2)), beside2)))
 
 
 def oracle(points: PointSet, context: SkyContext, noise_deg: float = NOISE_DEG) -> Coefficients:

@@ -1,7 +1,6 @@
 """True year errors of 200 random trackers: manual, robust, and the bound for any method."""
 
 import numpy as np
-
 from benchmarks.judgement_trackers import (
     PLANS,
     context_of,
@@ -11,6 +10,7 @@ from benchmarks.judgement_trackers import (
     random_times,
     true_year,
 )
+
 from solarcal.model.known_physics import Ideal
 from solarcal.model.methods import fit
 from solarcal.units import FloatArray

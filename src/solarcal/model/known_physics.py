@@ -70,8 +70,7 @@ class SkyContext(msgspec.Struct, frozen=True):
     def __post_init__(self) -> None:
         if self.ideal not in get_args(Ideal):
             raise ConfigurationError(
-                f"unknown kind of ideal angles {self.ideal!r}; "
-                f"choose {', '.join(get_args(Ideal))}"
+                f"unknown kind of ideal angles {self.ideal!r}; choose {', '.join(get_args(Ideal))}"
             )
 
     @classmethod

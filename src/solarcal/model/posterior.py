@@ -62,7 +62,7 @@ class MechanismPosterior:
         part = np.searchsorted(np.cumsum(self.weights), (np.arange(count) + 0.5) / count)
         part = np.minimum(part, len(self.weights) - 1)
         factors = _factors(self.covariances)
-        draws = _normals(count, seed)
+        draws = standard_normals(count, seed)
         away: FloatArray = np.einsum("nij,nj->ni", factors[part], draws)
         return self.means[part] + away
 
@@ -82,7 +82,7 @@ def _factors(covariances: FloatArray) -> FloatArray:
 _drawn: dict[tuple[int, int], FloatArray] = {}
 
 
-def _normals(count: int, seed: int) -> FloatArray:
+def standard_normals(count: int, seed: int = SEED) -> FloatArray:
     """Standard normals (count, 6) in random order; mean zero, unit covariance."""
     key = (count, seed)
     if key not in _drawn:

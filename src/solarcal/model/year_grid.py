@@ -31,9 +31,7 @@ RIDGE_DEG = 1e-3
 _TERMS = tuple(TERMS[name] for name in CONTROLLER_TERMS)
 
 
-def formula_slopes(
-    geometry: MountGeometry, ax1_deg: FloatArray, ax2_deg: FloatArray
-) -> FloatArray:
+def formula_slopes(geometry: MountGeometry, ax1_deg: FloatArray, ax2_deg: FloatArray) -> FloatArray:
     """E1, E2 of the controller's formula per unit of P1..P6 at ideal angles: (6, 2, n)."""
     return design_matrix(_TERMS, NativeAngles.at(geometry, ax1_deg, ax2_deg))
 

@@ -1,0 +1,330 @@
+"""When to take the next points, and when today is worth stopping.
+
+Every remaining half hour is a possible end of the day. For each the best schedule is sought and
+its forecast computed; the earliest end that reaches the tolerance is recommended, else the
+earliest whose forecast is within a tenth of the day's best.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from solarcal.errors import ConfigurationError
+from solarcal.model.exact_errors import errors_and_slopes, own_sine
+from solarcal.model.forecast import TOLERANCE_DEG
+from solarcal.model.known_physics import SkyContext, sun_directions
+from solarcal.model.posterior import MechanismPosterior
+from solarcal.model.prior import Prior
+from solarcal.model.schedule import Slots, after, best_schedule, gains, greedy, with_point
+from solarcal.model.year_ahead import YearAhead, year_ahead
+from solarcal.model.year_grid import LOWEST_FORECAST_DEG
+from solarcal.timescale import SECONDS_PER_DAY, format_utc
+from solarcal.units import FloatArray
+
+SLOT_S = 300.0
+GAP_S = 600.0
+"""A point with its three questions takes some minutes; nobody takes two within ten."""
+STOP_STEP_S = 1800.0
+MOST_POINTS = 12
+NEAR_BEST = 1.10
+WORTH_A_POINT = 0.02
+"""Part of the mean square that one more point must save to be asked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedStop:
+    """What stopping at one time would give: the points to take until then, and the forecast."""
+
+    stop_utc_s: float
+    times_utc_s: tuple[float, ...]
+    year_rms_deg: float
+    year_p95_deg: float
+
+    @property
+    def points(self) -> int:
+        return len(self.times_utc_s)
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "stop": format_utc(self.stop_utc_s, 0),
+            "points": [format_utc(time, 0) for time in self.times_utc_s],
+            "year_rms_deg": self.year_rms_deg,
+            "year_p95_deg": self.year_p95_deg,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """The rest of a day.
+
+    Attributes
+    ----------
+    now
+        The forecast as it stands, without another point.
+    stops
+        One for each remaining half hour.
+    recommended
+        One of ``stops`` (or ``now``), its schedule as short as its forecast allows.
+    reaches
+        Whether the recommended stop reaches the tolerance.
+    come_back_utc_s
+        Mean solar noon of the next date whose points would reach it; None: not needed or none.
+    """
+
+    at_utc_s: float
+    tolerance_deg: float
+    now: PlannedStop
+    stops: tuple[PlannedStop, ...]
+    recommended: PlannedStop
+    come_back_utc_s: float | None
+    sentence: str
+
+    @property
+    def reaches(self) -> bool:
+        return self.recommended.year_p95_deg <= self.tolerance_deg
+
+    @property
+    def best_p95_deg(self) -> float:
+        """The best that today can still give."""
+        return min(stop.year_p95_deg for stop in (self.now, *self.stops))
+
+    @property
+    def next_point_utc_s(self) -> float | None:
+        times = self.recommended.times_utc_s
+        return times[0] if times else None
+
+    def as_json(self) -> dict[str, Any]:
+        next_s, back_s = self.next_point_utc_s, self.come_back_utc_s
+        return {
+            "at": format_utc(self.at_utc_s, 0),
+            "tolerance_deg": self.tolerance_deg,
+            "now": self.now.as_json(),
+            "stops": [stop.as_json() for stop in self.stops],
+            "recommended": self.recommended.as_json(),
+            "reaches": self.reaches,
+            "best_p95_deg": self.best_p95_deg,
+            "next_point": None if next_s is None else format_utc(next_s, 0),
+            "come_back": None if back_s is None else format_utc(back_s, 0)[:10],
+            "sentence": self.sentence,
+        }
+
+
+def plan(
+    posterior: MechanismPosterior,
+    context: SkyContext,
+    at_utc_s: float,
+    *,
+    until_utc_s: float | None = None,
+    points: int | None = None,
+    struck: Sequence[tuple[float, float]] = (),
+    tolerance_deg: float = TOLERANCE_DEG,
+    prior: Prior | None = None,
+) -> Plan:
+    """Plan the rest of the solar day that ``at_utc_s`` lies in.
+
+    Parameters
+    ----------
+    posterior
+        Of a fit, or ``prior_knowledge`` before the first point.
+    until_utc_s
+        The technician must leave then.
+    points
+        At most so many more; None: as many as are worth taking.
+    struck
+        Intervals (from, to) in which no point can be taken: cloud, lunch.
+    prior
+        Whose spreads are the units of the arithmetic; never changes the answer.
+    """
+    unit = (prior or Prior()).sigma_array()
+    year = year_ahead(posterior, context, unit)
+    slots = day_slots(posterior, context, at_utc_s, unit, until_utc_s, struck)
+    covariance = posterior.covariance / np.outer(unit, unit)
+    now = PlannedStop(at_utc_s, (), *year.expected(covariance))
+    most = MOST_POINTS if points is None else points
+    if len(slots) == 0 or most < 1:
+        return _concluded(now, (), now, at_utc_s, tolerance_deg, year, covariance)
+
+    stops = []
+    schedules = []
+    for end_s in _ends(slots, at_utc_s):
+        chosen, covariances = greedy(
+            slots,
+            covariance,
+            year.weight,
+            most,
+            until_s=end_s,
+            least_gain=WORTH_A_POINT if points is None else 0.0,
+            floor=year.known_square,
+        )
+        left = covariances[-1] if covariances else covariance
+        schedules.append(chosen)
+        stops.append(_stop(end_s, slots, chosen, year, left))
+    pick = _pick([now, *stops], tolerance_deg)
+    if pick == 0:
+        return _concluded(now, tuple(stops), now, at_utc_s, tolerance_deg, year, covariance)
+    pick -= 1
+    recommended = _shortest(
+        slots, covariance, year, schedules[pick], stops[pick], tolerance_deg, points is None
+    )
+    stops[pick] = recommended
+    return _concluded(now, tuple(stops), recommended, at_utc_s, tolerance_deg, year, covariance)
+
+
+def prior_knowledge(prior: Prior, noise_deg: float = 0.03) -> MechanismPosterior:
+    """What is known before the first point, as a posterior to plan with."""
+    sigma = prior.sigma_array()
+    return MechanismPosterior(
+        weights=np.ones(1),
+        means=prior.mean_array()[np.newaxis],
+        covariances=np.diag(sigma**2)[np.newaxis],
+        noise_deg=np.array([noise_deg]),
+    )
+
+
+def day_slots(
+    posterior: MechanismPosterior,
+    context: SkyContext,
+    at_utc_s: float,
+    unit: FloatArray,
+    until_utc_s: float | None = None,
+    struck: Sequence[tuple[float, float]] = (),
+    *,
+    slot_s: float = SLOT_S,
+    gap_s: float = GAP_S,
+) -> Slots:
+    """Every few minutes of the rest of the solar day with the Sun high enough and in reach."""
+    since_s = (at_utc_s - context.first_midnight_utc_s) % SECONDS_PER_DAY
+    end_s = at_utc_s + SECONDS_PER_DAY - since_s
+    if until_utc_s is not None:
+        if until_utc_s < at_utc_s:
+            raise ConfigurationError("the plan must end after it begins")
+        end_s = min(end_s, until_utc_s)
+    times = at_utc_s + slot_s * np.arange(int((end_s - at_utc_s) / slot_s) + 1.0)
+    sun = sun_directions(context, times)
+    open_ = sun.elevation_deg > LOWEST_FORECAST_DEG
+    if context.limits is not None:
+        open_ &= context.limits.distance_deg(sun.ideal1_deg, sun.ideal2_deg) >= 0.0
+    for from_s, to_s in struck:
+        open_ &= (times < from_s) | (times > to_s)
+    true1, true2 = sun.true1_deg[open_], sun.true2_deg[open_]
+    rows = np.zeros((0, 2, 6))
+    if len(true1):
+        errors, slopes = errors_and_slopes(posterior.mean, context.geometry, true1, true2)
+        sky = np.stack((own_sine(posterior.mean, true2, errors[1]), np.ones(len(true1))))
+        weighted = slopes * sky * (unit / posterior.noise_rms_deg)[:, np.newaxis, np.newaxis]
+        rows = np.ascontiguousarray(np.transpose(weighted, (2, 1, 0)))
+    return Slots(times[open_], rows, gap_s)
+
+
+def _ends(slots: Slots, at_utc_s: float) -> list[float]:
+    """Every half hour of the clock from now to the last slot, and the last slot itself."""
+    begin_s = max(at_utc_s, float(slots.utc_s[0]))
+    first = STOP_STEP_S * math.ceil((begin_s + 1.0) / STOP_STEP_S)
+    last = float(slots.utc_s[-1])
+    ends = np.arange(first, last, STOP_STEP_S).tolist()
+    return [*ends, last]
+
+
+def _stop(
+    end_s: float, slots: Slots, chosen: Sequence[int], year: YearAhead, covariance: FloatArray
+) -> PlannedStop:
+    times = tuple(float(slots.utc_s[i]) for i in sorted(chosen))
+    return PlannedStop(end_s, times, *year.expected(covariance))
+
+
+def _pick(stops: Sequence[PlannedStop], tolerance_deg: float) -> int:
+    """Earliest that reaches the tolerance, else earliest within a tenth of the best."""
+    limit = max(tolerance_deg, NEAR_BEST * min(stop.year_p95_deg for stop in stops))
+    return next(i for i, stop in enumerate(stops) if stop.year_p95_deg <= limit)
+
+
+def _shortest(
+    slots: Slots,
+    covariance: FloatArray,
+    year: YearAhead,
+    chosen: Sequence[int],
+    stop: PlannedStop,
+    tolerance_deg: float,
+    may_shorten: bool,
+) -> PlannedStop:
+    """The stop with its points exchanged for the best, and as few as its aim allows."""
+    until_s = stop.stop_utc_s
+
+    def polished(count: int) -> PlannedStop:
+        schedule = best_schedule(slots, covariance, year.weight, count, until_s=until_s)
+        return _stop(until_s, slots, schedule, year, after(slots, covariance, schedule))
+
+    best = polished(len(chosen))
+    aim = max(tolerance_deg, stop.year_p95_deg, best.year_p95_deg)
+    while may_shorten and best.points > 1:
+        fewer = polished(best.points - 1)
+        if fewer.year_p95_deg > aim:
+            break
+        best = fewer
+    return best
+
+
+def _concluded(
+    now: PlannedStop,
+    stops: tuple[PlannedStop, ...],
+    recommended: PlannedStop,
+    at_utc_s: float,
+    tolerance_deg: float,
+    year: YearAhead,
+    covariance: FloatArray,
+) -> Plan:
+    best = min(stop.year_p95_deg for stop in (now, *stops))
+    back = None
+    if recommended.year_p95_deg <= tolerance_deg:
+        if recommended.points:
+            sentence = (
+                f"{recommended.points} more point{'s' if recommended.points > 1 else ''} until "
+                f"{_clock(recommended.stop_utc_s)} reach {recommended.year_p95_deg:.3f} deg; "
+                f"next at {_clock(recommended.times_utc_s[0])}"
+            )
+        else:
+            sentence = f"no more points are needed: {now.year_p95_deg:.3f} deg expected"
+    else:
+        back = come_back(year, covariance, at_utc_s, tolerance_deg)
+        when = (
+            "no later day of the year alone would reach the tolerance"
+            if back is None
+            else f"come back around {format_utc(back, 0)[:10]}"
+        )
+        sentence = f"today cannot do better than {best:.3f} deg; {when}"
+    return Plan(at_utc_s, tolerance_deg, now, stops, recommended, back, sentence)
+
+
+def come_back(
+    year: YearAhead, covariance: FloatArray, at_utc_s: float, tolerance_deg: float
+) -> float | None:
+    """Mean solar noon of the next day of the year's grid whose points reach the tolerance.
+
+    The points are the best half hours of that day added to what is known today; noise alike.
+    """
+    if float(np.sqrt(year.known_square)) > tolerance_deg:
+        return None
+    days = len(year.day_rows)
+    left = np.broadcast_to(covariance, (days, 6, 6)).copy()
+    free = year.day_open.copy()
+    for _ in range(MOST_POINTS):
+        gain = np.where(free, gains(year.day_rows, left, year.weight), -np.inf)
+        best = np.argmax(gain, axis=1)
+        possible = free[np.arange(days), best]
+        row = np.where(
+            possible[:, np.newaxis, np.newaxis], year.day_rows[np.arange(days), best], 0.0
+        )
+        left = with_point(left, row)
+        free[np.arange(days), best] = False
+    next_s = year.noons_after(at_utc_s)
+    for day in np.argsort(next_s):
+        if year.expected(left[day])[1] <= tolerance_deg:
+            return float(next_s[day])
+    return None
+
+
+def _clock(utc_s: float) -> str:
+    return f"{format_utc(utc_s, 0)[11:16]} UTC"

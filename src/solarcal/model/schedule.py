@@ -1,0 +1,173 @@
+"""Which moments tell most: schedules that minimise what a posterior leaves of the year's error.
+
+With the mechanism known to a covariance S, a point at slot i adds the information J_i' J_i / s^2;
+the year's mean square error is the trace of M S, M being the mean over the year of the squared
+sky slopes. Points are added greedily and then exchanged one for one.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solarcal.units import FloatArray
+
+_LEAST_GAIN = 1e-9
+_ROUNDS = 8
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Slots:
+    """Moments at which a point can be taken.
+
+    ``utc_s`` (c,) rising; ``rows`` (c, 2, 6) sky slopes over the noise, in units of the prior;
+    ``gap_s``: points stand at least so far apart.
+    """
+
+    utc_s: FloatArray
+    rows: FloatArray
+    gap_s: float
+
+    def __len__(self) -> int:
+        return len(self.utc_s)
+
+    def free(self, taken: Sequence[int], until_s: float = np.inf) -> NDArray[np.bool_]:
+        """Slots not too near to the taken ones, and not after ``until_s``: (c,)."""
+        free = self.utc_s <= until_s
+        for index in taken:
+            # A second of grace: times are sums of floating-point seconds.
+            free &= np.abs(self.utc_s - self.utc_s[index]) >= self.gap_s - 1.0
+        return free
+
+
+def gains(rows: FloatArray, covariance: FloatArray, weight: FloatArray) -> FloatArray:
+    """By how much a point at each slot would lower trace(weight @ covariance): (..., c).
+
+    ``rows`` (..., c, 2, 6), ``covariance`` (..., 6, 6). With A = 1 + J S J' and B = J S M S J' the
+    gain is the trace of A^-1 B, written out for two by two.
+    """
+    spread = rows @ covariance[..., np.newaxis, :, :]
+    a = spread @ np.swapaxes(rows, -1, -2)
+    b = (spread @ weight) @ np.swapaxes(spread, -1, -2)
+    a11, a22, a12 = a[..., 0, 0] + 1.0, a[..., 1, 1] + 1.0, a[..., 0, 1]
+    top = a22 * b[..., 0, 0] - 2.0 * a12 * b[..., 0, 1] + a11 * b[..., 1, 1]
+    gain: FloatArray = top / (a11 * a22 - a12 * a12)
+    return gain
+
+
+def with_point(covariance: FloatArray, row: FloatArray) -> FloatArray:
+    """Covariance (..., 6, 6) after one more point with sky slopes ``row`` (..., 2, 6)."""
+    spread = row @ covariance
+    inner = spread @ np.swapaxes(row, -1, -2) + np.eye(2)
+    after: FloatArray = covariance - np.swapaxes(spread, -1, -2) @ np.linalg.solve(inner, spread)
+    return after
+
+
+def greedy(
+    slots: Slots,
+    covariance: FloatArray,
+    weight: FloatArray,
+    most: int,
+    *,
+    until_s: float = np.inf,
+    least_gain: float = _LEAST_GAIN,
+    floor: float = 0.0,
+) -> tuple[list[int], list[FloatArray]]:
+    """Best slots one after the other, and the covariance after each.
+
+    Stops at ``most`` points, when no slot is free, or when the best one lowers the mean square
+    (plus ``floor``, what points cannot change) by less than the part ``least_gain``.
+    """
+    chosen: list[int] = []
+    covariances: list[FloatArray] = []
+    free = slots.free((), until_s)
+    while len(chosen) < most and free.any():
+        gain = np.where(free, gains(slots.rows, covariance, weight), -np.inf)
+        best = int(np.argmax(gain))
+        if gain[best] < least_gain * (float(np.sum(weight * covariance)) + floor):
+            break
+        covariance = with_point(covariance, slots.rows[best])
+        chosen.append(best)
+        covariances.append(covariance)
+        free &= np.abs(slots.utc_s - slots.utc_s[best]) >= slots.gap_s - 1.0
+    return chosen, covariances
+
+
+def exchanged(
+    slots: Slots,
+    covariance: FloatArray,
+    weight: FloatArray,
+    chosen: Sequence[int],
+    *,
+    until_s: float = np.inf,
+) -> list[int]:
+    """The schedule after moving single points to better slots until none is better; sorted."""
+    schedule = list(chosen)
+    start: FloatArray = np.linalg.inv(covariance)
+    for _ in range(_ROUNDS):
+        moved = False
+        for place in range(len(schedule)):
+            others = schedule[:place] + schedule[place + 1 :]
+            rows = slots.rows[others].reshape(-1, 6)
+            without: FloatArray = np.linalg.inv(start + rows.T @ rows)
+            gain = gains(slots.rows, without, weight)
+            now = gain[schedule[place]]
+            gain = np.where(slots.free(others, until_s), gain, -np.inf)
+            best = int(np.argmax(gain))
+            if gain[best] > now * (1.0 + 1e-6):
+                schedule[place], moved = best, True
+        if not moved:
+            break
+    return sorted(schedule)
+
+
+def cost(
+    slots: Slots, covariance: FloatArray, weight: FloatArray, schedule: Sequence[int]
+) -> float:
+    """trace(weight @ covariance) after the points of a schedule."""
+    return float(np.sum(weight * after(slots, covariance, schedule)))
+
+
+def after(slots: Slots, covariance: FloatArray, schedule: Sequence[int]) -> FloatArray:
+    """Covariance after the points of a schedule, (6, 6)."""
+    rows = slots.rows[list(schedule)].reshape(-1, 6)
+    result: FloatArray = np.linalg.inv(np.linalg.inv(covariance) + rows.T @ rows)
+    return result
+
+
+def best_schedule(
+    slots: Slots,
+    covariance: FloatArray,
+    weight: FloatArray,
+    count: int,
+    *,
+    until_s: float = np.inf,
+) -> list[int]:
+    """The best of the greedy and the equally spaced schedule, each after exchanges.
+
+    Starting from equal spacing too, the answer is never worse than that.
+    """
+    eligible = np.flatnonzero(slots.free((), until_s))
+    count = min(count, len(eligible))
+    if count == 0:
+        return []
+    chosen, _ = greedy(slots, covariance, weight, count, until_s=until_s, least_gain=-np.inf)
+    starts = [chosen]
+    equal = equally_spaced(slots, count, until_s)
+    if len(set(equal)) == count:
+        starts.append(equal)
+    schedules = [exchanged(slots, covariance, weight, s, until_s=until_s) for s in starts]
+    most = max(len(s) for s in schedules)
+    return min(
+        (s for s in schedules if len(s) == most), key=lambda s: cost(slots, covariance, weight, s)
+    )
+
+
+def equally_spaced(slots: Slots, count: int, until_s: float = np.inf) -> list[int]:
+    """Slots nearest to ``count`` equal steps that end with the last slot not after ``until_s``."""
+    eligible = np.flatnonzero(slots.utc_s <= until_s)
+    first, last = slots.utc_s[eligible[0]], slots.utc_s[eligible[-1]]
+    steps = (last - first) / count
+    wanted = [first + steps * i for i in range(1, count + 1)]
+    return [int(eligible[np.argmin(np.abs(slots.utc_s[eligible] - time))]) for time in wanted]
