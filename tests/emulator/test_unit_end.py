@@ -130,15 +130,16 @@ def test_stop_overtakes_what_waits_with_it_in_the_input(rig):
         for seq, verb, arguments in (
             (101, "ID", ()),
             (102, "JOG", ("60.0", "60.0")),
-            (103, "STOP", ()),
+            (103, "MODE", ("TRACK",)),
+            (104, "STOP", ()),
         )
     )
     replies = [decode_reply(line) for line in tracker.emulator.handle_input(data)]
-    assert [reply.seq for reply in replies] == [103, 101, 102]
-    # The jog sent before the STOP comes after it and must not move anything any more.
-    assert replies[2].code == 22
+    assert [reply.seq for reply in replies] == [104, 101, 102, 103]
+    # What was sent before the STOP comes after it and must not move anything any more.
+    assert [reply.code for reply in replies] == [None, None, 26, 26]
     assert tracker.status().mode is Mode.STOP
-    assert tracker.refusal("REF START") == 22
+    assert tracker.refusal("REF START") == 26
     assert tracker.unlocked("MODE MANUAL") == ("MANUAL",)
     assert tracker.refusal("JOG 60.0 60.0") is None
 

@@ -52,27 +52,26 @@ class UnitEnd:
             "X": EmulatorRequests(surroundings).carry_out,
         }
 
-    def answer(self, line: bytes) -> list[bytes]:
-        """Replies to one line, each with its line end; none while the unit is mute."""
+    def answer(self, line: bytes, *, overtaken: bool = False) -> list[bytes]:
+        """Replies to one line, each with its line end; none while the unit is mute.
+
+        ``overtaken``: a STOP or STOW sent after this line has been executed already.
+        """
         try:
             request = decode_request(line)
         except ProtocolError:
             damaged = Reply(None, code=Code.DAMAGED, text="damaged frame")
             return self._faults.sent(encode_reply(damaged))
         before = self._faults.kind
-        reply = self._reply(request)
+        reply = self._reply(request, overtaken)
         # The request that orders silence, or ends it, is itself still answered.
         return [reply] if before != self._faults.kind else self._faults.sent(reply)
-
-    def urgent_first(self, lines: list[bytes]) -> list[bytes]:
-        """Waiting lines in the order of execution: STOP and STOW before everything else."""
-        return sorted(lines, key=lambda line: not _is_urgent(line))
 
     def forget(self) -> None:
         """Lose the memory of replies, as at power-up."""
         self._memory.clear()
 
-    def _reply(self, request: Request) -> bytes:
+    def _reply(self, request: Request, overtaken: bool) -> bytes:
         remembered = self._memory.get(request.seq)
         if remembered is not None:
             text, reply = remembered
@@ -87,18 +86,20 @@ class UnitEnd:
                         text="sequence number used for another request",
                     )
                 )
-        reply = encode_reply(self._carry_out(request))
+        reply = encode_reply(self._carry_out(request, overtaken))
         self._memory[request.seq] = (request.text, reply)
         self._memory.move_to_end(request.seq)
         while len(self._memory) > REPLIES_REMEMBERED:
             self._memory.popitem(last=False)
         return reply
 
-    def _carry_out(self, request: Request) -> Reply:
+    def _carry_out(self, request: Request, overtaken: bool) -> Reply:
         verb = self._verbs.get(request.verb)
         try:
             if verb is None:
                 raise Refusal(Code.UNKNOWN, f"unknown request {request.verb[:20]}")
+            if overtaken and _moves(request):
+                raise Refusal(Code.STOPPED, "stopped: a STOP or STOW overtook this; MODE first")
             answer = verb(list(request.arguments))
         except Refusal as refusal:
             return Reply(request.seq, code=refusal.code, text=refusal.text)
@@ -254,7 +255,13 @@ def _require(right: bool, word: str) -> None:
         raise ProtocolError(f"{word[:20]} is not known here")
 
 
-def _is_urgent(line: bytes) -> bool:
+def _moves(request: Request) -> bool:
+    starts_ref_check = request.verb == "REF" and request.arguments[:1] == ("START",)
+    return request.verb in ("MODE", "JOG") or starts_ref_check
+
+
+def is_urgent(line: bytes) -> bool:
+    """Whether a line is a STOP or STOW, which no other request may hold up."""
     try:
         return decode_request(line).verb in URGENT
     except ProtocolError:

@@ -312,7 +312,7 @@ class Controller:
     def _refuse_while_stopped(self) -> None:
         # A jog renewed automatically must not undo a STOP pressed meanwhile.
         if self.mode is Mode.STOP:
-            raise Refusal(Code.BUSY, "stopped: MODE MANUAL or MODE TRACK first")
+            raise Refusal(Code.STOPPED, "stopped: MODE MANUAL or MODE TRACK first")
 
     def _require_reference(self) -> None:
         if not self._reference.referenced:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from solarcal.emulator.answering import UnitEnd
+from solarcal.emulator.answering import UnitEnd, is_urgent
 from solarcal.emulator.controller import Controller
 from solarcal.emulator.emulator_requests import MAX_SPEED
 from solarcal.emulator.faults import Faults
@@ -108,8 +108,18 @@ class Emulator:
     def handle_input(self, data: bytes) -> list[bytes]:
         """Replies to a piece of the stream. STOP and STOW overtake whatever waits with them."""
         with self._turn:
-            lines = self._unit_end.urgent_first(self._input.feed(data))
-            return [reply for line in lines for reply in self.handle_line(line)]
+            lines = self._input.feed(data)
+            urgent = [index for index, line in enumerate(lines) if is_urgent(line)]
+            # What waited before a STOP must not move the axes after it.
+            overtaken = lines[: urgent[-1]] if urgent else []
+            first = [lines[index] for index in urgent]
+            late = [line for line in overtaken if not is_urgent(line)]
+            rest = lines[len(overtaken) + 1 :] if urgent else lines
+            self.catch_up()
+            replies = [self._unit_end.answer(line) for line in first]
+            replies += [self._unit_end.answer(line, overtaken=True) for line in late]
+            replies += [self._unit_end.answer(line) for line in rest]
+            return [reply for some in replies for reply in some]
 
     def link_lost(self) -> None:
         """The station is gone: a jog ends, half a line is forgotten."""

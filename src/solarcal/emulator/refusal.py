@@ -16,6 +16,7 @@ class Code(IntEnum):
     MOVING = 23
     NOT_REFERENCED = 24
     SUN_DOWN = 25
+    STOPPED = 26
 
 
 class Refusal(Exception):
