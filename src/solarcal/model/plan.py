@@ -28,10 +28,12 @@ SLOT_S = 300.0
 GAP_S = 600.0
 """A point with its three questions takes some minutes; nobody takes two within ten."""
 STOP_STEP_S = 1800.0
-MOST_POINTS = 12
+MOST_POINTS = 20
 NEAR_BEST = 1.10
-WORTH_A_POINT = 0.02
-"""Part of the mean square that one more point must save to be asked for."""
+WORTH_FEWER = 1.05
+"""Where the tolerance is out of reach, points that improve the forecast less than this go."""
+WORTH_A_POINT = 0.005
+"""Part of the mean square that one more point must save to be considered at all."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +134,7 @@ def plan(
     until_utc_s
         The technician must leave then.
     points
-        At most so many more; None: as many as are worth taking.
+        Exactly so many more, where the day has room; None: as many as are worth taking.
     struck
         Intervals (from, to) in which no point can be taken: cloud, lunch.
     prior
@@ -148,7 +150,7 @@ def plan(
         return _concluded(now, (), now, at_utc_s, tolerance_deg, year, covariance)
 
     stops = []
-    schedules = []
+    orders: list[tuple[list[int], list[FloatArray]]] = []
     for end_s in _ends(slots, at_utc_s):
         chosen, covariances = greedy(
             slots,
@@ -159,18 +161,22 @@ def plan(
             least_gain=WORTH_A_POINT if points is None else 0.0,
             floor=year.known_square,
         )
-        left = covariances[-1] if covariances else covariance
-        schedules.append(chosen)
-        stops.append(_stop(end_s, slots, chosen, year, left))
+        orders.append((chosen, covariances))
+        stops.append(
+            _stop(end_s, slots, chosen, year, covariances[-1] if covariances else covariance)
+        )
     pick = _pick([now, *stops], tolerance_deg)
     if pick == 0:
         return _concluded(now, tuple(stops), now, at_utc_s, tolerance_deg, year, covariance)
     pick -= 1
-    recommended = _shortest(
-        slots, covariance, year, schedules[pick], stops[pick], tolerance_deg, points is None
-    )
-    stops[pick] = recommended
-    return _concluded(now, tuple(stops), recommended, at_utc_s, tolerance_deg, year, covariance)
+    reached = stops[pick].year_p95_deg
+    aim = tolerance_deg if reached <= tolerance_deg else WORTH_FEWER * reached
+    chosen, covariances = orders[pick]
+    count = len(chosen) if points is not None else _fewest(covariances, year, aim)
+    if count:
+        shorter = _stop(stops[pick].stop_utc_s, slots, chosen[:count], year, covariances[count - 1])
+        stops[pick] = _polished(slots, covariance, year, shorter, aim)
+    return _concluded(now, tuple(stops), stops[pick], at_utc_s, tolerance_deg, year, covariance)
 
 
 def prior_knowledge(prior: Prior, noise_deg: float = 0.03) -> MechanismPosterior:
@@ -241,29 +247,39 @@ def _pick(stops: Sequence[PlannedStop], tolerance_deg: float) -> int:
     return next(i for i, stop in enumerate(stops) if stop.year_p95_deg <= limit)
 
 
-def _shortest(
+def _fewest(covariances: Sequence[FloatArray], year: YearAhead, aim_deg: float) -> int:
+    """How many of the points, added greedily, come below the aim."""
+    low, high = 0, len(covariances)
+    while high - low > 1:
+        middle = (low + high) // 2
+        if year.expected(covariances[middle - 1])[1] <= aim_deg:
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+def _polished(
     slots: Slots,
     covariance: FloatArray,
     year: YearAhead,
-    chosen: Sequence[int],
     stop: PlannedStop,
-    tolerance_deg: float,
-    may_shorten: bool,
+    aim_deg: float,
 ) -> PlannedStop:
-    """The stop with its points exchanged for the best, and as few as its aim allows."""
-    until_s = stop.stop_utc_s
+    """The stop with its points exchanged for the best, and one fewer where that will do.
 
-    def polished(count: int) -> PlannedStop:
-        schedule = best_schedule(slots, covariance, year.weight, count, until_s=until_s)
-        return _stop(until_s, slots, schedule, year, after(slots, covariance, schedule))
-
-    best = polished(len(chosen))
-    aim = max(tolerance_deg, stop.year_p95_deg, best.year_p95_deg)
-    while may_shorten and best.points > 1:
-        fewer = polished(best.points - 1)
-        if fewer.year_p95_deg > aim:
+    Exchanges lower the rms; should the 95th percentile miss the aim by a hair, the stop stays.
+    """
+    best = stop
+    for points in range(stop.points, 0, -1):
+        schedule = best_schedule(slots, covariance, year.weight, points, until_s=stop.stop_utc_s)
+        left = after(slots, covariance, schedule)
+        found = _stop(stop.stop_utc_s, slots, schedule, year, left)
+        if found.year_p95_deg > max(aim_deg, stop.year_p95_deg):
             break
-        best = fewer
+        best = found
+        if points < stop.points or found.year_p95_deg > aim_deg:
+            break
     return best
 
 

@@ -104,13 +104,13 @@ def exchanged(
 ) -> list[int]:
     """The schedule after moving single points to better slots until none is better; sorted."""
     schedule = list(chosen)
-    start: FloatArray = np.linalg.inv(covariance)
+    start = _inverse(covariance)
     for _ in range(_ROUNDS):
         moved = False
         for place in range(len(schedule)):
             others = schedule[:place] + schedule[place + 1 :]
             rows = slots.rows[others].reshape(-1, 6)
-            without: FloatArray = np.linalg.inv(start + rows.T @ rows)
+            without = _inverse(start + rows.T @ rows)
             gain = gains(slots.rows, without, weight)
             now = gain[schedule[place]]
             gain = np.where(slots.free(others, until_s), gain, -np.inf)
@@ -132,8 +132,7 @@ def cost(
 def after(slots: Slots, covariance: FloatArray, schedule: Sequence[int]) -> FloatArray:
     """Covariance after the points of a schedule, (6, 6)."""
     rows = slots.rows[list(schedule)].reshape(-1, 6)
-    result: FloatArray = np.linalg.inv(np.linalg.inv(covariance) + rows.T @ rows)
-    return result
+    return _inverse(_inverse(covariance) + rows.T @ rows)
 
 
 def best_schedule(
@@ -171,3 +170,8 @@ def equally_spaced(slots: Slots, count: int, until_s: float = np.inf) -> list[in
     steps = (last - first) / count
     wanted = [first + steps * i for i in range(1, count + 1)]
     return [int(eligible[np.argmin(np.abs(slots.utc_s[eligible] - time))]) for time in wanted]
+
+
+def _inverse(matrix: FloatArray) -> FloatArray:
+    inverse = np.linalg.inv(matrix)
+    return inverse.astype(np.float64, copy=False)
