@@ -1,19 +1,40 @@
-"""Where the program keeps what is the user's: sessions, profiles, settings."""
+"""Where the program keeps what is the user's: sessions, profiles, settings, keymap.
 
+``settings.toml`` is the program's own memory and is rewritten by it; profiles are written by the
+profile form; ``keymap.toml`` is the user's alone and only read.
+"""
+
+import json
 import os
+import tempfile
+import tomllib
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any, TypeVar
 
+import msgspec
 import platformdirs
 
+from solarcal.errors import ConfigurationError
 from solarcal.timescale import parse_utc
 
 APP = "solarcal"
+REMEMBERED_LINES = 200
+"""Of how many sessions the line they were taken on is remembered."""
+
+Kind = TypeVar("Kind")
 
 
 def sessions_dir() -> Path:
     """Folder of saved sessions; ``SOLARCAL_SESSIONS`` names another."""
     named = os.environ.get("SOLARCAL_SESSIONS")
     return Path(named) if named else Path(platformdirs.user_data_dir(APP, False)) / "sessions"
+
+
+def config_dir() -> Path:
+    """Folder of profiles, settings and keymap; ``SOLARCAL_CONFIG`` names another."""
+    named = os.environ.get("SOLARCAL_CONFIG")
+    return Path(named) if named else Path(platformdirs.user_config_dir(APP, False))
 
 
 def new_session_path(name: str, utc: str) -> Path:
@@ -27,3 +48,146 @@ def new_session_path(name: str, utc: str) -> Path:
         if not path.exists():
             return path
     raise FileExistsError(f"{folder} is full of sessions named {stem}")
+
+
+class Choice(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """What was opened on the start screen: a unit on a line, an emulated one, or a saved session.
+
+    Exactly one of ``port``, ``scenario`` and ``replay`` is set; ``session`` continues a file.
+    """
+
+    port: str = ""
+    driver: str = "solartrak"
+    baudrate: int = 9600
+    scenario: str = ""
+    settings: tuple[str, ...] = ()
+    start_utc: str = ""
+    seed: int = 0
+    noise_deg: float | None = None
+    replay: str = ""
+    session: str = ""
+
+    def words(self) -> str:
+        """The choice as a line of the start screen."""
+        if self.replay:
+            return f"replay {Path(self.replay).name}"
+        what = f"emulated tracker {self.scenario}" if self.scenario else f"unit on {self.port}"
+        return f"continue {Path(self.session).name} ({what})" if self.session else what
+
+
+class Settings(msgspec.Struct, frozen=True, kw_only=True):
+    """What the program remembers. ``lines``: session file -> the choice it was taken with."""
+
+    theme: str = "phosphor"
+    profile: str = ""
+    last: Choice | None = None
+    lines: dict[str, Choice] = {}
+
+    def with_line(self, path: Path, choice: Choice) -> "Settings":
+        """These settings, remembering the line of a session; the oldest are forgotten."""
+        kept = [(name, line) for name, line in self.lines.items() if name != path.name]
+        lines = dict([*kept, (path.name, choice)][-REMEMBERED_LINES:])
+        return msgspec.structs.replace(self, lines=lines)
+
+
+def load_settings() -> Settings:
+    """The remembered settings; the defaults when there are none yet.
+
+    Raises
+    ------
+    ConfigurationError
+        The file is damaged; says which and where.
+    """
+    path = config_dir() / "settings.toml"
+    return read_toml(path, Settings) if path.exists() else Settings()
+
+
+def save_settings(settings: Settings) -> None:
+    write_toml(config_dir() / "settings.toml", settings)
+
+
+def load_keymap() -> dict[str, str]:
+    """Action id -> keys, from ``keymap.toml``; empty without one.
+
+    Raises
+    ------
+    ConfigurationError
+        Not TOML, or a value that is not text.
+    """
+    path = config_dir() / "keymap.toml"
+    return read_toml(path, dict[str, str]) if path.exists() else {}
+
+
+# -- TOML ------------------------------------------------------------------------------------
+
+
+def read_toml(path: Path, kind: type[Kind]) -> Kind:
+    """A TOML file as ``kind``; errors name the file, and the line or the field."""
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigurationError(f"{path} cannot be read: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f"{path}: {error}; correct it or remove the file") from None
+    try:
+        return msgspec.convert(document, kind)
+    except msgspec.ValidationError as error:
+        raise ConfigurationError(f"{path}: {error}; correct it or remove the file") from None
+
+
+def write_toml(path: Path, value: msgspec.Struct) -> None:
+    """Write a struct as TOML, whole or not at all: a power cut leaves the old file or the new."""
+    text = toml_text(msgspec.to_builtins(value))
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
+        try:
+            with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(name, path)
+        except BaseException:
+            Path(name).unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise ConfigurationError(f"{path} cannot be written: {error.strerror}") from None
+
+
+def toml_text(document: Mapping[str, Any], prefix: str = "") -> str:
+    """A nested mapping as TOML: values first, then tables. ``None`` is left out."""
+    lines = [
+        f"{_key(name)} = {_value(value)}"
+        for name, value in document.items()
+        if value is not None and not isinstance(value, Mapping)
+    ]
+    text = "".join(f"{line}\n" for line in lines)
+    for name, value in document.items():
+        if isinstance(value, Mapping):
+            full = prefix + _key(name)
+            text += f"\n[{full}]\n" + toml_text(value, f"{full}.")
+    return text
+
+
+def _key(name: str) -> str:
+    bare = name.isascii() and name.replace("-", "").replace("_", "").isalnum()
+    return name if bare else _text(name)
+
+
+def _value(value: object) -> str:
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case str():
+            return _text(value)
+        case int() | float():
+            return repr(value)
+        case list() | tuple():
+            return "[" + ", ".join(_value(item) for item in value) + "]"
+        case _:
+            raise TypeError(f"{type(value).__name__} has no TOML form here")
+
+
+def _text(text: str) -> str:
+    # JSON's escapes are TOML's, but TOML also wants the delete character escaped.
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -13,6 +13,7 @@ from solarcal import __version__
 from solarcal.errors import SolarcalError
 
 COMMANDS: dict[str, str] = {
+    "run": "the workstation (also without any command)",
     "demo": "calibrate the built-in emulator, to see how it is done",
     "calibrate": "the whole manual procedure by the automatic technician",
     "fit": "coefficients from session, CSV or TPOINT files",
@@ -26,6 +27,8 @@ COMMANDS: dict[str, str] = {
     "sun": "where the Sun is",
     "day": "sunrise, transit and sunset",
     "ports": "what is plugged in",
+    "keys": "what this terminal sends, and which action it would be",
+    "doctor": "is this laptop ready",
 }
 _MODULES = {"import": "import_"}
 
@@ -52,6 +55,8 @@ def build_parser(asked: str | None = None) -> argparse.ArgumentParser:
 def run_command(argv: Sequence[str]) -> int:
     """Run one command line; the exit code. Errors meant for the user go to stderr in one line."""
     asked = next((word for word in argv if not word.startswith("-")), None)
+    if asked is None and not {"-h", "--help", "--version"}.intersection(argv):
+        asked, argv = "run", [*argv, "run"]
     args = build_parser(asked).parse_args(argv)
     try:
         return int(args.run(args))

@@ -14,6 +14,7 @@ from solarcal.cli.calibrate import (
     start_utc_s,
 )
 from solarcal.cli.output import print_json, say
+from solarcal.cli.run import has_terminal, run_workstation
 
 HELP = "the workstation on the built-in emulator; without a terminal a full headless calibration"
 
@@ -30,6 +31,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    """In a terminal the workstation, for a newcomer to calibrate; else a whole day headless."""
+    if has_terminal() and not (args.headless or args.json):
+        from solarcal.config import Choice
+
+        return run_workstation(
+            Choice(
+                scenario=args.scenario,
+                settings=tuple(args.settings),
+                start_utc=args.start or "",
+                seed=args.seed,
+                noise_deg=args.noise_deg,
+            ),
+            output=args.output,
+        )
+    return run_headless(args)
+
+
+def run_headless(args: argparse.Namespace) -> int:
     """A full day's calibration over a real pseudo-terminal, with tables and plot."""
     from solarcal.emulator.emulation import Emulator
     from solarcal.emulator.scenario import load_scenario

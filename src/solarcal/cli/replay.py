@@ -17,9 +17,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    """In a terminal on the workstation's screen; without one told record by record."""
+    from solarcal.cli.run import has_terminal, run_workstation
     from solarcal.station.replay import Replay
 
     replay = Replay.open(args.file)
+    if has_terminal() and not (args.headless or args.json):
+        from solarcal.config import Choice
+
+        return run_workstation(Choice(replay=str(args.file)))
     replay.jump(len(replay))
     if args.json:
         from solarcal.errors import FitError

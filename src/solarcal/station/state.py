@@ -54,6 +54,15 @@ class SessionView:
         return tuple(p for p in self.points if p.status == "accepted")
 
     @property
+    def fit_recorded(self) -> bool:
+        """Whether the newest fit record is of the points accepted now."""
+        accepted = self.accepted
+        if not accepted or not self.fits:
+            return not accepted
+        newest = self.fits[-1]
+        return newest.points == len(accepted) and newest.seq > accepted[-1].seq
+
+    @property
     def fresh_sun_offset(self) -> SunOffset | None:
         """The newest Set Sun Offset no stored point or check stands on yet."""
         if not self.sun_offsets:

@@ -8,19 +8,22 @@ import queue
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from textual.message import Message
 
 from solarcal.errors import LinkError, SolarcalError
-from solarcal.station.procedure import Station
 from solarcal.station.state import LinkState, StationState
 from solarcal.tui.messages import Progress, StateChanged, StepDone, StepFailed, StepStarted
+
+if TYPE_CHECKING:
+    from solarcal.station.procedure import Station
 
 POLL_S = 1.0
 FIRST_RETRY_S = 1.0
 LONGEST_RETRY_S = 15.0
 
-Step = Callable[[Station], object]
+Step = Callable[["Station"], object]
 Post = Callable[[Message], object]
 
 
@@ -39,7 +42,7 @@ class Conductor:
     post : where messages go; must be safe to call from another thread.
     """
 
-    def __init__(self, station: Station, post: Post) -> None:
+    def __init__(self, station: "Station", post: Post) -> None:
         self.station = station
         self._post = post
         self._steps: queue.Queue[_Submitted | None] = queue.Queue()

@@ -1,16 +1,22 @@
 """What the conductor tells the screens. Posted from its thread; Textual's queue makes that safe."""
 
+from typing import TYPE_CHECKING
+
 from textual.message import Message
 
 from solarcal.errors import SolarcalError
-from solarcal.model.fit import Solution
-from solarcal.station.state import SessionView, StationState
+
+if TYPE_CHECKING:
+    from solarcal.model.fit import Solution
+    from solarcal.station.state import SessionView, StationState
+    from solarcal.tui.offers import Offers
+    from solarcal.tui.opening import OpenLine
 
 
 class StateChanged(Message):
     """The station's state. A newer one replaces an older one still waiting."""
 
-    def __init__(self, state: StationState) -> None:
+    def __init__(self, state: "StationState") -> None:
         super().__init__()
         self.state = state
 
@@ -19,10 +25,16 @@ class StateChanged(Message):
 
 
 class FitReady(Message):
-    """The fit of the session as it was at ``generation``; late ones are ignored."""
+    """The fit of the session as it was at ``generation``; late ones are ignored.
 
-    def __init__(self, generation: int, session: SessionView, solution: Solution | None) -> None:
+    Without a solution ``reason`` says why, unless there are simply too few points.
+    """
+
+    def __init__(
+        self, generation: int, session: "SessionView", solution: "Solution | None", reason: str = ""
+    ) -> None:
         super().__init__()
+        self.reason = reason
         self.generation = generation
         self.session = session
         self.solution = solution
@@ -63,3 +75,27 @@ class Progress(Message):
 
     def can_replace(self, message: Message) -> bool:
         return isinstance(message, Progress) and message.name == self.name
+
+
+class LineOpened(Message):
+    """A unit is connected and its session open."""
+
+    def __init__(self, line: "OpenLine") -> None:
+        super().__init__()
+        self.line = line
+
+
+class LineFailed(Message):
+    """The line could not be opened; nothing is left open."""
+
+    def __init__(self, error: SolarcalError) -> None:
+        super().__init__()
+        self.error = error
+
+
+class StartOffers(Message):
+    """What there is to choose from has been looked up."""
+
+    def __init__(self, offers: "Offers") -> None:
+        super().__init__()
+        self.offers = offers

@@ -8,6 +8,8 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from solarcal.tui.workstation_actions import WORKSTATION_PERFORMERS
+
 if TYPE_CHECKING:
     from solarcal.tui.app import SolarcalApp
 
@@ -38,4 +40,7 @@ def _opener(place: str) -> Performer:
     return perform
 
 
-PERFORMERS: dict[str, Performer] = {name: _opener(place) for name, place in _OPENERS.items()}
+PERFORMERS: dict[str, Performer] = {
+    **{name: _opener(place) for name, place in _OPENERS.items()},
+    **WORKSTATION_PERFORMERS,
+}

@@ -6,10 +6,10 @@ from textual.binding import Binding, BindingType
 from textual.screen import ModalScreen, Screen
 
 from solarcal.errors import SolarcalError
-from solarcal.station.state import StationState
 from solarcal.tui.messages import FitReady, Progress
 
 if TYPE_CHECKING:
+    from solarcal.station.state import StationState
     from solarcal.tui.app import SolarcalApp
 
 Result = TypeVar("Result")
@@ -18,7 +18,7 @@ Result = TypeVar("Result")
 class _Told:
     """Hooks the app calls on every screen of the stack, on the event loop."""
 
-    def show_state(self, state: StationState) -> None:
+    def show_state(self, state: "StationState") -> None:
         """The station's newest state."""
 
     def show_fit(self, fit: FitReady) -> None:

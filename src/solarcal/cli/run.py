@@ -1,0 +1,107 @@
+"""``solarcal run``, and ``solarcal`` alone: the workstation."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from solarcal.config import Choice
+
+HELP = "the workstation: calibrate a tracker, or choose what to do on its start screen"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command; without one the start screen asks."""
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--port", metavar="URL", help="a unit on a line: device, socket://host:port")
+    where.add_argument("--scenario", metavar="NAME|FILE", help="an emulated tracker")
+    where.add_argument(
+        "--continue", dest="session", type=Path, metavar="FILE",
+        help="go on with a session, on the line it was taken on",
+    )  # fmt: skip
+    parser.add_argument("--driver", default="solartrak", help="how to talk to the unit")
+    parser.add_argument("--baudrate", type=int, default=9600, metavar="N")
+    parser.add_argument("--profile", metavar="NAME", help="site, unit and operator profile")
+    parser.add_argument("--trace", metavar="FILE", help="write what goes over the line")
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="the session file to write"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    from solarcal.config import Choice
+
+    demand_terminal()
+    choice: Choice | None = None
+    if args.port:
+        choice = Choice(port=args.port, driver=args.driver, baudrate=args.baudrate)
+    elif args.scenario:
+        choice = Choice(scenario=args.scenario)
+    elif args.session:
+        choice = _continued(args.session)
+    return run_workstation(choice, profile=args.profile, output=args.output, trace=args.trace)
+
+
+def _continued(path: Path) -> "Choice":
+    from solarcal.config import load_settings
+    from solarcal.errors import ConfigurationError
+    from solarcal.tui.opening import continuing, look_into
+
+    saved = look_into(path)
+    if saved.damage:
+        raise ConfigurationError(saved.damage)
+    choice = continuing(saved, load_settings().lines.get(path.name))
+    if choice is None:
+        raise ConfigurationError(
+            f"it is not known on which line {path} was taken; start solarcal and choose it there"
+        )
+    return choice
+
+
+def has_terminal() -> bool:
+    """Whether there is a screen to draw on and a keyboard to read."""
+    return sys.stdin.isatty() and sys.stdout.isatty()
+
+
+def demand_terminal() -> None:
+    """Refuse in one line where there is no terminal; Textual itself would not fail."""
+    from solarcal.errors import ConfigurationError
+
+    if not has_terminal():
+        raise ConfigurationError(
+            "the workstation needs a terminal; without one use solarcal demo --headless, "
+            "solarcal calibrate or solarcal replay --headless"
+        )
+
+
+def run_workstation(
+    start: "Choice | None",
+    *,
+    profile: str | None = None,
+    output: Path | None = None,
+    trace: str | None = None,
+) -> int:
+    """The Textual program, until it is left; its exit code."""
+    from solarcal.config import load_keymap, load_settings
+    from solarcal.profiles import load_profile
+    from solarcal.tui.app import SolarcalApp
+    from solarcal.tui.keyboard import checked_keymap
+    from solarcal.tui.performers import PERFORMERS
+
+    settings = load_settings()
+    app = SolarcalApp(
+        PERFORMERS,
+        settings=settings,
+        profile=load_profile(profile or settings.profile),
+        keymap=checked_keymap(load_keymap()),
+        start=start,
+        output=output,
+        trace=trace,
+        remember=True,
+    )
+    try:
+        result = app.run()
+    finally:
+        app.release()
+    return app.return_code or 0 if result is None else result

@@ -1,0 +1,194 @@
+"""The first screen: which unit, which emulated one, which saved session; the last choice first."""
+
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+import msgspec
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal
+from textual.content import Content
+from textual.widgets import Input, OptionList, Static
+from textual.widgets.option_list import Option
+
+from solarcal import __version__
+from solarcal.config import Choice
+from solarcal.tui.messages import StartOffers
+from solarcal.tui.screens.base import StationScreen
+from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
+from solarcal.tui.widgets.head_lines import HeadLine, LogLine
+
+REPLAYS_SHOWN = 20
+
+
+class StartScreen(StationScreen):
+    """A list to choose from; ports and sessions are looked up while it is already shown."""
+
+    DEFAULT_CSS = """
+    StartScreen #title { background: $primary; color: $background; text-style: bold; }
+    StartScreen OptionList { height: 1fr; border: none; padding: 0 1; background: $background; }
+    StartScreen #address { height: 1; }
+    StartScreen #address Static { width: auto; padding: 0 1; }
+    StartScreen #address Input { width: 1fr; height: 1; border: none; padding: 0; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("e", "profile", "Profile", show=False),
+        Binding("t", "theme", "Theme", show=False),
+        Binding("a", "address", "Address", show=False),
+        Binding("escape", "leave_address", "Back", show=False),
+    ]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._choices: dict[str, Choice] = {}
+        self._continue: str = ""
+
+    def compose(self) -> ComposeResult:
+        yield HeadLine(id="title")
+        yield HeadLine(id="profile")
+        yield OptionList(id="choices")
+        with Horizontal(id="address"):
+            yield Static("Other line [a]:", markup=False)
+            yield Input(placeholder="device, socket://host:port or rfc2217://host:port")
+        yield LogLine(id="log")
+        yield ActionFooter(
+            [
+                FooterEntry("Enter", "Open", "screen.open"),
+                FooterEntry("e", "Profile", "screen.profile"),
+                FooterEntry("a", "Address", "screen.address"),
+                FooterEntry("F9", "Recalc", "app.perform('recompute')"),
+                FooterEntry("t", "Theme", "screen.theme"),
+                FooterEntry("F1", "Help", "app.perform('help')"),
+                FooterEntry("^Q", "Quit", "app.perform('quit')"),
+            ]
+        )
+
+    def on_mount(self) -> None:
+        self.query_one("#title", HeadLine).show(
+            [f"solarcal {__version__}"], ["calibrate a sun tracker"]
+        )
+        self.show_profile()
+        self._offer(None)
+        self.query_one(OptionList).focus()
+        self.tell("Choose with the arrow keys, open with Enter.")
+        self.call_after_refresh(self.look_up)
+
+    def show_profile(self) -> None:
+        self.query_one("#profile", HeadLine).show([self.station_app.profile.summary()])
+
+    def tell(self, sentence: str, *, error: bool = False) -> None:
+        self.query_one("#log", LogLine).say(sentence, error=error)
+        if error:
+            self.station_app.notify(sentence, severity="error", timeout=10.0)
+
+    # -- what there is to choose -------------------------------------------------------------
+
+    def look_up(self) -> None:
+        """Ports and saved sessions, on a thread: a slow disk must not hold the first paint."""
+        self.run_worker(self._look_up, thread=True, exclusive=True, exit_on_error=False)
+
+    def _look_up(self) -> None:
+        from solarcal.tui.offers import gather_offers
+
+        offers = gather_offers(self.station_app.settings)
+        self.post_message(StartOffers(offers))
+
+    def on_start_offers(self, message: StartOffers) -> None:
+        self._offer(message.offers)
+
+    def _offer(self, offers: Any) -> None:
+        choices = self.query_one(OptionList)
+        kept = choices.highlighted
+        choices.clear_options()
+        self._choices = {}
+        for heading, entries in self._sections(offers):
+            if not entries:
+                continue
+            choices.add_option(Option(Content.from_markup("[b $accent]" + heading), disabled=True))
+            for words, choice in entries:
+                key = f"choice-{len(self._choices)}"
+                self._choices[key] = choice
+                choices.add_option(Option(Content(f"  {words}"), id=key))
+        # What was highlighted before the look-up may have moved; the first is the likeliest.
+        choices.highlighted = 1 if kept is None or kept <= 1 else min(kept, len(choices.options))
+
+    def _sections(self, offers: Any) -> Iterator[tuple[str, list[tuple[str, Choice]]]]:
+        app = self.station_app
+        if self._continue:
+            ports = offers.ports if offers is not None else []
+            yield (
+                f"On which line is the unit of {self._continue}?",
+                [
+                    (words, msgspec.structs.replace(choice, session=self._continue))
+                    for words, choice in ports
+                ],
+            )
+            return
+        if offers is not None:
+            yield "Unfinished sessions: go on where they stood", offers.unfinished
+        last = app.settings.last
+        if last is not None:
+            yield "Last time", [(last.words(), last)]
+        ports = list(offers.ports) if offers is not None else []
+        if app.profile.port:
+            mine = Choice(
+                port=app.profile.port, driver=app.profile.driver, baudrate=app.profile.baudrate
+            )
+            ports.insert(0, (f"{app.profile.port}  as in the profile", mine))
+        heading = "Serial ports" if ports else "Serial ports: none found"
+        yield heading, ports or [("look again", Choice())]
+        if offers is not None:
+            yield "Emulated trackers, to learn and to try", offers.scenarios
+            yield "Saved sessions: replay", offers.replays[:REPLAYS_SHOWN]
+
+    # -- choosing ----------------------------------------------------------------------------
+
+    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+        choice = self._choices.get(event.option.id or "")
+        if choice is None:
+            return
+        if choice == Choice():
+            self.look_up()
+        elif choice.session and not choice.port and not choice.scenario:
+            self._continue = choice.session
+            self.tell("Choose the line its unit is on. Escape: back to all choices.")
+            self.look_up()
+        else:
+            self.station_app.open_choice(choice)
+
+    def action_open(self) -> None:
+        self.query_one(OptionList).action_select()
+
+    def action_address(self) -> None:
+        self.query_one(Input).focus()
+
+    def action_leave_address(self) -> None:
+        if self._continue:
+            self._continue = ""
+            self.look_up()
+        self.query_one(OptionList).focus()
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        address = event.value.strip()
+        if address:
+            profile = self.station_app.profile
+            choice = Choice(
+                port=address,
+                driver=profile.driver,
+                baudrate=profile.baudrate,
+                session=self._continue,
+            )
+            self.station_app.open_choice(choice)
+
+    def action_profile(self) -> None:
+        from solarcal.tui.screens.profile import ProfileScreen
+
+        def changed(saved: bool | None) -> None:
+            if saved:
+                self.show_profile()
+                self.look_up()
+
+        self.app.push_screen(ProfileScreen(self.station_app.profile), changed)
+
+    def action_theme(self) -> None:
+        self.app.search_themes()

@@ -1,0 +1,140 @@
+"""The screen a technician uses all day: everything the station says, and every key."""
+
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+
+from solarcal.errors import SolarcalError
+from solarcal.report.session_report import record_line
+from solarcal.station.next_step import next_step
+from solarcal.station.state import LinkState, StationState
+from solarcal.station.sun_now import sun_now
+from solarcal.tui.messages import FitReady, Progress
+from solarcal.tui.screens.base import StationScreen
+from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
+from solarcal.tui.widgets.head_lines import HeadLine, LogLine, NextLine, TitleLine
+from solarcal.tui.widgets.workstation_view import TABS, WorkstationView
+
+FOOTER = (
+    ("help", "Help"), ("link", "Link"), ("initialise", "Init"), ("plan", "Plan"),
+    ("ref_check", "Ref"), ("sun_offset", "Offset"), ("take_point", "Point"),
+    ("upload", "Upload"), ("recompute", "Recalc"), ("clock", "Clock"), ("next_plot", "Plot"),
+    ("void", "Void"), ("note", "Note"), ("quit", "Quit"),
+)  # fmt: skip
+
+
+class WorkstationScreen(StationScreen):
+    """Title, file, what to do next, panes, log, footer."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        *(
+            Binding(str(number), f"tab('{name}')", label, show=False)
+            for number, (name, label) in enumerate(TABS, start=1)
+        ),
+        Binding("tab", "next_tab(1)", "Next pane", show=False, priority=True),
+        Binding("shift+tab", "next_tab(-1)", "Previous pane", show=False, priority=True),
+    ]
+
+    def compose(self) -> ComposeResult:
+        app = self.station_app
+        yield TitleLine(id="title")
+        yield HeadLine(id="file")
+        yield NextLine(id="next")
+        yield WorkstationView(id="view")
+        yield LogLine(id="log")
+        tooltips = {action.id: action.tooltip for action in app.actions}
+        yield ActionFooter(
+            [
+                FooterEntry(
+                    app.keys_of(name).split()[0], label, f"app.perform('{name}')", tooltips[name]
+                )
+                for name, label in FOOTER
+            ]
+        )
+
+    def on_mount(self) -> None:
+        self._told_records = -1
+        self.show_state(self.station_app.state)
+        if self.station_app.fit is not None:
+            self.show_fit(self.station_app.fit)
+
+    def on_resize(self) -> None:
+        if self.is_mounted:
+            self._show_lines(self.station_app.state)
+
+    # -- told --------------------------------------------------------------------------------
+
+    def show_state(self, state: StationState) -> None:
+        if not self.is_mounted:
+            return
+        self._show_lines(state)
+        self._log_newest(state)
+        self.query_one(WorkstationView).show_state(state)
+
+    def _show_lines(self, state: StationState) -> None:
+        self.query_one("#title", TitleLine).show_state(state)
+        session, live = state.session, state.live
+        sun = sun_now(session, live) if session is not None else None
+        step = next_step(state, sun.elevation_deg if sun is not None else None)
+        self.query_one("#next", NextLine).show_step(
+            step, self.station_app.keys_of(step.action), live.laptop_utc_s
+        )
+        if session is not None:
+            count = len(session.accepted)
+            self.query_one("#file", HeadLine).show(
+                [
+                    ("File ", "bold"),
+                    (self.station_app.session_name, "bold $accent"),
+                    f"   {count} point{'' if count == 1 else 's'}"
+                    + ("" if session.initialised is not None else ", not initialised"),
+                ],
+                [self._time_words()],
+            )
+
+    def _time_words(self) -> str:
+        speed = self.station_app.emulated_speed
+        if speed is None:
+            return self.station_app.profile.operator
+        return f"emulated time x{speed:g}  [+ - w]"
+
+    def _log_newest(self, state: StationState) -> None:
+        """A record that has just come is told; what is in the log is in the file."""
+        if state.live.link is LinkState.LOST:
+            self.query_one("#log", LogLine).say(state.live.link_message, error=True)
+            return
+        records = state.session.records if state.session is not None else ()
+        if len(records) != self._told_records:
+            self._told_records = len(records)
+            newest = record_line(records[-1]) if records else "connected; the session file is open"
+            self.query_one("#log", LogLine).say(newest)
+
+    def show_fit(self, fit: FitReady) -> None:
+        if not self.is_mounted:
+            return
+        self.query_one(WorkstationView).show_fit(fit.solution)
+        if fit.reason:
+            self.query_one("#log", LogLine).say(fit.reason, error=True)
+
+    def show_progress(self, progress: Progress) -> None:
+        share = "" if progress.fraction is None else f"  {100.0 * progress.fraction:.0f} %"
+        self.query_one("#log", LogLine).say(f"{progress.words}{share}")
+
+    def step_done(self, name: str, result: object) -> None:
+        if name == "stop":
+            self.query_one("#log", LogLine).say("STOP: every motion was told to end")
+
+    def step_failed(self, name: str, error: SolarcalError) -> None:
+        self.query_one("#log", LogLine).say(str(error), error=True)
+
+    # -- keys --------------------------------------------------------------------------------
+
+    def next_plot(self) -> None:
+        name = self.query_one(WorkstationView).next_plot()
+        self.query_one("#log", LogLine).say(f"plot: {name}")
+
+    def action_tab(self, name: str) -> None:
+        self.query_one(WorkstationView).tab = name
+
+    def action_next_tab(self, step: int) -> None:
+        self.query_one(WorkstationView).next_tab(step)

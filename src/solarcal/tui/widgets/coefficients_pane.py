@@ -1,0 +1,103 @@
+"""P1..P6 with sigma, change since the last point and a sparkline of their history."""
+
+import textwrap
+from collections.abc import Sequence
+
+from textual.content import Content
+from textual.widgets import Static
+
+from solarcal.model.fit import Solution
+from solarcal.mount.formula import COEFFICIENT_NAMES
+from solarcal.session.records import FitRecord
+from solarcal.station.state import SessionView
+from solarcal.tui.widgets.sparkline import sparkline
+
+Part = str | tuple[str, str]
+HISTORY = 12
+DECIMALS = {"P5": 6, "P6": 6}
+
+
+class CoefficientsPane(Static):
+    """The fit as it stands; says so when there is none yet."""
+
+    DEFAULT_CSS = """
+    CoefficientsPane { width: 1fr; height: auto; padding: 0 1; }
+    """
+
+    def show_fit(self, session: SessionView, solution: Solution | None) -> None:
+        width = max(40, self.size.width - 2)
+        lines = coefficient_lines(session, solution, width)
+        self.update(Content("\n").join(Content.assemble(*line) for line in lines))
+
+
+def coefficient_lines(
+    session: SessionView, solution: Solution | None, width: int
+) -> list[list[Part]]:
+    """The pane's lines as parts with styles."""
+    if solution is None:
+        count = len(session.accepted)
+        return [
+            [("P1..P6", "bold"), "  from the third accepted point on"],
+            [f"{count} accepted so far; in force in the unit at the start:"],
+            *_in_force(session),
+        ]
+    values = solution.coefficients().as_tuple()
+    sigmas = solution.sigma_coefficients()
+    before = _before(session.fits, solution.n_points)
+    lines: list[list[Part]] = [
+        [(f"{'':3}{'value':>10} {'sigma':>9} {'change':>10}  history", "bold")]
+    ]
+    for index, name in enumerate(COEFFICIENT_NAMES):
+        decimals = DECIMALS.get(name, 4)
+        sigma = f"{sigmas.as_tuple()[index]:.{decimals}f}" if sigmas is not None else "-"
+        change, style = "-", ""
+        if before is not None:
+            moved = values[index] - before.coefficients.as_tuple()[index]
+            change = f"{moved:+.{decimals}f}"
+            if sigmas is not None and abs(moved) > 3.0 * sigmas.as_tuple()[index]:
+                change, style = change + "!", "bold $warning"
+        history = [fit.coefficients.as_tuple()[index] for fit in session.fits] or [values[index]]
+        lines.append(
+            [
+                (f"{name:3}", "bold"),
+                f"{values[index]:>+10.{decimals}f} {sigma:>9} ",
+                (f"{change:>10}", style),
+                "  ",
+                (sparkline(history, HISTORY), "$secondary"),
+            ]
+        )
+    lines += [
+        [""],
+        [
+            "residual on sky ",
+            (f"rms {solution.sky_rms_deg:.4f}", "bold"),
+            f"  max {solution.sky_max_deg:.4f} deg",
+        ],
+        [
+            f"{solution.n_points} points, rank {solution.rank} of {len(solution.terms)}, "
+            f"condition {_short(solution.condition_number)}"
+        ],
+    ]
+    if solution.message is not None:
+        lines.append([(f" {solution.message} ", "bold reverse $warning")])
+    for sentence in (*solution.inseparable, *solution.notes):
+        lines += [[line] for line in textwrap.wrap(sentence, width)]
+    return lines
+
+
+def _short(number: float) -> str:
+    return f"{number:.3g}" if number < 1e12 else "beyond 1e12"
+
+
+def _before(fits: Sequence[FitRecord], points: int) -> FitRecord | None:
+    """The newest recorded fit of another number of points."""
+    return next((fit for fit in reversed(fits) if fit.points != points), None)
+
+
+def _in_force(session: SessionView) -> list[list[Part]]:
+    return [
+        [(f"{name:3}", "bold"), f"{value:>+10.{DECIMALS.get(name, 4)}f}"]
+        for name, value in zip(
+            COEFFICIENT_NAMES, session.header.coefficients.as_tuple(), strict=True
+        )
+    ]

@@ -1,0 +1,76 @@
+"""The footer: every action as a target for mouse or finger, and STOP, always."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from textual.app import ComposeResult
+from textual.containers import Grid, Horizontal
+from textual.content import Content
+from textual.widgets import Static
+
+
+@dataclass(frozen=True, slots=True)
+class FooterEntry:
+    """One target: the key to show, the word, and the Textual action it runs."""
+
+    key: str
+    label: str
+    action: str
+    tooltip: str = ""
+
+
+class FooterKey(Static):
+    """A target ten cells wide."""
+
+    DEFAULT_CSS = """
+    FooterKey { width: 1fr; height: 1; background: $panel; }
+    FooterKey:hover { background: $primary; color: $background; }
+    """
+
+    def __init__(self, entry: FooterEntry) -> None:
+        super().__init__(
+            Content.assemble((entry.key, "bold $footer-key-foreground"), f" {entry.label}")
+        )
+        self.entry = entry
+        self.tooltip = entry.tooltip or None
+
+    async def on_click(self) -> None:
+        await self.run_action(self.entry.action)
+
+
+class StopKey(Static):
+    """STOP: two rows high, at the same place on every screen."""
+
+    DEFAULT_CSS = """
+    StopKey {
+        width: 11; height: 2; background: $error; color: $background;
+        text-style: bold; content-align: center middle; text-align: center;
+    }
+    StopKey:hover { text-style: bold reverse; }
+    """
+
+    def __init__(self) -> None:
+        super().__init__("▌ STOP ▐\nF12 s ^S")
+        self.tooltip = "Stop every motion now, without asking"
+
+    async def on_click(self) -> None:
+        await self.run_action("app.perform('stop')")
+
+
+class ActionFooter(Horizontal):
+    """Two rows of seven actions, and STOP."""
+
+    DEFAULT_CSS = """
+    ActionFooter { dock: bottom; height: 2; background: $panel; }
+    ActionFooter Grid { grid-size: 7 2; grid-gutter: 0; height: 2; width: 1fr; }
+    """
+
+    def __init__(self, entries: Sequence[FooterEntry]) -> None:
+        super().__init__()
+        self._entries = tuple(entries)
+
+    def compose(self) -> ComposeResult:
+        with Grid():
+            for entry in self._entries:
+                yield FooterKey(entry)
+        yield StopKey()

@@ -1,0 +1,166 @@
+"""What the line says now: link, clocks, Sun, axes, limits, update cycle, mode."""
+
+from textual.content import Content
+from textual.widgets import Static
+
+from solarcal.session.records import Header
+from solarcal.station.state import LinkState, LiveView, StationState
+from solarcal.station.sun_now import SunNow, sun_now
+from solarcal.timescale import format_utc
+from solarcal.tui.widgets.gauges import limit_bar, phase_bar
+from solarcal.unit.tracker import Status
+from solarcal.units import format_degrees
+
+Part = str | tuple[str, str]
+COLUMN = 17
+SECONDS_PER_SUN_DEG = 240.0
+LINK_WORDS = {
+    LinkState.CONNECTED: ("connected", "bold $success"),
+    LinkState.LOST: ("LOST, reconnecting", "bold reverse $error"),
+    LinkState.CLOSED: ("closed", "bold"),
+}
+
+
+def clock_text(seconds: float) -> str:
+    """HH:MM:SS of seconds of a day."""
+    whole = int(seconds) % 86400
+    return f"{whole // 3600:02d}:{whole // 60 % 60:02d}:{whole % 60:02d}"
+
+
+class LivePane(Static):
+    """Sixteen lines; written anew with every status."""
+
+    DEFAULT_CSS = """
+    LivePane { width: 1fr; height: auto; padding: 0 1; }
+    """
+
+    def show_state(self, state: StationState) -> None:
+        lines = live_lines(state)
+        # Static keeps its size: only the characters change, never the layout.
+        self.update(Content("\n").join(Content.assemble(*line) for line in lines), layout=False)
+
+
+def live_lines(state: StationState) -> list[list[Part]]:
+    """The pane's lines as parts with styles."""
+    live, session = state.live, state.session
+    if session is None:
+        return [_link(live), *([[""]] * 15)]
+    sun = sun_now(session, live)
+    return [
+        _link(live),
+        *_clocks(session.header, live, sun),
+        *_suns(sun),
+        *_axes(session.header, live.status),
+    ]
+
+
+def _link(live: LiveView) -> list[Part]:
+    word, style = LINK_WORDS[live.link]
+    who = live.identity
+    told = f"  {who.model} {who.serial}, firmware {who.firmware}" if who is not None else ""
+    return ["Link    ", (word, style), told]
+
+
+def _clocks(header: Header, live: LiveView, sun: SunNow | None) -> list[list[Part]]:
+    if live.laptop_utc_s is None:
+        return [["UTC     -"], ["Local   -"]]
+    utc = format_utc(live.laptop_utc_s, 0)
+    local = clock_text(live.laptop_utc_s - 3600.0 * header.unit.zone_west_h)
+    solar = clock_text(sun.solar_time_h * 3600.0) if sun is not None else "-"
+    difference: list[Part] = []
+    if live.unit_minus_laptop_s is not None:
+        seconds = live.unit_minus_laptop_s
+        style = "bold $warning" if abs(seconds) > 1.0 else ""
+        shown = f"{seconds:+.1f} s" if abs(seconds) < 1e4 else f"{seconds / 3600.0:+.2f} h"
+        difference = ["  unit - laptop ", (shown, style)]
+    return [
+        [f"UTC     {utc[:10]} ", (utc[11:19], "bold"), *difference],
+        [f"Local   {local}   apparent solar time {solar}"],
+    ]
+
+
+def _suns(sun: SunNow | None) -> list[list[Part]]:
+    if sun is None:
+        return [["Sun     -"], [""]]
+    lines: list[list[Part]] = [
+        [f"Sun     true  az {sun.azimuth_deg:8.3f}  el {sun.elevation_deg:7.3f}"]
+    ]
+    if sun.apart_deg is None:
+        return [*lines, [""]]
+    style = "bold $warning" if sun.apart_deg > 0.1 else ""
+    lines.append(
+        [
+            f"        unit  az {sun.unit_azimuth_deg:8.3f}  el {sun.unit_elevation_deg:7.3f}  ",
+            (f"apart {sun.apart_deg:.3f}", style),
+        ]
+    )
+    return lines
+
+
+def _pair(name: str, texts: tuple[str, str], styles: tuple[str, str] = ("", "")) -> list[Part]:
+    return [
+        f"{name:8}",
+        (f"{texts[0]:>{COLUMN}}", styles[0] or "$axis1"),
+        "   ",
+        (f"{texts[1]:>{COLUMN}}", styles[1] or "$axis2"),
+    ]
+
+
+def _degrees(name: str, first: float, second: float) -> list[Part]:
+    return _pair(name, (format_degrees(first), format_degrees(second)))
+
+
+def _motion(sense: int, came_from: int) -> str:
+    if sense:
+        return "moving up +" if sense > 0 else "moving down -"
+    return {1: "at rest, came +", -1: "at rest, came -", 0: "at rest"}[came_from]
+
+
+def _axes(header: Header, status: Status | None) -> list[list[Part]]:
+    heading = _pair("", ("● axis 1, deg", "◆ axis 2, deg"), ("bold $axis1", "bold $axis2"))
+    if status is None:
+        return [heading, ["        no status from the unit"], *([[""]] * 9)]
+    limits = header.unit.limits
+    to_go1 = status.target1_deg - status.reading1_deg
+    to_go2 = status.target2_deg - status.reading2_deg
+    lines = [
+        heading,
+        _degrees("ideal", status.ideal1_deg, status.ideal2_deg),
+        _degrees("target", status.target1_deg, status.target2_deg),
+        _degrees("reading", status.reading1_deg, status.reading2_deg),
+        _degrees("to go", to_go1, to_go2),
+        _pair("counts", (str(status.counts1), str(status.counts2))),
+        _degrees("offset", status.offsets.O1, status.offsets.O2),
+        _pair(
+            "motion",
+            (
+                _motion(status.moving[0], status.approach[0]),
+                _motion(status.moving[1], status.approach[1]),
+            ),
+        ),
+    ]
+    for name, axis, reading in (
+        ("limits 1", limits.axis1, status.reading1_deg),
+        ("limits 2", limits.axis2, status.reading2_deg),
+    ):
+        bar = limit_bar(axis.low_deg, axis.high_deg, reading, 21)
+        distance = axis.distance_deg(reading)
+        tone = "$axis1" if name.endswith("1") else "$axis2"
+        warn = "bold $error" if distance < 1.0 else ""
+        lines.append(
+            [
+                f"{name:8} {axis.low_deg:7.1f} ",
+                (bar, tone),
+                f" {axis.high_deg:<6.1f} ",
+                (f"{distance:.1f} left" if distance >= 0.0 else "BEYOND", warn),
+            ]
+        )
+    lines.append(
+        [
+            f"{'mode':8} ",
+            (f"{status.mode:7}", "bold"),
+            f" update {phase_bar(status.update_phase, 12)} {100.0 * status.update_phase:3.0f} %"
+            + ("" if status.referenced else "  NOT REFERENCED"),
+        ]
+    )
+    return lines

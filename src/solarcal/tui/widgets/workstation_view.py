@@ -1,0 +1,234 @@
+"""The workstation's panes: side by side where there is room, as tabs where there is not.
+
+Fed with a state and a fit, whether they come from a unit or from a replay.
+"""
+
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.content import Content
+from textual.events import Resize
+from textual.reactive import reactive
+from textual.widgets import Static
+
+from solarcal.model.fit import Solution
+from solarcal.report.plots import convergence_plot, error_plot, residual_plot, sky_map
+from solarcal.report.tables import checks_table, clocks_table, points_table, ref_checks_table
+from solarcal.station.curves import session_plot_data
+from solarcal.station.state import SessionView, StationState
+from solarcal.tui.widgets.ansi_plot import AnsiPlot, Draw
+from solarcal.tui.widgets.coefficients_pane import CoefficientsPane
+from solarcal.tui.widgets.live_pane import LivePane
+from solarcal.tui.widgets.text_lines import TextLines
+
+WIDE = (132, 36)
+"""From this size on all panes are side by side."""
+
+SECOND_PLOT_ROWS = 42
+"""From this height of the terminal on there is room for a second plot below the first."""
+
+TABS = (("now", "Now"), ("points", "Points"), ("coefficients", "P1-P6"), ("plot", "Plot"))
+PLOTS = ("error", "residuals", "sky map", "convergence")
+
+
+class Tab(Static):
+    """One tab of the compact form; the open one is marked by brackets, not by colour alone."""
+
+    DEFAULT_CSS = """
+    Tab { width: auto; padding: 0 1; background: $panel; }
+    Tab.-open { text-style: bold reverse; }
+    """
+
+    def __init__(self, name: str, number: int, label: str) -> None:
+        super().__init__(id=f"tab-{name}")
+        self._pane_name, self._number, self._label = name, number, label
+
+    def mark(self, is_open: bool) -> None:
+        self.set_class(is_open, "-open")
+        shown = f"[{self._number} {self._label}]" if is_open else f" {self._number} {self._label} "
+        self.update(Content(shown))
+
+    def on_click(self) -> None:
+        self.query_ancestor(WorkstationView).tab = self._pane_name
+
+
+class WorkstationView(Vertical):
+    """Live pane, coefficients, points, error plot and second plot."""
+
+    DEFAULT_CSS = """
+    WorkstationView { height: 1fr; }
+    WorkstationView #tabs { height: 1; background: $panel; }
+    WorkstationView #panes { height: 1fr; }
+    WorkstationView .pane { height: 1fr; }
+    WorkstationView #left { width: 1fr; }
+    WorkstationView #right { width: 1fr; }
+    WorkstationView #coefficients { height: 1fr; scrollbar-size: 1 1; }
+    WorkstationView.-wide #tabs { display: none; }
+    WorkstationView.-wide #left { width: 54; }
+    WorkstationView.-wide #now {
+        height: auto; border: round $faint; border-title-color: $primary;
+    }
+    WorkstationView.-wide #coefficients {
+        border: round $faint; border-title-color: $primary;
+    }
+    WorkstationView.-wide #plot { height: 1fr; }
+    WorkstationView.-wide #second { height: 1fr; }
+    WorkstationView.-wide #points {
+        height: 12; border: round $faint; border-title-color: $primary;
+    }
+    """
+
+    tab: reactive[str] = reactive("now")
+    plot: reactive[int] = reactive(0)
+    """Of the compact form's only plot; the wide form's second plot skips the first kind."""
+    wide: reactive[bool] = reactive(False)
+
+    PANES: ClassVar[dict[str, str]] = {
+        "now": "left", "coefficients": "left", "plot": "right", "points": "right",
+    }  # fmt: skip
+
+    def __init__(self, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self._session: SessionView | None = None
+        self._solution: Solution | None = None
+        self._shown: object = None
+        self._second = 1
+
+    def compose(self) -> ComposeResult:
+        with Horizontal(id="tabs"):
+            for number, (name, label) in enumerate(TABS, start=1):
+                yield Tab(name, number, label)
+        with Horizontal(id="panes"):
+            with Vertical(id="left"):
+                yield LivePane(id="now", classes="pane")
+                with VerticalScroll(id="coefficients", classes="pane", can_focus=False):
+                    yield CoefficientsPane()
+            with Vertical(id="right"):
+                yield AnsiPlot(id="plot")
+                yield AnsiPlot(id="second")
+                yield TextLines(id="points", follow=True)
+
+    def on_mount(self) -> None:
+        self.query_one("#now").border_title = "Now"
+        self.query_one("#coefficients").border_title = "Coefficients"
+        self.query_one("#points").border_title = "Points"
+        self._arrange()
+
+    def on_resize(self, event: Resize) -> None:
+        size = self.app.size
+        self.wide = size.width >= WIDE[0] and size.height >= WIDE[1]
+        self._arrange()
+
+    # -- what is shown -----------------------------------------------------------------------
+
+    def show_state(self, state: StationState) -> None:
+        self.query_one(LivePane).show_state(state)
+        self._session = state.session
+        self._show_session()
+
+    def show_fit(self, solution: Solution | None) -> None:
+        self._solution = solution
+        self._show_session()
+
+    def _show_session(self) -> None:
+        """Tables and plots, only when what they show has changed."""
+        session = self._session
+        if session is None:
+            return
+        shown = (
+            session.header,
+            session.points,
+            session.fits,
+            session.ref_checks,
+            session.clock_sets,
+            session.checks,
+            id(self._solution),
+        )
+        if shown == self._shown:
+            return
+        self._shown = shown
+        self.query_one(CoefficientsPane).show_fit(session, self._solution)
+        self.query_one("#points", TextLines).show(session_lines(session, self._solution))
+        self._show_plots()
+
+    def _show_plots(self) -> None:
+        session = self._session
+        if session is None:
+            return
+        first = PLOTS[0] if self.wide and self._room_for_second else PLOTS[self.plot]
+        self.query_one("#plot", AnsiPlot).show(drawing(first, session, self._solution))
+        second = drawing(PLOTS[self._second], session, self._solution)
+        self.query_one("#second", AnsiPlot).show(second)
+
+    # -- what is in view ---------------------------------------------------------------------
+
+    @property
+    def _room_for_second(self) -> bool:
+        return self.app.size.height >= SECOND_PLOT_ROWS
+
+    def next_plot(self) -> str:
+        """Go to the next plot; its name."""
+        if self.wide and self._room_for_second:
+            self._second = self._second % (len(PLOTS) - 1) + 1
+            name = PLOTS[self._second]
+        elif not self.wide and self.tab != "plot":
+            self.tab = "plot"
+            name = PLOTS[self.plot]
+        else:
+            self.plot = (self.plot + 1) % len(PLOTS)
+            name = PLOTS[self.plot]
+        self._show_plots()
+        return name
+
+    def watch_tab(self) -> None:
+        self._arrange()
+
+    def next_tab(self, step: int = 1) -> None:
+        names = [name for name, _ in TABS]
+        self.tab = names[(names.index(self.tab) + step) % len(names)]
+
+    def _arrange(self) -> None:
+        """Show all panes, or the one whose tab is open."""
+        if not self.is_mounted:
+            return
+        self.set_class(self.wide, "-wide")
+        for name, side in self.PANES.items():
+            self.query_one(f"#{name}").display = self.wide or name == self.tab
+            if not self.wide and name == self.tab:
+                self.query_one("#left").display = side == "left"
+                self.query_one("#right").display = side == "right"
+        if self.wide:
+            self.query_one("#left").display = self.query_one("#right").display = True
+        self.query_one("#second").display = self.wide and self._room_for_second
+        for name, _ in TABS:
+            self.query_one(f"#tab-{name}", Tab).mark(name == self.tab)
+        self._show_plots()
+
+
+def drawing(kind: str, session: SessionView, solution: Solution | None) -> Draw:
+    """How to draw one of ``PLOTS`` for a session as it stands."""
+    if kind == "convergence":
+        return lambda width, height, colour, theme: convergence_plot(
+            session.fits, width, height, colour, "light" if theme == "light" else "phosphor"
+        )
+    plot = {"error": error_plot, "residuals": residual_plot, "sky map": sky_map}[kind]
+
+    def draw(width: int, height: int, colour: bool, theme: str) -> str:
+        data = session_plot_data(session.header, session.points, solution)
+        return plot(data, width, height, colour, "light" if theme == "light" else "phosphor")
+
+    return draw
+
+
+def session_lines(session: SessionView, solution: Solution | None) -> list[str]:
+    """The points table, and below it checks, clocks and check points where there are any."""
+    lines = points_table(session.header, session.points, solution).split("\n")
+    for title, rows, table in (
+        ("Check points", session.checks, lambda: checks_table(session.checks)),
+        ("Reference checks", session.ref_checks, lambda: ref_checks_table(session.ref_checks)),
+        ("Clock", session.clock_sets, lambda: clocks_table(session.clock_sets)),
+    ):
+        if rows:
+            lines += ["", title, *table().split("\n")]
+    return lines

@@ -1,0 +1,121 @@
+"""The keys of the workstation itself: help, plots, plan, an emulator's time, the way out."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from solarcal.errors import ProcedureRefused
+
+if TYPE_CHECKING:
+    from solarcal.station.procedure import Station
+    from solarcal.tui.app import SolarcalApp
+    from solarcal.unit.tracker import Emulation
+
+SPEEDS = (1.0, 2.0, 5.0, 10.0, 30.0, 60.0, 120.0)
+LOW_SUN_SKIP_S = 1800.0
+"""How far to skip while the Sun is too low and no point is due."""
+
+
+def open_help(app: "SolarcalApp") -> None:
+    from solarcal.tui.screens.help import HelpScreen
+
+    if not isinstance(app.screen, HelpScreen):
+        app.push_screen(HelpScreen())
+
+
+def next_plot(app: "SolarcalApp") -> None:
+    from solarcal.tui.screens.replay import ReplayScreen
+    from solarcal.tui.screens.workstation import WorkstationScreen
+
+    if isinstance(app.screen, (WorkstationScreen, ReplayScreen)):
+        app.screen.next_plot()
+
+
+def show_plan(app: "SolarcalApp") -> None:
+    """When the next points are due."""
+    from solarcal.station.next_step import countdown_text, next_step
+
+    app.station_conductor()
+    step = next_step(app.state)
+    left = step.countdown_s(app.state.live.laptop_utc_s)
+    due = f" Due in {countdown_text(left)}." if left else ""
+    app.notify(
+        f"{step.sentence}{due} After that one every 30 to 45 minutes, over as much of the day as "
+        "there is; twelve make a calibration, seven may do.",
+        title="Plan",
+        timeout=10.0,
+    )
+
+
+def leave(app: "SolarcalApp") -> None:
+    """Out; asks first while something is going on."""
+    from solarcal.station.state import Activity
+    from solarcal.tui.screens.leave import LeaveScreen
+
+    if app.state.activity is Activity.IDLE or app.conductor is None:
+        app.run_worker(app.leave(), exit_on_error=True)
+        return
+
+    def answered(yes: bool | None) -> None:
+        if yes:
+            app.run_worker(app.leave(), exit_on_error=True)
+
+    app.push_screen(LeaveScreen(str(app.state.activity)), answered)
+
+
+def _emulation(station: "Station") -> "Emulation":
+    emulation = station.tracker.emulation
+    if emulation is None:
+        raise ProcedureRefused("time can only be hurried on an emulated tracker")
+    return emulation
+
+
+def _change_speed(app: "SolarcalApp", step: int) -> None:
+    now = app.emulated_speed
+    if now is None:
+        raise ProcedureRefused("time can only be hurried on an emulated tracker")
+    nearest = min(range(len(SPEEDS)), key=lambda index: abs(SPEEDS[index] - now))
+    wanted = SPEEDS[min(max(nearest + step, 0), len(SPEEDS) - 1)]
+    app.station_conductor().submit("speed", lambda s: _emulation(s).set_speed(wanted))
+
+
+def faster(app: "SolarcalApp") -> None:
+    _change_speed(app, +1)
+
+
+def slower(app: "SolarcalApp") -> None:
+    _change_speed(app, -1)
+
+
+def skip(app: "SolarcalApp") -> None:
+    """Let an emulator's time pass until the next point is due."""
+    if app.emulated_speed is None:
+        raise ProcedureRefused("time can only be skipped on an emulated tracker")
+    app.station_conductor().submit("skip", _skip)
+
+
+def _skip(station: "Station") -> float:
+    from solarcal.station import guards
+    from solarcal.station.next_step import next_step
+
+    emulation = _emulation(station)
+    elevation = station.sun_elevation_deg()
+    step = next_step(station.state, elevation)
+    wait_s = step.countdown_s(station.clock.utc_s())
+    if wait_s is None and elevation < guards.MIN_ELEVATION_DEG:
+        wait_s = LOW_SUN_SKIP_S
+    if not wait_s:
+        raise ProcedureRefused(f"there is nothing to wait for. {step.sentence}")
+    emulation.advance(round(wait_s, 3))
+    station.poll()
+    return wait_s
+
+
+WORKSTATION_PERFORMERS: dict[str, Callable[["SolarcalApp"], None]] = {
+    "help": open_help,
+    "plan": show_plan,
+    "next_plot": next_plot,
+    "faster": faster,
+    "slower": slower,
+    "skip": skip,
+    "quit": leave,
+}
