@@ -6,7 +6,7 @@ from benchmarks.judgement_trackers import NOISE_DEG, context_of, daylight_s
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.plan import day_slots, plan, prior_knowledge
 from solarcal.model.posterior import MechanismPosterior
-from solarcal.model.prior import Prior
+from solarcal.model.prior import PLAIN, Prior
 from solarcal.model.schedule import (
     Slots,
     after,
@@ -30,7 +30,7 @@ UNIT = Prior().sigma_array()
 
 def knowledge_after(context: SkyContext, utc_s: float) -> MechanismPosterior:
     """Prior and one point at this moment: only its covariance matters to a plan."""
-    before = prior_knowledge(Prior(), NOISE_DEG)
+    before = prior_knowledge(Prior(widths=PLAIN), NOISE_DEG)
     slots = day_slots(before, context, utc_s, UNIT, utc_s + 1.0)
     covariance = with_point(np.eye(6), slots.rows[0]) * np.outer(UNIT, UNIT)
     return MechanismPosterior(

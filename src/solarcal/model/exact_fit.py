@@ -20,7 +20,7 @@ from solarcal.model.noisy_points import (
     solve_mixture,
 )
 from solarcal.model.posterior import MechanismPosterior
-from solarcal.model.prior import Prior
+from solarcal.model.prior import PLAIN, Prior
 from solarcal.mount.geometry import MountGeometry
 from solarcal.units import FloatArray, wrap_deg
 
@@ -92,6 +92,7 @@ def fit_mechanism(
                 slopes=np.transpose(slopes * sky * unit[:, np.newaxis, np.newaxis], (2, 1, 0)),
                 offset=(mean - values) / unit,
                 precision=precision,
+                widths=prior.widths if use_prior else PLAIN,
                 sigma_deg=relative,
                 log_scale_mean=scale_mean,
                 log_scale_sd=scale_sd,
@@ -148,7 +149,8 @@ def _concluded(
         covariances = np.stack([_free_covariance(at, w, unit) for w in mixture.point_weights])
     else:
         normal = np.einsum("qn,nai,naj->qij", mixture.point_weights, at.slopes, at.slopes)
-        covariances = np.linalg.inv(normal + np.diag(at.precision)) * np.outer(unit, unit)
+        prior = np.diag(at.precision) / (mixture.widths**2)[:, np.newaxis, np.newaxis]
+        covariances = np.linalg.inv(normal + prior) * np.outer(unit, unit)
     posterior = MechanismPosterior(
         weights=mixture.weights,
         means=values + (mixture.steps - mixture.mean_step) * unit,

@@ -30,6 +30,7 @@ _LEAST_LOG_SD = 0.05
 _ITERATIONS = 12
 _SEARCH_ITERATIONS = 6
 _SEARCH_SCALES = (0.0, 2 * _COARSE_STEP)
+_SETTLED = 1e-3
 _MOST_SUSPECTS = 8
 
 
@@ -38,14 +39,16 @@ class Linearised:
     """n points about one place in the space of k parameters.
 
     ``residuals`` (n, 2) sky degrees; ``slopes`` (n, 2, k); ``offset`` (k,): prior mean less the
-    place, ``precision`` (k,): of the prior; ``sigma_deg`` (n,): noise of each point at scale one;
-    ``log_scale_mean``, ``log_scale_sd``: the prior of ln s.
+    place, ``precision`` (k,): of the prior; ``widths``: (factor, chance) of its sigmas;
+    ``sigma_deg`` (n,): noise of each point at scale one; ``log_scale_mean``, ``log_scale_sd``: the
+    prior of ln s.
     """
 
     residuals: FloatArray
     slopes: FloatArray
     offset: FloatArray
     precision: FloatArray
+    widths: tuple[tuple[float, float], ...]
     sigma_deg: FloatArray
     log_scale_mean: float
     log_scale_sd: float
@@ -53,11 +56,15 @@ class Linearised:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ScaleMixture:
-    """Posterior at q noise scales: ``weights`` (q,), ``log_scales`` (q,), ``steps`` (q, k) from
-    the place of linearisation, ``point_weights`` (q, n), ``blunder`` (q, n) probabilities."""
+    """Posterior at q pairs of noise scale and prior width.
+
+    ``weights``, ``log_scales``, ``widths`` (q,); ``steps`` (q, k) from the place of linearisation;
+    ``point_weights`` (q, n); ``blunder`` (q, n) probabilities.
+    """
 
     weights: FloatArray
     log_scales: FloatArray
+    widths: FloatArray
     steps: FloatArray
     point_weights: FloatArray
     blunder: FloatArray
@@ -96,7 +103,8 @@ def _search_blunders(at: Linearised) -> FloatArray:
     best, best_score = starts[:1], -np.inf
     for shift in _SEARCH_SCALES:
         log_scales = np.full(len(rows), at.log_scale_mean + shift)
-        _, _, blunder, scores = _climb(at, log_scales, starts, _SEARCH_ITERATIONS)
+        ones = np.ones(len(rows))
+        _, _, blunder, scores = _climb(at, log_scales, ones, starts, _SEARCH_ITERATIONS)
         top = int(np.argmax(scores))
         if scores[top] > best_score:
             best, best_score = blunder[top : top + 1], scores[top]
@@ -107,26 +115,44 @@ def _suspects(at: Linearised) -> list[int]:
     """The points whose leaving out improves the rest most."""
     n = len(at.residuals)
     log_scales = np.full(n, at.log_scale_mean + _COARSE_STEP)
-    _, _, _, scores = _climb(at, log_scales, np.eye(n), 2)
+    _, _, _, scores = _climb(at, log_scales, np.ones(n), np.eye(n), 2)
     return sorted(np.argsort(scores)[::-1][:_MOST_SUSPECTS].tolist())
 
 
-def _at_scales(at: Linearised, log_scales: FloatArray, start: FloatArray) -> ScaleMixture:
-    """Climb from these blunder probabilities (1, n), and from none, at every scale."""
-    q, n = len(log_scales), len(at.residuals)
-    twice = np.concatenate((log_scales, log_scales))
-    starts = np.concatenate((np.broadcast_to(start, (q, n)), np.zeros((q, n))))
-    steps, point_weights, blunder, scores = _climb(at, twice, starts, _ITERATIONS)
-    better = np.where(scores[:q] >= scores[q:], np.arange(q), np.arange(q, 2 * q))
-    evidence = scores[better]
+def _at_scales(at: Linearised, scales: FloatArray, start: FloatArray) -> ScaleMixture:
+    """Climb from these blunder probabilities (1, n), and from none, at every scale and width."""
+    n, w = len(at.residuals), len(at.widths)
+    q = len(scales) * w
+    log_scales = np.tile(scales, w)
+    widths = np.repeat([factor for factor, _ in at.widths], len(scales))
+    log_chances = np.repeat(np.log([chance for _, chance in at.widths]), len(scales))
+    starts = np.zeros((q, n))
+    doubted = bool(start.max() > 0.01)
+    if doubted:
+        starts = np.concatenate((np.broadcast_to(start, (q, n)), starts))
+        log_scales, widths = np.tile(log_scales, 2), np.tile(widths, 2)
+    steps, point_weights, blunder, scores = _climb(at, log_scales, widths, starts, _ITERATIONS)
+    better = np.arange(q)
+    if doubted:
+        better = np.where(scores[:q] >= scores[q:], better, better + q)
+    evidence = scores[better] + log_chances
     weights = np.exp(evidence - evidence.max())
     return ScaleMixture(
-        weights / weights.sum(), log_scales, steps[better], point_weights[better], blunder[better]
+        weights=weights / weights.sum(),
+        log_scales=log_scales[better],
+        widths=widths[better],
+        steps=steps[better],
+        point_weights=point_weights[better],
+        blunder=blunder[better],
     )
 
 
 def _climb(
-    at: Linearised, log_scales: FloatArray, blunder: FloatArray, iterations: int
+    at: Linearised,
+    log_scales: FloatArray,
+    widths: FloatArray,
+    blunder: FloatArray,
+    iterations: int,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Expectation-maximisation of b starts at once.
 
@@ -136,8 +162,9 @@ def _climb(
     flat = at.slopes.reshape(2 * n, k)
     squares = np.einsum("nai,naj->nij", at.slopes, at.slopes).reshape(n, k * k)
     pulls = np.einsum("nai,na->ni", at.slopes, at.residuals)
-    prior = np.diag(at.precision)
-    prior_pull = at.precision * at.offset
+    precision = at.precision / widths[:, np.newaxis] ** 2
+    prior = precision[:, :, np.newaxis] * np.eye(k)
+    prior_pull = precision * at.offset
 
     good = np.exp(2.0 * log_scales)[:, np.newaxis] * at.sigma_deg**2
     bad = good + BLUNDER_DEG**2
@@ -154,16 +181,16 @@ def _climb(
         like_bad = log_bad - 0.5 * distance / bad
         likelihood = np.logaddexp(like_good, like_bad)
         before, blunder = blunder, np.exp(like_bad - likelihood)
-        if turn > 1 and np.abs(blunder - before).max() < 1e-6:
+        if turn > 1 and np.abs(blunder - before).max() < _SETTLED:
             break
 
-    weights = (1.0 - blunder) / good + blunder / bad
-    normal = (weights @ squares).reshape(-1, k, k) + prior
+    # The curvature that belongs to the last steps; the blunders have moved by nothing since.
     away = steps - at.offset
     score = (
         likelihood.sum(axis=1)
-        - 0.5 * (away**2 @ at.precision)
+        - 0.5 * np.sum(away**2 * precision, axis=1)
         - 0.5 * np.linalg.slogdet(normal)[1]
+        - k * np.log(widths)
         - 0.5 * ((log_scales - at.log_scale_mean) / at.log_scale_sd) ** 2
     )
     return steps, weights, blunder, score

@@ -181,12 +181,12 @@ def plan(
 
 def prior_knowledge(prior: Prior, noise_deg: float = 0.03) -> MechanismPosterior:
     """What is known before the first point, as a posterior to plan with."""
-    sigma = prior.sigma_array()
+    covariance = np.diag(prior.sigma_array() ** 2)
     return MechanismPosterior(
-        weights=np.ones(1),
-        means=prior.mean_array()[np.newaxis],
-        covariances=np.diag(sigma**2)[np.newaxis],
-        noise_deg=np.array([noise_deg]),
+        weights=np.array([chance for _, chance in prior.widths]),
+        means=np.tile(prior.mean_array(), (len(prior.widths), 1)),
+        covariances=np.stack([factor**2 * covariance for factor, _ in prior.widths]),
+        noise_deg=np.full(len(prior.widths), noise_deg),
     )
 
 
