@@ -89,7 +89,7 @@ class HelpScreen(StationScreen):
     def on_mount(self) -> None:
         self.query_one("#title", HeadLine).show([("Help", "bold")], ["arrow keys scroll"])
         lines = self.query_one(TextLines)
-        lines.show(help_lines(self.station_app.actions, min(self.app.size.width - 2, 100)))
+        lines.show(help_lines(self.station_app.actions, min(self.app.size.width - 4, 100)))
         lines.focus()
 
     def action_back(self) -> None:

@@ -62,7 +62,7 @@ class ProfileScreen(StationModal[bool]):
             for name, label, hint in FIELDS:
                 with Horizontal(classes="row"):
                     yield Static(label, markup=False)
-                    yield Input(texts[name], placeholder=hint, id=name)
+                    yield Input(texts[name], placeholder=hint, id=name, compact=True)
         yield LogLine(id="log")
         yield ActionFooter(
             [FooterEntry("^W", "Save", "screen.save"), FooterEntry("Esc", "Back", "screen.leave")]

@@ -53,6 +53,7 @@ class ReplayScreen(StationScreen):
         self._speed = SPEEDS[4]
         self._utc_s = replay.utc_s
         self._points_seen: object = None
+        self._ready = False
 
     def compose(self) -> ComposeResult:
         yield TitleLine(id="title")
@@ -80,13 +81,14 @@ class ReplayScreen(StationScreen):
         )
 
     def on_mount(self) -> None:
+        self._ready = True
         self.set_interval(TICK_S, self._tick)
         self._show()
         if self.replay.warnings:
             self.query_one("#log", LogLine).say(self.replay.warnings[0], error=True)
 
     def on_resize(self) -> None:
-        if self.is_mounted:
+        if self._ready:
             self._show_lines(self._state())
 
     # -- what is shown -----------------------------------------------------------------------

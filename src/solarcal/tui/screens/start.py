@@ -26,7 +26,12 @@ class StartScreen(StationScreen):
 
     DEFAULT_CSS = """
     StartScreen #title { background: $primary; color: $background; text-style: bold; }
-    StartScreen OptionList { height: 1fr; border: none; padding: 0 1; background: $background; }
+    StartScreen OptionList {
+        height: 1fr; padding: 0 1; background: $background;
+        text-wrap: nowrap; text-overflow: ellipsis;
+    }
+    StartScreen OptionList, StartScreen OptionList:focus { border: none; }
+    StartScreen OptionList > .option-list--option-highlighted { text-style: bold reverse; }
     StartScreen #address { height: 1; }
     StartScreen #address Static { width: auto; padding: 0 1; }
     StartScreen #address Input { width: 1fr; height: 1; border: none; padding: 0; }
@@ -49,11 +54,13 @@ class StartScreen(StationScreen):
         yield OptionList(id="choices")
         with Horizontal(id="address"):
             yield Static("Other line [a]:", markup=False)
-            yield Input(placeholder="device, socket://host:port or rfc2217://host:port")
+            yield Input(
+                placeholder="device, socket://host:port or rfc2217://host:port", compact=True
+            )
         yield LogLine(id="log")
         yield ActionFooter(
             [
-                FooterEntry("Enter", "Open", "screen.open"),
+                FooterEntry("↵", "Open", "screen.open"),
                 FooterEntry("e", "Profile", "screen.profile"),
                 FooterEntry("a", "Address", "screen.address"),
                 FooterEntry("F9", "Recalc", "app.perform('recompute')"),

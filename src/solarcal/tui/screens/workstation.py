@@ -36,6 +36,11 @@ class WorkstationScreen(StationScreen):
         Binding("shift+tab", "next_tab(-1)", "Previous pane", show=False, priority=True),
     ]
 
+    def __init__(self) -> None:
+        super().__init__()
+        self._ready = False
+        self._told_records = -1
+
     def compose(self) -> ComposeResult:
         app = self.station_app
         yield TitleLine(id="title")
@@ -54,19 +59,19 @@ class WorkstationScreen(StationScreen):
         )
 
     def on_mount(self) -> None:
-        self._told_records = -1
+        self._ready = True
         self.show_state(self.station_app.state)
         if self.station_app.fit is not None:
             self.show_fit(self.station_app.fit)
 
     def on_resize(self) -> None:
-        if self.is_mounted:
+        if self._ready:
             self._show_lines(self.station_app.state)
 
     # -- told --------------------------------------------------------------------------------
 
     def show_state(self, state: StationState) -> None:
-        if not self.is_mounted:
+        if not self._ready:
             return
         self._show_lines(state)
         self._log_newest(state)
@@ -86,8 +91,8 @@ class WorkstationScreen(StationScreen):
                 [
                     ("File ", "bold"),
                     (self.station_app.session_name, "bold $accent"),
-                    f"   {count} point{'' if count == 1 else 's'}"
-                    + ("" if session.initialised is not None else ", not initialised"),
+                    f"  {count} point{'' if count == 1 else 's'}"
+                    + ("" if session.initialised is not None else ", not begun"),
                 ],
                 [self._time_words()],
             )
@@ -96,7 +101,7 @@ class WorkstationScreen(StationScreen):
         speed = self.station_app.emulated_speed
         if speed is None:
             return self.station_app.profile.operator
-        return f"emulated time x{speed:g}  [+ - w]"
+        return f"time x{speed:g} [+ - w]"
 
     def _log_newest(self, state: StationState) -> None:
         """A record that has just come is told; what is in the log is in the file."""
@@ -110,7 +115,7 @@ class WorkstationScreen(StationScreen):
             self.query_one("#log", LogLine).say(newest)
 
     def show_fit(self, fit: FitReady) -> None:
-        if not self.is_mounted:
+        if not self._ready:
             return
         self.query_one(WorkstationView).show_fit(fit.solution)
         if fit.reason:

@@ -23,7 +23,7 @@ class FooterKey(Static):
     """A target ten cells wide."""
 
     DEFAULT_CSS = """
-    FooterKey { width: 1fr; height: 1; background: $panel; }
+    FooterKey { width: 1fr; height: 1; background: $panel; text-wrap: nowrap; }
     FooterKey:hover { background: $primary; color: $background; }
     """
 

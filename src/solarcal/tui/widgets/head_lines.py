@@ -77,7 +77,7 @@ class LogLine(HeadLine):
     """The newest thing worth telling; an error stays until something else happens."""
 
     DEFAULT_CSS = """
-    LogLine { dock: bottom; background: $background; }
+    LogLine { background: $background; }
     LogLine.-error { background: $error; color: $background; text-style: bold; }
     """
 

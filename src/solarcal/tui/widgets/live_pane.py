@@ -31,7 +31,7 @@ class LivePane(Static):
     """Sixteen lines; written anew with every status."""
 
     DEFAULT_CSS = """
-    LivePane { width: 1fr; height: auto; padding: 0 1; }
+    LivePane { width: 1fr; height: 16; padding: 0 1; }
     """
 
     def show_state(self, state: StationState) -> None:

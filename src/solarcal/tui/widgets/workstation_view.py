@@ -67,7 +67,7 @@ class WorkstationView(Vertical):
     WorkstationView.-wide #tabs { display: none; }
     WorkstationView.-wide #left { width: 54; }
     WorkstationView.-wide #now {
-        height: auto; border: round $faint; border-title-color: $primary;
+        height: 18; border: round $faint; border-title-color: $primary;
     }
     WorkstationView.-wide #coefficients {
         border: round $faint; border-title-color: $primary;
@@ -182,7 +182,8 @@ class WorkstationView(Vertical):
         return name
 
     def watch_tab(self) -> None:
-        self._arrange()
+        if self.is_mounted:
+            self._arrange()
 
     def next_tab(self, step: int = 1) -> None:
         names = [name for name, _ in TABS]
@@ -190,8 +191,6 @@ class WorkstationView(Vertical):
 
     def _arrange(self) -> None:
         """Show all panes, or the one whose tab is open."""
-        if not self.is_mounted:
-            return
         self.set_class(self.wide, "-wide")
         for name, side in self.PANES.items():
             self.query_one(f"#{name}").display = self.wide or name == self.tab
