@@ -1,0 +1,167 @@
+"""What the dialogs of the procedure share: a frame, one line that speaks, keys as big targets."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+from textual.app import ComposeResult
+from textual.containers import Horizontal, Vertical
+from textual.content import Content
+from textual.widget import Widget
+from textual.widgets import Static
+
+from solarcal.errors import SolarcalError
+from solarcal.station.state import LinkState, StationState
+from solarcal.tui.conductor import Conductor, Step
+from solarcal.tui.screens.base import StationModal
+from solarcal.tui.widgets.key_button import DialogKey, KeyButton
+
+if TYPE_CHECKING:
+    from solarcal.tui.app import SolarcalApp
+
+Tone = Literal["plain", "good", "warning", "error"]
+
+MARKS: dict[Tone, str] = {"plain": "", "good": "OK  ", "warning": "!  ", "error": "!! "}
+"""Nothing is said by colour alone."""
+
+STYLES: dict[Tone, str] = {
+    "plain": "", "good": "$success", "warning": "bold $warning", "error": "bold $error",
+}  # fmt: skip
+
+
+class Dialog(StationModal[None]):
+    """A step of the procedure.
+
+    Subclasses give ``HEADING``, ``KEYS`` and ``body``. A lost link is said here; what to do
+    about it, if anything, in ``link_lost``.
+    """
+
+    AUTO_FOCUS = ""
+    HEADING: ClassVar[str] = ""
+    KEYS: ClassVar[tuple[DialogKey, ...]] = ()
+    LEAVE: ClassVar[str] = "Leave"
+
+    DEFAULT_CSS = """
+    Dialog { align: center middle; }
+    Dialog > #dialog {
+        width: 80; max-width: 100%; height: auto; max-height: 100%;
+        border: heavy $primary; border-title-style: bold; border-title-color: $accent;
+        padding: 0 1; background: $surface;
+    }
+    Dialog #body { height: auto; }
+    Dialog #said { height: auto; min-height: 1; max-height: 4; }
+    Dialog #keys { height: 3; }
+    """
+
+    def __init_subclass__(cls) -> None:
+        # Textual reads BINDINGS when the class is made: they must be there before.
+        cls.BINDINGS = [key.binding() for key in cls.KEYS]
+        super().__init_subclass__()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._lost = False
+
+    def compose(self) -> ComposeResult:
+        with Vertical(id="dialog") as dialog:
+            dialog.border_title = self.HEADING
+            with Vertical(id="body"):
+                yield from self.body()
+            yield Static("", id="said")
+            with Horizontal(id="keys"):
+                for key in self.KEYS:
+                    if key.button:
+                        yield self._button(key)
+                yield KeyButton("Esc", self.LEAVE, "screen.leave")
+                yield KeyButton("F12 s", "STOP", "app.perform('stop')", stop=True)
+
+    def body(self) -> Iterable[Widget]:
+        """What stands between the heading and the line that speaks."""
+        return ()
+
+    def on_mount(self) -> None:
+        self.show_state(self.station_app.state)
+
+    # -- speaking ----------------------------------------------------------------------------
+
+    def say(self, sentence: str, tone: Tone = "plain") -> None:
+        self.query_one("#said", Static).update(
+            Content.assemble((MARKS[tone] + sentence, STYLES[tone]))
+        )
+
+    def offer(self, *actions: str) -> None:
+        """Show the buttons of these actions; a key whose button is away does nothing."""
+        for key in self.KEYS:
+            if key.button:
+                self._find(key).display = key.action in actions
+        self._offered = frozenset(actions)
+
+    def offered(self, action: str) -> bool:
+        return action in getattr(self, "_offered", {key.action for key in self.KEYS})
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """A key belongs to the phase the dialog is in."""
+        del parameters
+        if any(key.action == action and key.button for key in self.KEYS):
+            return self.offered(action)
+        return True
+
+    def _find(self, key: DialogKey) -> KeyButton:
+        return self.query_one(f"#key-{_identifier(key.action)}", KeyButton)
+
+    def _button(self, key: DialogKey) -> KeyButton:
+        button = KeyButton(key.shown, key.label, f"screen.{key.action}")
+        button.id = f"key-{_identifier(key.action)}"
+        return button
+
+    # -- the station -------------------------------------------------------------------------
+
+    @property
+    def conductor(self) -> Conductor:
+        return self.station_app.station_conductor()
+
+    def submit(self, name: str, step: Step) -> None:
+        self.conductor.submit(name, step)
+
+    def show_state(self, state: StationState) -> None:
+        lost = state.live.link is LinkState.LOST
+        if lost and not self._lost:
+            self.say(
+                f"LINK LOST: {state.live.link_message}. It reconnects by itself; "
+                "what you typed is kept.",
+                "error",
+            )
+            self.link_lost()
+        elif self._lost and not lost:
+            self.say("The link is back; the unit was read again.", "good")
+            self.link_restored()
+        self._lost = lost
+        self.state_changed(state)
+
+    def state_changed(self, state: StationState) -> None:
+        """The station's newest state."""
+
+    def link_lost(self) -> None:
+        """The line is gone."""
+
+    def link_restored(self) -> None:
+        """The line is back, identity and settings are read again."""
+
+    def step_done(self, name: str, result: object) -> None:
+        if name == "stop":
+            self.say("STOPPED. Nothing moves until it is told to again.", "warning")
+
+    def step_failed(self, name: str, error: SolarcalError) -> None:
+        # Of a lost line the state tells, once.
+        if not self._lost:
+            self.say(str(error), "error")
+
+
+def _identifier(action: str) -> str:
+    return "".join(c if c.isalnum() else "-" for c in action).strip("-")
+
+
+def open_dialog(app: "SolarcalApp", dialog: Dialog) -> None:
+    """Push a dialog of the procedure, once; without a unit the reason is said instead."""
+    app.station_conductor()
+    if not any(type(screen) is type(dialog) for screen in app.screen_stack):
+        app.push_screen(dialog)

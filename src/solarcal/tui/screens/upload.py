@@ -1,0 +1,197 @@
+"""Upload: old, new, change in sigmas; written, read back, rolled back; then check points."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, ClassVar
+
+from textual.widget import Widget
+from textual.widgets import Input, Static
+
+from solarcal.errors import SolarcalError
+from solarcal.report.columns import columns, number
+from solarcal.report.tables import checks_table
+from solarcal.session.records import UploadRecord
+from solarcal.station.procedure import Station
+from solarcal.station.state import StationState
+from solarcal.station.upload_proposal import UploadProposal, propose_upload, too_few_points
+from solarcal.tui.screens.dialog import Dialog, open_dialog
+from solarcal.tui.widgets.field import Field
+from solarcal.tui.widgets.key_button import DialogKey
+
+if TYPE_CHECKING:
+    from solarcal.tui.app import SolarcalApp
+
+PROPOSE, UPLOAD, ROLLBACK = "propose upload", "upload", "rollback"
+
+
+def open_screen(app: "SolarcalApp") -> None:
+    open_dialog(app, UploadDialog())
+
+
+class UploadDialog(Dialog):
+    """Nothing is written before it was looked at here; doubts want a reason, which is kept."""
+
+    HEADING = "Upload coefficients"
+    KEYS: ClassVar[tuple[DialogKey, ...]] = (
+        DialogKey("upload", "Write, store, read back", "y", "y"),
+        DialogKey("rollback", "Roll back", "b", "b"),
+        DialogKey("track", "Track, then check points", "t", "t"),
+    )
+
+    DEFAULT_CSS = """
+    UploadDialog #table { height: auto; }
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._proposal: UploadProposal | None = None
+
+    def body(self) -> Iterable[Widget]:
+        yield Static("", id="table")
+        field = Field("reason", "Reason to upload it anyway")
+        field.display = False
+        yield field
+
+    def on_mount(self) -> None:
+        super().on_mount()
+        self._propose()
+
+    def _propose(self) -> None:
+        self.offer()
+        self.say("Reading what the unit holds ...")
+        self.submit(PROPOSE, _propose)
+
+    # -- keys --------------------------------------------------------------------------------
+
+    def action_upload(self) -> None:
+        proposal = self._proposal
+        if proposal is None:
+            return
+        if proposal.doubts:
+            field = self.query_one(Field)
+            field.display = True
+            field.input.focus()
+            self.say("Type the reason and press Enter; it is kept in the session file.")
+            return
+        self._upload(proposal, "")
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        reason = event.value.strip()
+        if not reason:
+            self.say("An upload against these doubts needs a reason.", "warning")
+        elif self._proposal is not None:
+            self._upload(self._proposal, reason)
+
+    def action_rollback(self) -> None:
+        self.offer()
+        self.submit(ROLLBACK, lambda station: station.rollback())
+
+    def action_track(self) -> None:
+        self.offer()
+        self.submit("track", lambda station: station.track())
+
+    def _upload(self, proposal: UploadProposal, reason: str) -> None:
+        self.offer()
+        self.say("Writing. Do not unplug anything ...")
+        self.submit(
+            UPLOAD,
+            lambda station: station.upload(
+                proposal.coefficients, method=proposal.solution.method, forced=reason
+            ),
+        )
+
+    # -- what comes back -----------------------------------------------------------------------
+
+    def state_changed(self, state: StationState) -> None:
+        del state
+
+    def link_restored(self) -> None:
+        self._propose()
+
+    def step_done(self, name: str, result: object) -> None:
+        super().step_done(name, result)
+        if name == PROPOSE:
+            self._proposal = result if isinstance(result, UploadProposal) else None
+            self._show_proposal()
+        elif name in (UPLOAD, ROLLBACK) and isinstance(result, UploadRecord):
+            self._tell(result)
+        elif name == "track":
+            self.dismiss(None)
+
+    def step_failed(self, name: str, error: SolarcalError) -> None:
+        super().step_failed(name, error)
+        if name in (PROPOSE, UPLOAD, ROLLBACK, "track"):
+            self._offer_what_can_be()
+
+    def _offer_what_can_be(self) -> None:
+        session = self.station_app.state.session
+        uploaded = session is not None and any(not u.rollback for u in session.uploads)
+        self.offer(
+            *(["upload"] if self._proposal is not None else []),
+            *(["rollback", "track"] if uploaded else []),
+        )
+
+    def _show_proposal(self) -> None:
+        self._offer_what_can_be()
+        session = self.station_app.state.session
+        if session is None:
+            return
+        parts = []
+        proposal = self._proposal
+        if proposal is None:
+            self.say(too_few_points(session), "warning")
+        else:
+            parts.append(proposal_table(proposal))
+            if proposal.doubts:
+                self.say(" ".join(proposal.doubts) + " Uploading needs a reason.", "warning")
+            else:
+                self.say("P1..P6 are written with O = 0, stored, and read back. Upload?")
+        if session.checks:
+            parts.append(checks_table(session.checks[-3:], session.header.tolerance_deg))
+        self.query_one("#table", Static).update("\n\n".join(parts))
+
+    def _tell(self, record: UploadRecord) -> None:
+        self.query_one(Field).display = False
+        self.set_focus(None)
+        self.offer("upload" if record.rollback else "rollback", "track")
+        if not record.verified:
+            self.say(
+                "READ BACK DIFFERS from what was written: upload again, or roll back.", "error"
+            )
+        elif record.rollback:
+            self.say("Rolled back: the unit holds what it held before, read back equal.", "good")
+        else:
+            self.say(
+                "Uploaded, stored and read back EQUAL. Now prove it with two check points: "
+                "track, set the Sun offset, take point.",
+                "good",
+            )
+
+
+def _propose(station: Station) -> UploadProposal | None:
+    return propose_upload(station.session, station.coefficients_in_force)
+
+
+def proposal_table(proposal: UploadProposal) -> str:
+    """Old, new, difference and its size in sigmas, for each coefficient."""
+    rows = []
+    for change in proposal.changes:
+        decimals = 6 if change.unit == "deg/deg" else 4
+        rows.append(
+            [
+                change.name,
+                number(change.old, decimals, True),
+                number(change.new, decimals, True),
+                number(change.new - change.old, decimals, True),
+                number(change.sigma, decimals),
+                number(change.sigmas, 1, True),
+                change.unit,
+            ]
+        )
+    solution = proposal.solution
+    headings = ("", "in force", "new", "change", "sigma", "in sigmas", "unit")
+    lines = columns(headings, rows, "<>>>>><")
+    lines.append(
+        f"{solution.n_points} points, residual on the sky {solution.sky_rms_deg:.4f} deg rms, "
+        f"largest {solution.sky_max_deg:.4f}"
+    )
+    return "\n".join(lines)

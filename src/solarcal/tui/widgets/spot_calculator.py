@@ -1,0 +1,59 @@
+"""The sunspot calculator: edge distances read on a real device become jogs."""
+
+import math
+
+from textual.app import ComposeResult
+from textual.containers import Vertical
+from textual.widgets import Label
+
+from solarcal.errors import ConfigurationError
+from solarcal.optics.sunspot import spot_error_deg
+from solarcal.tui.widgets.field import Field
+
+FIELDS = (
+    ("spot-height", "H  plate above mirror", ""),
+    ("spot-hole", "Do hole diameter", ""),
+    ("spot-diameter", "Ds spot diameter", ""),
+    ("spot-edge1", "E1 edge to edge, + side", "axis 1"),
+    ("spot-edge2", "E2 edge to edge, + side", "axis 2"),
+)
+
+
+class SpotCalculator(Vertical):
+    """Five readings in one unit of length; what stood there last stays for the next reading."""
+
+    DEFAULT_CSS = """
+    SpotCalculator { width: 44; height: auto; }
+    SpotCalculator Field > .label { width: 24; }
+    SpotCalculator Field > Input { max-width: 10; }
+    """
+
+    def compose(self) -> ComposeResult:
+        yield Label("Sunspot calculator (all in one unit of length)")
+        for name, label, unit in FIELDS:
+            yield Field(name, label, unit)
+        yield Label("", id="spot-errors")
+
+    def jogs_deg(self, ideal2_deg: float) -> tuple[float, float]:
+        """Axis degrees to jog, from what was read.
+
+        Raises
+        ------
+        ConfigurationError
+            A field that is no number, readings no device gives, or an axis 1 that no longer
+            moves the spot.
+        """
+        height, hole, spot, edge1, edge2 = (
+            self.query_one(f"#{name}", Field).number() for name, _, _ in FIELDS
+        )
+        across = spot_error_deg(height, hole, spot, edge1)
+        along = spot_error_deg(height, hole, spot, edge2)
+        weight = math.sin(math.radians(ideal2_deg))
+        if abs(weight) < 0.02:
+            raise ConfigurationError(
+                "so near its pole axis 1 hardly moves the spot; wait until the Sun is elsewhere"
+            )
+        self.query_one("#spot-errors", Label).update(
+            f"error on the sky: {across:+.3f}, {along:+.3f} deg"
+        )
+        return across / weight, along
