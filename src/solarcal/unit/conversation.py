@@ -6,6 +6,7 @@ a request that is still waiting for its reply.
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 
 import msgspec
@@ -20,6 +21,8 @@ from solarcal.unit.frames import (
     encode_request,
 )
 from solarcal.unit.link import Link
+
+FRAMES_REMEMBERED = 100
 
 LOCKED = 20
 """Refusal code of a request that needs the unlock."""
@@ -66,6 +69,8 @@ class Conversation:
         self._understood = False
         self._sending = threading.Lock()
         self._stops = 0
+        self.recent: deque[str] = deque(maxlen=FRAMES_REMEMBERED)
+        """The last frames as they went over the line, their own ``>`` and ``<`` in front."""
 
     def ask(self, verb: str, *arguments: str, answer_s: float | None = None) -> tuple[str, ...]:
         """Send a request, wait, and return the reply's fields.
@@ -176,6 +181,7 @@ class Conversation:
                     f"{request.text} was given up: the unit was told to stop or stow meanwhile; "
                     "set its mode again before moving it"
                 )
+            self.recent.append(_readable(frame))
             self._link.write(frame)
 
     def _await(self, waiting: _Waiting, answer_s: float) -> None:
@@ -212,6 +218,7 @@ class Conversation:
 
     def _hand_over(self, line: bytes) -> None:
         """Give a reply to the request it answers; mark all as damaged when none can tell."""
+        self.recent.append(_readable(line))
         try:
             reply = decode_reply(line)
         except ProtocolError:
@@ -237,3 +244,8 @@ class Conversation:
             f"{self.port} answers, but not in the SolarTrak protocol; "
             "check that it is the right port and driver, and the unit's baud rate"
         )
+
+
+def _readable(frame: bytes) -> str:
+    text = frame.decode("ascii", "backslashreplace").rstrip("\r\n")
+    return "".join(c if c.isprintable() else "?" for c in text)

@@ -5,14 +5,14 @@ what the UNIT says it believes.
 """
 
 from enum import StrEnum
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import msgspec
 
 from solarcal.mount.drive import Drive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import Limits
-from solarcal.site import Site
+from solarcal.site import Site, Weather
 
 
 class Mode(StrEnum):
@@ -136,6 +136,16 @@ class Truth(msgspec.Struct, frozen=True):
     year_rms_deg: float
 
 
+class EmulatedSky(msgspec.Struct, frozen=True):
+    """What an almanac, a barometer and a thermometer of the emulated world say.
+
+    ``sun`` is the model its Sun follows: ``precise``, as in the real world, or another for tests.
+    """
+
+    sun: str
+    weather: Weather
+
+
 class Emulation(Protocol):
     """The emulator-only requests (``X``). Never sent to a unit that does not announce them."""
 
@@ -156,6 +166,8 @@ class Emulation(Protocol):
         ...
 
     def spot(self) -> Spot: ...
+
+    def sky(self) -> EmulatedSky: ...
 
     def truth(self) -> Truth: ...
 
@@ -212,4 +224,13 @@ class Tracker(Protocol):
 
     def write_coefficients(self, coefficients: Coefficients, offsets: Offsets) -> Stored:
         """One unlocked transaction: write P and O, store permanently, read both back."""
+        ...
+
+
+@runtime_checkable
+class Traced(Protocol):
+    """A tracker that can tell what went over its line last."""
+
+    def recent_traffic(self) -> tuple[str, ...]:
+        """Lines, oldest first: ``>`` sent to the unit, ``<`` received."""
         ...

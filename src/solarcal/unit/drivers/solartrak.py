@@ -12,6 +12,7 @@ from solarcal.unit.conversation import Conversation, Timing
 from solarcal.unit.link import Link
 from solarcal.unit.parameters import PARAMETER_NAMES, parameters_from_texts
 from solarcal.unit.tracker import (
+    EmulatedSky,
     Emulation,
     Mode,
     RefCheckResult,
@@ -188,6 +189,11 @@ class SolarTrakUnit:
         answer_s = self._timing.advance_s if verb == "ADVANCE" else None
         return self._read(request, reader, talk.ask("X", verb, *arguments, answer_s=answer_s))
 
+    def recent_traffic(self) -> tuple[str, ...]:
+        """The last frames of this connection; none while it is closed."""
+        talk = self._conversation
+        return tuple(talk.recent.copy()) if talk is not None else ()
+
     @property
     def _talk(self) -> Conversation:
         if self._conversation is None:
@@ -270,6 +276,9 @@ class _SolarTrakEmulation:
 
     def spot(self) -> Spot:
         return self._ask("SPOT", fields.spot_from_fields)
+
+    def sky(self) -> EmulatedSky:
+        return self._ask("SKY", fields.sky_from_fields)
 
     def truth(self) -> Truth:
         return self._ask("TRUTH", fields.truth_from_fields)
