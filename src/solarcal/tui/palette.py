@@ -20,7 +20,7 @@ class ActionProvider(Provider):
     async def discover(self) -> Hits:
         app = cast("SolarcalApp", self.app)
         for title, tooltip, action_id in self._entries():
-            yield DiscoveryHit(title, lambda name=action_id: app.action_perform(name), help=tooltip)  # type: ignore[misc]
+            yield DiscoveryHit(title, lambda name=action_id: app.action_perform(name), help=tooltip)
 
     async def search(self, query: str) -> Hits:
         app = cast("SolarcalApp", self.app)
@@ -31,6 +31,6 @@ class ActionProvider(Provider):
                 yield Hit(
                     score,
                     matcher.highlight(title),
-                    lambda name=action_id: app.action_perform(name),  # type: ignore[misc]
+                    lambda name=action_id: app.action_perform(name),
                     help=tooltip,
                 )

@@ -66,13 +66,13 @@ class ReplayScreen(StationScreen):
                 FooterEntry("Spc", "Play", "screen.play"),
                 FooterEntry("←", "Back", "screen.step(-1)"),
                 FooterEntry("→", "Step", "screen.step(1)"),
-                FooterEntry("PgUp", "Point", "screen.point(-1)"),
-                FooterEntry("PgDn", "Point", "screen.point(1)"),
+                FooterEntry("PgUp", "Prev", "screen.point(-1)"),
+                FooterEntry("PgDn", "Next", "screen.point(1)"),
                 FooterEntry("j", "Jump", "screen.jump"),
                 FooterEntry("v", "Plot", "app.perform('next_plot')"),
                 FooterEntry("+", "Faster", "screen.speed(1)"),
                 FooterEntry("-", "Slower", "screen.speed(-1)"),
-                FooterEntry("Home", "Begin", "screen.end(False)"),
+                FooterEntry("Home", "Top", "screen.end(False)"),
                 FooterEntry("End", "End", "screen.end(True)"),
                 FooterEntry("F1", "Help", "app.perform('help')"),
                 FooterEntry("Esc", "Close", "screen.back"),
@@ -116,7 +116,7 @@ class ReplayScreen(StationScreen):
         self.query_one("#log", LogLine).say(told)
 
     def _show_lines(self, state: StationState) -> None:
-        self.query_one("#title", TitleLine).show_state(state, "REPLAY")
+        self.query_one("#title", TitleLine).show_state(state, replay=True)
         count = len(state.session.accepted) if state.session is not None else 0
         self.query_one("#file", HeadLine).show(
             [

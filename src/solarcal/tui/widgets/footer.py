@@ -43,7 +43,7 @@ class StopKey(Static):
 
     DEFAULT_CSS = """
     StopKey {
-        width: 11; height: 2; background: $error; color: $background;
+        width: 10; height: 2; background: $error; color: $background;
         text-style: bold; content-align: center middle; text-align: center;
     }
     StopKey:hover { text-style: bold reverse; }

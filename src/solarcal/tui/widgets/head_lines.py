@@ -35,7 +35,7 @@ class TitleLine(HeadLine):
     TitleLine.-lost { background: $error; color: $background; }
     """
 
-    def show_state(self, state: StationState, title: str = "") -> None:
+    def show_state(self, state: StationState, *, replay: bool = False) -> None:
         live = state.live
         lost = live.link is LinkState.LOST
         self.set_class(lost, "-lost")
@@ -51,7 +51,10 @@ class TitleLine(HeadLine):
             LinkState.LOST: "✖ LINK LOST",
             LinkState.CLOSED: "○ no link",
         }[live.link]
-        self.show([f"solarcal {title}  {unit} {geometry}"], [f"{mode}   {link}"])
+        name = "solarcal REPLAY" if replay else "solarcal"
+        self.show(
+            [f"{name}  {unit} {geometry}"], ["saved session" if replay else f"{mode}   {link}"]
+        )
 
 
 class NextLine(Static):

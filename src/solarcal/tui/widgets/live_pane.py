@@ -4,7 +4,7 @@ from textual.content import Content
 from textual.widgets import Static
 
 from solarcal.session.records import Header
-from solarcal.station.state import LinkState, LiveView, StationState
+from solarcal.station.state import LinkState, LiveView, SessionView, StationState
 from solarcal.station.sun_now import SunNow, sun_now
 from solarcal.timescale import format_utc
 from solarcal.tui.widgets.gauges import limit_bar, phase_bar
@@ -44,13 +44,13 @@ def live_lines(state: StationState) -> list[list[Part]]:
     """The pane's lines as parts with styles."""
     live, session = state.live, state.session
     if session is None:
-        return [_link(live), *([[""]] * 15)]
+        return [_link(live), *_blank(15)]
     sun = sun_now(session, live)
     return [
         _link(live),
         *_clocks(session.header, live, sun),
         *_suns(sun),
-        *_axes(session.header, live.status),
+        *(_axes(session.header, live.status) if live.status is not None else _recorded(session)),
     ]
 
 
@@ -116,15 +116,36 @@ def _motion(sense: int, came_from: int) -> str:
     return {1: "at rest, came +", -1: "at rest, came -", 0: "at rest"}[came_from]
 
 
-def _axes(header: Header, status: Status | None) -> list[list[Part]]:
-    heading = _pair("", ("● axis 1, deg", "◆ axis 2, deg"), ("bold $axis1", "bold $axis2"))
-    if status is None:
-        return [heading, ["        no status from the unit"], *([[""]] * 9)]
-    limits = header.unit.limits
+def _blank(count: int) -> list[list[Part]]:
+    return [[""] for _ in range(count)]
+
+
+def _heading() -> list[Part]:
+    return _pair("", ("● axis 1, deg", "◆ axis 2, deg"), ("bold $axis1", "bold $axis2"))
+
+
+def _recorded(session: SessionView) -> list[list[Part]]:
+    """Without a status, where the axes stood at the newest Set Sun Offset of the file."""
+    if not session.sun_offsets:
+        return [_heading(), ["no status from the unit"], *_blank(9)]
+    newest = session.sun_offsets[-1]
+    lines: list[list[Part]] = [
+        _heading(),
+        _degrees("ideal", *newest.ideal_deg),
+        _degrees("reading", *newest.reading_deg),
+        _pair("counts", (str(newest.counts[0]), str(newest.counts[1]))),
+        _degrees("offset", newest.offsets.O1, newest.offsets.O2),
+        *_limit_bars(session.header, newest.reading_deg),
+        [f"as at the Set Sun Offset of {newest.utc[11:19]} UTC; no status from the unit now"],
+    ]
+    return [*lines, *_blank(11 - len(lines))]
+
+
+def _axes(header: Header, status: Status) -> list[list[Part]]:
     to_go1 = status.target1_deg - status.reading1_deg
     to_go2 = status.target2_deg - status.reading2_deg
-    lines = [
-        heading,
+    return [
+        _heading(),
         _degrees("ideal", status.ideal1_deg, status.ideal2_deg),
         _degrees("target", status.target1_deg, status.target2_deg),
         _degrees("reading", status.reading1_deg, status.reading2_deg),
@@ -138,29 +159,31 @@ def _axes(header: Header, status: Status | None) -> list[list[Part]]:
                 _motion(status.moving[1], status.approach[1]),
             ),
         ),
-    ]
-    for name, axis, reading in (
-        ("limits 1", limits.axis1, status.reading1_deg),
-        ("limits 2", limits.axis2, status.reading2_deg),
-    ):
-        bar = limit_bar(axis.low_deg, axis.high_deg, reading, 21)
-        distance = axis.distance_deg(reading)
-        tone = "$axis1" if name.endswith("1") else "$axis2"
-        warn = "bold $error" if distance < 1.0 else ""
-        lines.append(
-            [
-                f"{name:8} {axis.low_deg:7.1f} ",
-                (bar, tone),
-                f" {axis.high_deg:<6.1f} ",
-                (f"{distance:.1f} left" if distance >= 0.0 else "BEYOND", warn),
-            ]
-        )
-    lines.append(
+        *_limit_bars(header, (status.reading1_deg, status.reading2_deg)),
         [
             f"{'mode':8} ",
             (f"{status.mode:7}", "bold"),
             f" update {phase_bar(status.update_phase, 12)} {100.0 * status.update_phase:3.0f} %"
             + ("" if status.referenced else "  NOT REFERENCED"),
-        ]
-    )
+        ],
+    ]
+
+
+def _limit_bars(header: Header, reading_deg: tuple[float, float]) -> list[list[Part]]:
+    limits = header.unit.limits
+    lines: list[list[Part]] = []
+    for name, axis, reading, tone in (
+        ("limits 1", limits.axis1, reading_deg[0], "$axis1"),
+        ("limits 2", limits.axis2, reading_deg[1], "$axis2"),
+    ):
+        distance = axis.distance_deg(reading)
+        warn = "bold $error" if distance < 1.0 else ""
+        lines.append(
+            [
+                f"{name:8} {axis.low_deg:7.1f} ",
+                (limit_bar(axis.low_deg, axis.high_deg, reading, 21), tone),
+                f" {axis.high_deg:<6.1f} ",
+                (f"{distance:.1f} left" if distance >= 0.0 else "BEYOND", warn),
+            ]
+        )
     return lines

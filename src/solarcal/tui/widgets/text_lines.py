@@ -19,15 +19,17 @@ class TextLines(ScrollView, can_focus=True):
     def __init__(self, id: str | None = None, *, follow: bool = False) -> None:
         super().__init__(id=id)
         self._lines: tuple[str, ...] = ()
+        self._pinned = 0
         self._follow = follow
 
     @property
     def lines(self) -> tuple[str, ...]:
         return self._lines
 
-    def show(self, lines: Sequence[str]) -> None:
-        """Show these; with ``follow`` the last ones are in view."""
+    def show(self, lines: Sequence[str], pinned: int = 0) -> None:
+        """Show these, the first ``pinned`` always; with ``follow`` the last ones are in view."""
         lines = tuple(lines)
+        self._pinned = pinned
         if lines == self._lines:
             return
         self._lines = lines
@@ -39,7 +41,7 @@ class TextLines(ScrollView, can_focus=True):
     def render_line(self, y: int) -> Strip:
         column, row = self.scroll_offset
         style = self.rich_style
-        at = row + y
+        at = y if y < self._pinned else row + y
         text = self._lines[at] if at < len(self._lines) else ""
         line = Strip([Segment(text, style)])
         return line.crop_extend(column, column + self.size.width, style)

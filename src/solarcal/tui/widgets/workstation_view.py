@@ -13,9 +13,17 @@ from textual.reactive import reactive
 from textual.widgets import Static
 
 from solarcal.model.fit import Solution
+from solarcal.report.columns import wrapped
 from solarcal.report.plots import convergence_plot, error_plot, residual_plot, sky_map
-from solarcal.report.tables import checks_table, clocks_table, points_table, ref_checks_table
+from solarcal.report.tables import (
+    checks_table,
+    clocks_table,
+    points_table,
+    ref_checks_table,
+    upload_table,
+)
 from solarcal.station.curves import session_plot_data
+from solarcal.station.evidence import evidence
 from solarcal.station.state import SessionView, StationState
 from solarcal.tui.widgets.ansi_plot import AnsiPlot, Draw
 from solarcal.tui.widgets.coefficients_pane import CoefficientsPane
@@ -28,7 +36,13 @@ WIDE = (132, 36)
 SECOND_PLOT_ROWS = 42
 """From this height of the terminal on there is room for a second plot below the first."""
 
-TABS = (("now", "Now"), ("points", "Points"), ("coefficients", "P1-P6"), ("plot", "Plot"))
+TABS = (
+    ("now", "Now"),
+    ("points", "Points"),
+    ("coefficients", "P1-P6"),
+    ("plot", "Plot"),
+    ("checks", "Checks"),
+)
 PLOTS = ("error", "residuals", "sky map", "convergence")
 
 
@@ -74,7 +88,7 @@ class WorkstationView(Vertical):
     }
     WorkstationView.-wide #plot { height: 1fr; }
     WorkstationView.-wide #second { height: 1fr; }
-    WorkstationView.-wide #points {
+    WorkstationView.-wide #points, WorkstationView.-wide #checks {
         height: 12; border: round $faint; border-title-color: $primary;
     }
     """
@@ -86,6 +100,7 @@ class WorkstationView(Vertical):
 
     PANES: ClassVar[dict[str, str]] = {
         "now": "left", "coefficients": "left", "plot": "right", "points": "right",
+        "checks": "right",
     }  # fmt: skip
 
     def __init__(self, id: str | None = None) -> None:
@@ -108,11 +123,13 @@ class WorkstationView(Vertical):
                 yield AnsiPlot(id="plot")
                 yield AnsiPlot(id="second")
                 yield TextLines(id="points", follow=True)
+                yield TextLines(id="checks")
 
     def on_mount(self) -> None:
         self.query_one("#now").border_title = "Now"
         self.query_one("#coefficients").border_title = "Coefficients"
-        self.query_one("#points").border_title = "Points"
+        self.query_one("#points").border_title = "Points (5: checks)"
+        self.query_one("#checks").border_title = "Checks (2: points)"
         self._arrange()
 
     def on_resize(self, event: Resize) -> None:
@@ -143,13 +160,17 @@ class WorkstationView(Vertical):
             session.ref_checks,
             session.clock_sets,
             session.checks,
+            session.uploads,
             id(self._solution),
         )
         if shown == self._shown:
             return
         self._shown = shown
         self.query_one(CoefficientsPane).show_fit(session, self._solution)
-        self.query_one("#points", TextLines).show(session_lines(session, self._solution))
+        table = points_table(session.header, session.points, self._solution).split("\n")
+        # The table's heading and rule stay in view.
+        self.query_one("#points", TextLines).show(table, pinned=2 if len(table) > 2 else 0)
+        self.query_one("#checks", TextLines).show(check_lines(session))
         self._show_plots()
 
     def _show_plots(self) -> None:
@@ -199,6 +220,9 @@ class WorkstationView(Vertical):
                 self.query_one("#right").display = side == "right"
         if self.wide:
             self.query_one("#left").display = self.query_one("#right").display = True
+            # These two share a place.
+            self.query_one("#points").display = self.tab != "checks"
+            self.query_one("#checks").display = self.tab == "checks"
         self.query_one("#second").display = self.wide and self._room_for_second
         for name, _ in TABS:
             self.query_one(f"#tab-{name}", Tab).mark(name == self.tab)
@@ -220,14 +244,17 @@ def drawing(kind: str, session: SessionView, solution: Solution | None) -> Draw:
     return draw
 
 
-def session_lines(session: SessionView, solution: Solution | None) -> list[str]:
-    """The points table, and below it checks, clocks and check points where there are any."""
-    lines = points_table(session.header, session.points, solution).split("\n")
-    for title, rows, table in (
-        ("Check points", session.checks, lambda: checks_table(session.checks)),
-        ("Reference checks", session.ref_checks, lambda: ref_checks_table(session.ref_checks)),
-        ("Clock", session.clock_sets, lambda: clocks_table(session.clock_sets)),
-    ):
-        if rows:
-            lines += ["", title, *table().split("\n")]
+def check_lines(session: SessionView) -> list[str]:
+    """What proves the points: clocks, reference checks, uploads, check points, evidence."""
+    lines = ["Clock", *clocks_table(session.clock_sets).split("\n"), "", "Reference checks"]
+    lines += ref_checks_table(session.ref_checks).split("\n")
+    for upload in session.uploads:
+        lines += ["", "Upload", *upload_table(upload).split("\n")]
+    if session.checks:
+        lines += ["", "Check points"]
+        lines += checks_table(session.checks, session.header.tolerance_deg).split("\n")
+    if said := evidence(session):
+        lines += ["", "Evidence"]
+        for sentence in said:
+            lines += wrapped(f"* {sentence}", hang=2)
     return lines
