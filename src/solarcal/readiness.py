@@ -1,0 +1,232 @@
+"""Is this laptop ready for a day in the field? Each check says what it found and what to do."""
+
+import locale
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from solarcal.config import config_dir, load_keymap, load_settings, sessions_dir
+from solarcal.errors import SolarcalError
+
+Verdict = Literal["ok", "warning", "failed"]
+
+LEAST_SIZE = (80, 24)
+LEAST_FREE_MB = 50
+_ASK_TIMEOUT_S = 3.0
+_GRABBING_TERMINALS = {
+    "linux": "the Linux console switches screens on Alt+F-keys: use the plain F-keys or letters",
+    "rxvt-unicode": "urxvt sends Alt+F-keys as Escape and F-key: use the plain F-keys or letters",
+    "rxvt-unicode-256color": "urxvt sends Alt+F-keys as Escape and F-key: use the plain F-keys",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One thing looked at. ``remedy`` says what to do; empty when all is well."""
+
+    name: str
+    verdict: Verdict
+    found: str
+    remedy: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ClockSync:
+    """Whether the laptop's clock follows a time source; ``None``: it does not say."""
+
+    synchronised: bool | None
+    found: str
+
+
+def check_all() -> list[Check]:
+    """Every check, none of which changes anything that stays."""
+    checks: tuple[Callable[[], Check], ...] = (
+        terminal, characters, keys, ports, clock, disk, configuration, plots,
+    )  # fmt: skip
+    return [check() for check in checks]
+
+
+def terminal() -> Check:
+    if not sys.stdout.isatty():
+        return Check(
+            "terminal", "warning", "not a terminal", "run this where the workstation shall run"
+        )
+    size = shutil.get_terminal_size()
+    name = os.environ.get("TERM", "unknown")
+    colours = "no colours (NO_COLOR)" if os.environ.get("NO_COLOR") else "colours"
+    found = f"{name}, {size.columns} x {size.lines}, {colours}"
+    if name in ("dumb", "unknown"):
+        return Check("terminal", "failed", found, "set TERM to what the terminal is, e.g. xterm")
+    if size.columns < LEAST_SIZE[0] or size.lines < LEAST_SIZE[1]:
+        return Check("terminal", "failed", found, "make the window at least 80 x 24")
+    return Check("terminal", "ok", found)
+
+
+def characters() -> Check:
+    encoding = (sys.stdout.encoding or locale.getpreferredencoding(False)).lower()
+    if encoding.replace("-", "") == "utf8":
+        return Check("characters", "ok", "UTF-8")
+    return Check(
+        "characters",
+        "failed",
+        f"{encoding}, not UTF-8",
+        "set a UTF-8 locale, e.g. LANG=C.UTF-8: bars and plots need it",
+    )
+
+
+def keys() -> Check:
+    from solarcal.tui.keyboard import checked_keymap
+
+    try:
+        keymap = checked_keymap(load_keymap())
+    except SolarcalError as error:
+        return Check("keys", "failed", str(error), "correct or remove keymap.toml")
+    found = f"{len(keymap)} changed by keymap.toml" if keymap else "as in the manual"
+    trouble = _GRABBING_TERMINALS.get(os.environ.get("TERM", ""))
+    if trouble:
+        return Check("keys", "warning", found, trouble)
+    return Check("keys", "ok", f"{found}; solarcal keys shows what this terminal sends")
+
+
+def ports() -> Check:
+    from serial.tools.list_ports import comports
+
+    from solarcal.unit.ports import describe
+
+    found = [describe(port) for port in comports()]
+    likely = [port for port in found if port["likely"]]
+    if not likely:
+        return Check(
+            "ports",
+            "warning",
+            "no serial port that a controller may hang on",
+            "plug the adapter in; the emulator needs none",
+        )
+    names = ", ".join(f"{port['port']} ({port['looks_like']})" for port in likely)
+    shut = [p["port"] for p in likely if p["readable"] is False or p["writable"] is False]
+    if shut:
+        return Check(
+            "ports",
+            "failed",
+            f"{names}; no access to {', '.join(shut)}",
+            "join the group that owns the port (often dialout or uucp) and log in again",
+        )
+    return Check("ports", "ok", names)
+
+
+def clock() -> Check:
+    sync = clock_synchronisation()
+    if sync.synchronised:
+        return Check("clock", "ok", sync.found)
+    return Check(
+        "clock",
+        "warning" if sync.synchronised is None else "failed",
+        sync.found,
+        "let it synchronise, or enter a time tick on the clock screen (F10): "
+        "24 s of error are 0.1 deg of Sun",
+    )
+
+
+def clock_synchronisation() -> ClockSync:
+    """Ask the system whether its clock follows a time source."""
+    if sys.platform == "win32":
+        answer = _ask("w32tm", "/query", "/status")
+        if answer is None:
+            return ClockSync(None, "the time service does not answer")
+        follows = "Local CMOS Clock" not in answer and "Free-running" not in answer
+        return ClockSync(follows, "follows a time server" if follows else "runs free")
+    if sys.platform == "darwin":
+        answer = _ask("sntp", "-t", "2", "time.apple.com")
+        found = "a time server answers" if answer else "no time server answers"
+        return ClockSync(True if answer else None, found)
+    answer = _ask("timedatectl", "show", "--property=NTPSynchronized", "--value")
+    if answer is not None and answer.strip() in ("yes", "no"):
+        follows = answer.strip() == "yes"
+        return ClockSync(follows, "synchronised (systemd)" if follows else "NOT synchronised")
+    answer = _ask("chronyc", "-n", "tracking")
+    if answer is not None:
+        follows = "Not synchronised" not in answer
+        return ClockSync(follows, "synchronised (chrony)" if follows else "NOT synchronised")
+    return ClockSync(None, "the system does not say whether its clock is synchronised")
+
+
+def _ask(*command: str) -> str | None:
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=_ASK_TIMEOUT_S, check=True
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout
+
+
+def disk() -> Check:
+    """Room for sessions, and a folder that can be written and synced."""
+    folder = sessions_dir()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=folder, prefix=".doctor-") as file:
+            file.write(b"solarcal\n")
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError as error:
+        return Check(
+            "disk",
+            "failed",
+            f"{folder} cannot be written: {error.strerror}",
+            "make it writable, or name another folder in SOLARCAL_SESSIONS",
+        )
+    free_mb = shutil.disk_usage(folder).free // 2**20
+    found = f"{free_mb} MB free for sessions in {folder}"
+    if free_mb < LEAST_FREE_MB:
+        return Check("disk", "failed", found, "make room: a full disk stops the session")
+    return Check("disk", "ok", found)
+
+
+def configuration() -> Check:
+    from solarcal.profiles import load_profile, profile_names
+
+    folder = config_dir()
+    try:
+        settings = load_settings()
+        for name in profile_names():
+            load_profile(name)
+    except SolarcalError as error:
+        return Check("config", "failed", str(error), "correct the file or remove it")
+    if not _writable(folder):
+        return Check(
+            "config",
+            "warning",
+            f"{folder} cannot be written",
+            "profiles and themes are forgotten; SOLARCAL_CONFIG names another folder",
+        )
+    profile = f"profile {settings.profile}" if settings.profile else "no profile yet"
+    return Check("config", "ok", f"{folder}, {profile}, theme {settings.theme}")
+
+
+def _writable(folder: Path) -> bool:
+    place = folder
+    while not place.exists() and place != place.parent:
+        place = place.parent
+    return os.access(place, os.W_OK)
+
+
+def plots() -> Check:
+    """The compiled parts are there for this machine."""
+    try:
+        import erfa
+        import numpy as np
+        import plotext
+    except ImportError as error:
+        return Check("libraries", "failed", str(error), "install solarcal again on this machine")
+    return Check(
+        "libraries",
+        "ok",
+        f"numpy {np.__version__}, plotext {plotext.__version__}, erfa {erfa.__version__}",
+    )
