@@ -30,7 +30,8 @@ class Weather(msgspec.Struct, frozen=True):
     temperature_c: float = 15.0
 
     def __post_init__(self) -> None:
-        if not 300.0 <= self.pressure_hpa <= 1100.0:
+        # No air at all is an emulated world without refraction.
+        if self.pressure_hpa != 0.0 and not 300.0 <= self.pressure_hpa <= 1100.0:
             raise ConfigurationError(
                 f"pressure {self.pressure_hpa:g} hPa is not between 300 and 1100; "
                 "give the station pressure, not the one reduced to sea level"

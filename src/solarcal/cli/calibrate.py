@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from solarcal.cli.fit import add_method_option
 from solarcal.cli.output import print_json, say
 
 if TYPE_CHECKING:
@@ -59,6 +60,7 @@ def add_schedule_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MINUTES",
         help="between points; default: spread over the day",
     )
+    add_method_option(parser)
 
 
 def start_utc_s(args: argparse.Namespace) -> float | None:
@@ -85,6 +87,7 @@ def run_calibration(
 ) -> "Calibration":
     """The calibration itself, its steps told on stderr."""
     from solarcal.errors import ConfigurationError
+    from solarcal.model.methods import DEFAULT_METHOD
     from solarcal.station.headless import calibrate
     from solarcal.station.technician import Schedule
 
@@ -97,6 +100,7 @@ def run_calibration(
         tracker,
         journal_creator(args.output, name),
         Schedule(points=points, every_min=args.every),
+        method=args.method or DEFAULT_METHOD,
         eye_sigma_deg=0.02 if noise_deg is None else noise_deg,
         say=say,
     )

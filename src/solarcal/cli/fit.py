@@ -10,15 +10,22 @@ HELP = "coefficients from session (.jsonl), points (.csv) or TPOINT (.dat) files
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE")
-    parser.add_argument(
-        "--method", choices=("manual",), default="manual", help="how to fit (default manual)"
-    )
+    add_method_option(parser)
     parser.add_argument(
         "--terms", metavar="P1,P2,...", help="which error terms; default the six coefficients"
     )
     add_point_options(parser)
     parser.add_argument("--plot", action="store_true", help="the error plot against solar time too")
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
+def add_method_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--method",
+        choices=("manual", "robust", "exact"),
+        help="robust (default): exact geometry, known physics, a physical prior; exact: the same "
+        "without prior; manual: six terms by plain least squares, as the original did",
+    )
 
 
 def add_point_options(parser: argparse.ArgumentParser) -> None:
@@ -44,7 +51,8 @@ def run(args: argparse.Namespace) -> int:
             "elevation_m": args.elevation,
             "unit": args.unit,
         },
-        terms,
+        method=args.method,
+        terms=terms,
     )
     if args.json:
         from solarcal.station.documents import fit_document

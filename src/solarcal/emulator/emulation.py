@@ -15,8 +15,9 @@ from solarcal.emulator.true_error import TrueError
 from solarcal.emulator.world import World, random_stream
 from solarcal.errors import ConfigurationError
 from solarcal.mount.formula import Coefficients
+from solarcal.site import Weather
 from solarcal.unit.frames import LineBuffer
-from solarcal.unit.tracker import Spot, Truth, UnitIdentity
+from solarcal.unit.tracker import EmulatedSky, Spot, Truth, UnitIdentity
 
 MODEL = "SOLARTRAK-EMU"
 FIRMWARE = "1.0"
@@ -186,6 +187,14 @@ class Emulator:
     def spot(self) -> Spot:
         """One look at the sunspot device."""
         return Spot(*self.world.spot(self.now_s()))
+
+    def sky(self) -> EmulatedSky:
+        """What is known of the world's Sun and air without looking at its truth."""
+        truth = self.world.truth
+        weather = truth.weather(self.world.site)
+        if truth.refraction == "none":
+            weather = Weather(0.0, weather.temperature_c)
+        return EmulatedSky(truth.sun, weather)
 
     def truth(self) -> Truth:
         """The mechanism's P1..P6 and the true error with what is in force now."""

@@ -6,7 +6,7 @@ from typing import Protocol
 from solarcal.emulator.refusal import Code, Refusal
 from solarcal.errors import ProtocolError
 from solarcal.unit import fields, values
-from solarcal.unit.tracker import Spot, Truth
+from solarcal.unit.tracker import EmulatedSky, Spot, Truth
 
 MAX_ADVANCE_S = 86400.0
 MAX_SPEED = 1e6
@@ -28,6 +28,8 @@ class Surroundings(Protocol):
     def settle(self) -> None: ...
 
     def spot(self) -> Spot: ...
+
+    def sky(self) -> EmulatedSky: ...
 
     def truth(self) -> Truth: ...
 
@@ -52,6 +54,7 @@ class EmulatorRequests:
             "SPEED": self._speed,
             "ADVANCE": self._advance,
             "SPOT": self._spot,
+            "SKY": self._sky,
             "TRUTH": self._truth,
             "FAULT": self._fault,
         }
@@ -88,6 +91,10 @@ class EmulatorRequests:
     def _spot(self, arguments: list[str]) -> list[str]:
         fields.expect(arguments, "")
         return fields.spot_to_fields(self._around.spot())
+
+    def _sky(self, arguments: list[str]) -> list[str]:
+        fields.expect(arguments, "")
+        return fields.sky_to_fields(self._around.sky())
 
     def _truth(self, arguments: list[str]) -> list[str]:
         fields.expect(arguments, "")

@@ -278,6 +278,8 @@ def _ideal_kind(header: Header) -> str:
         return header.sun_model
     if header.refraction != "none":
         return "apparent"
+    if header.true_sun == header.sun_model:
+        return "airless" if header.weather.pressure_hpa else "apparent"
     return "solartrak" if header.sun_model.startswith("solartrak") else "airless"
 
 

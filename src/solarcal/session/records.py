@@ -41,6 +41,9 @@ class UnitRecord(msgspec.Struct, frozen=True, kw_only=True):
 class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
     """First line of a session file. ``refraction`` is the one the CONTROLLER applies.
 
+    ``true_sun`` is the Sun the points are taken on: ``precise``, unless an emulated world was given
+    another; there, a pressure of 0 hPa means a world without air.
+
     ``sun_model`` of an imported session is what its ideal angles are: ``apparent``, ``airless`` or
     ``solartrak``. ``unknown`` names what an import was not told (``latitude``, ``longitude``): the
     site then holds a zero in its place.
@@ -56,6 +59,7 @@ class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
     ax1_centre_deg: float
     sun_model: str = "solartrak"
     refraction: str = "none"
+    true_sun: str = "precise"
     tolerance_deg: float = 0.1
     coefficients: Coefficients = Coefficients()
     offsets: Offsets = Offsets()

@@ -54,6 +54,7 @@ class StationCore:
     clock : the laptop's clock (the emulator's when the unit is one).
     site : the technician's site; the unit's own when ``None``.
     weather : station pressure and temperature; the standard atmosphere's when ``None``.
+    true_sun : the Sun the points are taken on; another than ``precise`` only in an emulated world.
     """
 
     def __init__(
@@ -63,6 +64,7 @@ class StationCore:
         *,
         site: Site | None = None,
         weather: Weather | None = None,
+        true_sun: str = "precise",
         operator: str = "",
         pointing_device: str = "",
         tolerance_deg: float = 0.1,
@@ -72,6 +74,7 @@ class StationCore:
         self.unit_site: UnitSite | None = None
         self._own_site = site
         self._weather = weather
+        self._true_sun = true_sun
         self._operator = operator
         self._pointing_device = pointing_device
         self._tolerance_deg = tolerance_deg
@@ -275,6 +278,7 @@ class StationCore:
             site=site,
             geometry=told.geometry,
             ax1_centre_deg=told.ax1_centre_deg,
+            true_sun=self._true_sun,
             tolerance_deg=self._tolerance_deg,
             coefficients=stored.coefficients,
             offsets=stored.offsets,

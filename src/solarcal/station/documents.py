@@ -26,11 +26,16 @@ def fit_document(
         "files": [Path(file).name for file in files],
         "geometry": fitted.pop("geometry"),
         "method": fitted.pop("method"),
-        "points": {"total": len(table.status), "used": used, **counted, "outliers": []},
+        "points": {
+            "total": len(table.status),
+            "used": used,
+            **counted,
+            "outliers": fitted.pop("outliers", []),
+        },
+        "mechanism": fitted.pop("mechanism", None),
         **fitted,
         "evidence": list(evidence),
         "warnings": list(warnings),
-        "mechanism": None,
         "forecast": None,
         "verdict": None,
     }

@@ -3,25 +3,27 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import cast
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.fit import Solution, fit_linear
+from solarcal.model.fit import FEWEST_POINTS, Solution
+from solarcal.model.known_physics import Ideal, SkyContext
+from solarcal.model.methods import DEFAULT_METHOD, fit
 from solarcal.model.points import PointSet
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.geometry import MountGeometry
-from solarcal.mount.limits import Limits
 from solarcal.session.interchange import FillIn, read_table
 from solarcal.session.points import (
+    IMPORTED_MODEL,
     PointTable,
     ephemeris_warnings,
     merge_tables,
     table_from_session,
 )
 from solarcal.session.reader import Session, read_session
+from solarcal.session.records import Header
 from solarcal.station.evidence import evidence
 from solarcal.station.state import SessionView, view_session
-
-MIN_POINTS = 3
 
 
 def point_set(table: PointTable) -> PointSet:
@@ -47,17 +49,40 @@ def session_table(session: SessionView) -> PointTable:
     return table_from_session(Session("", session.header, session.records))
 
 
+def sky_context(table: PointTable, header: Header | None = None) -> SkyContext:
+    """Where and under what sky the points were taken: what a fit may take as known physics."""
+    points = point_set(table)
+    # An import's limits are placeholders.
+    from_a_unit = header is not None and header.unit.model != IMPORTED_MODEL
+    return SkyContext.for_points(
+        points,
+        site=table.site,
+        limits=header.unit.limits if header is not None and from_a_unit else None,
+        ideal=cast(Ideal, table.ideal),
+        weather=None if header is None else header.weather,
+    )
+
+
 def solve_table(
-    table: PointTable, terms: Sequence[str] = COEFFICIENT_NAMES, limits: Limits | None = None
+    table: PointTable,
+    method: str = DEFAULT_METHOD,
+    terms: Sequence[str] = COEFFICIENT_NAMES,
+    header: Header | None = None,
 ) -> Solution:
-    return fit_linear(point_set(table), tuple(terms), limits=limits)
+    """Fit the accepted points of a table; ``header`` is that of the session they come from."""
+    return fit(point_set(table), sky_context(table, header), method=method, terms=terms)
 
 
-def solve(session: SessionView, terms: Sequence[str] = COEFFICIENT_NAMES) -> Solution | None:
-    """The fit of the session so far; ``None`` while there are too few points to say anything."""
-    if len(session.accepted) < MIN_POINTS:
+def solve(session: SessionView, method: str = DEFAULT_METHOD) -> Solution | None:
+    """The fit of the session so far; ``None`` while there are too few points for ``method``."""
+    if len(session.accepted) < fewest_points(method):
         return None
-    return solve_table(session_table(session), terms, session.header.unit.limits)
+    return solve_table(session_table(session), method, header=session.header)
+
+
+def fewest_points(method: str) -> int:
+    """``manual`` needs three points; with a prior, one says something."""
+    return 1 if method == "robust" else FEWEST_POINTS
 
 
 def load_points(path: Path, fill_in: FillIn) -> tuple[PointTable, Session | None]:
@@ -81,9 +106,13 @@ class FittedFiles:
 
 
 def fit_files(
-    paths: Sequence[Path], fill_in: FillIn, terms: Sequence[str] | None = None
+    paths: Sequence[Path],
+    fill_in: FillIn,
+    *,
+    method: str | None = None,
+    terms: Sequence[str] | None = None,
 ) -> FittedFiles:
-    """Read, merge and fit.
+    """Read, merge and fit. Terms of one's own choice mean the ``manual`` method.
 
     Raises
     ------
@@ -94,8 +123,12 @@ def fit_files(
     tables = [table for table, _ in loaded]
     table = tables[0] if len(tables) == 1 else merge_tables(tables)
     sessions = tuple(session for _, session in loaded if session is not None)
-    limits = sessions[0].header.unit.limits if sessions else None
-    solution = solve_table(table, terms or COEFFICIENT_NAMES, limits)
+    solution = solve_table(
+        table,
+        method or (DEFAULT_METHOD if terms is None else "manual"),
+        terms or COEFFICIENT_NAMES,
+        sessions[0].header if sessions else None,
+    )
     said = [
         sentence
         for session in sessions

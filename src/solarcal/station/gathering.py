@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from solarcal.errors import ProcedureRefused
+from solarcal.model.fit import FEWEST_POINTS
 from solarcal.mount.drive import register
 from solarcal.mount.formula import Coefficients
 from solarcal.session.records import Answers, CheckRecord, PointRecord, SunOffset
@@ -166,7 +167,7 @@ def counts_since_last_point(
         return None, None
     solution = solve(session)
     predicted = previous.error_deg
-    if solution is not None and solution.rank == len(solution.terms):
+    if solution is not None and len(accepted) >= FEWEST_POINTS:
         e1, e2 = solution.predict_deg(np.asarray(ideal[0]), np.asarray(ideal[1]))
         predicted = (float(e1), float(e2))
     unit = session.header.unit

@@ -8,6 +8,7 @@ import msgspec
 
 from solarcal.errors import ConfigurationError, LinkError
 from solarcal.model.fit import Solution
+from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.session.journal import Journal
 from solarcal.session.records import Header, UploadRecord
 from solarcal.site import Site
@@ -57,6 +58,7 @@ def calibrate(
     site: Site | None = None,
     operator: str = "",
     tolerance_deg: float = 0.1,
+    method: str = DEFAULT_METHOD,
     eye_sigma_deg: float = 0.02,
     say: Callable[[str], None] = lambda sentence: None,
 ) -> Calibration:
@@ -77,10 +79,13 @@ def calibrate(
             f"{identity.model} {identity.serial} is not an emulator: the automatic technician "
             "cannot see its sunspot; calibrate a real unit with `solarcal run`"
         )
+    sky = emulation.sky()
     station = Station(
         tracker,
         EmulatedClock(emulation),
         site=site,
+        weather=sky.weather,
+        true_sun=sky.sun,
         operator=operator or "automatic technician",
         pointing_device="emulated sunspot device",
         tolerance_deg=tolerance_deg,
@@ -92,7 +97,7 @@ def calibrate(
         truth_before = emulation.truth()
         _say_settings(station, say)
         technician = AutomaticTechnician(
-            station, emulation.spot, schedule, eye_sigma_deg=eye_sigma_deg, say=say
+            station, emulation.spot, schedule, method=method, eye_sigma_deg=eye_sigma_deg, say=say
         )
         upload = technician.calibrate()
         truth_after = emulation.truth()
@@ -101,7 +106,7 @@ def calibrate(
         journal.close()
         raise
     session = station.session
-    solution = solve(session)
+    solution = solve(session, method)
     assert solution is not None  # the upload could not have happened without one
     station.close("calibration finished")
     return Calibration(station.session, path, solution, upload, truth_before, truth_after)

@@ -281,13 +281,13 @@ class Station(StationCore):
             )
         return attempt
 
-    def record_fit(self, solution: Solution, method: str = "manual") -> FitRecord:
+    def record_fit(self, solution: Solution) -> FitRecord:
         """Keep what the fit said after a point, for the history of the coefficients."""
         return self._record(
             lambda seq, utc: FitRecord(
                 seq=seq,
                 utc=utc,
-                method=method,
+                method=solution.method,
                 points=solution.n_points,
                 coefficients=solution.coefficients(),
                 sigmas=solution.sigma_coefficients(),

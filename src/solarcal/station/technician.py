@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from solarcal.errors import LinkError, ProcedureRefused
+from solarcal.model.fit import FEWEST_POINTS
+from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.mount.drive import reading_deg, register
 from solarcal.session.records import CheckRecord, PointRecord, UploadRecord
 from solarcal.station.fitting import solve
@@ -79,18 +81,20 @@ class AutomaticTechnician:
         look: Callable[[], Spot],
         schedule: Schedule,
         *,
+        method: str = DEFAULT_METHOD,
         eye_sigma_deg: float = 0.02,
         say: Callable[[str], None] = lambda sentence: None,
     ) -> None:
         self.station = station
         self.schedule = schedule
+        self.method = method
         self._look = look
         self._eye_sigma_deg = eye_sigma_deg
         self._say = say
 
     # -- the day -----------------------------------------------------------------------------
 
-    def calibrate(self, method: str = "manual") -> UploadRecord:
+    def calibrate(self) -> UploadRecord:
         """The whole procedure: prepare, points, upload, check points.
 
         Raises
@@ -103,7 +107,7 @@ class AutomaticTechnician:
         try:
             self.prepare()
             self.take_points()
-            upload = self.upload(method)
+            upload = self.upload()
             self.take_checks()
         except LinkError as error:
             self.station.link_lost(error)
@@ -174,14 +178,15 @@ class AutomaticTechnician:
             return stored
         return None
 
-    def upload(self, method: str) -> UploadRecord:
-        solution = solve(self.station.session)
-        if solution is None:
+    def upload(self) -> UploadRecord:
+        solution = solve(self.station.session, self.method)
+        accepted = len(self.station.session.accepted)
+        if solution is None or accepted < FEWEST_POINTS:
             raise ProcedureRefused(
-                f"only {len(self.station.session.accepted)} points were accepted; "
-                "three are needed at least to compute coefficients"
+                f"only {accepted} points were accepted; three are needed at least to compute "
+                "coefficients worth uploading"
             )
-        record = self.station.upload(solution.coefficients(), method=method)
+        record = self.station.upload(solution.coefficients(), method=self.method)
         self._say(
             "coefficients uploaded and read back " + ("equal" if record.verified else "DIFFERENT")
         )
@@ -306,7 +311,7 @@ class AutomaticTechnician:
             or len(session.accepted) < TRUSTED_FIT_POINTS
         ):
             return ""
-        solution = solve(session)
+        solution = solve(session, self.method)
         if solution is None:
             return ""
         unit = session.header.unit
@@ -328,7 +333,7 @@ class AutomaticTechnician:
         return ""
 
     def _record_fit(self) -> None:
-        solution = solve(self.station.session)
+        solution = solve(self.station.session, self.method)
         if solution is not None:
             self.station.record_fit(solution)
 

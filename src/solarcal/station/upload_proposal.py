@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from solarcal.model.fit import Solution
+from solarcal.model.fit import FEWEST_POINTS, Solution
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients
-from solarcal.station.fitting import MIN_POINTS, solve
+from solarcal.station.fitting import solve
 from solarcal.station.state import SessionView
 
 
@@ -39,7 +39,7 @@ class UploadProposal:
 def propose_upload(session: SessionView, in_force: Coefficients) -> UploadProposal | None:
     """The upload this session's points ask for; ``None`` while there are too few."""
     solution = solve(session)
-    if solution is None:
+    if solution is None or len(session.accepted) < FEWEST_POINTS:
         return None
     unit = session.header.unit
     new = solution.coefficients().rounded(unit.tilt_decimals, unit.scale_decimals)
@@ -67,4 +67,4 @@ def propose_upload(session: SessionView, in_force: Coefficients) -> UploadPropos
 def too_few_points(session: SessionView) -> str:
     """Why there is nothing to upload yet."""
     n = len(session.accepted)
-    return f"{n} accepted point{'' if n == 1 else 's'}: {MIN_POINTS} are the least a fit can take."
+    return f"{n} accepted point{'' if n == 1 else 's'}: {FEWEST_POINTS} are the least."

@@ -8,12 +8,13 @@ with the field's name. A unit answers that with refusal 13.
 import re
 from collections.abc import Sequence
 
-from solarcal.errors import ProtocolError
+from solarcal.errors import ConfigurationError, ProtocolError
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Offsets
-from solarcal.site import Site
+from solarcal.site import Site, Weather
 from solarcal.timescale import format_utc
 from solarcal.unit import values
 from solarcal.unit.tracker import (
+    EmulatedSky,
     Mode,
     RefCheckResult,
     Spot,
@@ -261,6 +262,27 @@ def times_and_speed_to_fields(true_utc_s: float, laptop_utc_s: float, speed: flo
 def times_and_speed_from_fields(fields: Sequence[str]) -> tuple[tuple[float, float], float]:
     true_utc, laptop_utc, speed = expect(fields, "true_utc laptop_utc speed")
     return times_from_fields((true_utc, laptop_utc)), values.number(speed, "speed")
+
+
+def sky_to_fields(sky: EmulatedSky) -> list[str]:
+    """``sun pressure temperature`` of ``X SKY``."""
+    return [
+        sky.sun,
+        values.number_text(sky.weather.pressure_hpa, 1),
+        values.number_text(sky.weather.temperature_c, 1),
+    ]
+
+
+def sky_from_fields(fields: Sequence[str]) -> EmulatedSky:
+    """What ``X SKY`` answers; raises ProtocolError."""
+    sun, pressure, temperature = expect(fields, "sun pressure temperature")
+    try:
+        weather = Weather(
+            values.number(pressure, "pressure"), values.number(temperature, "temperature")
+        )
+    except ConfigurationError as error:
+        raise ProtocolError(str(error)) from None
+    return EmulatedSky(sun, weather)
 
 
 def speed_to_fields(speed: float) -> list[str]:
