@@ -50,6 +50,7 @@ class Dialog(StationModal[None]):
     Dialog #body { height: auto; }
     Dialog #said { height: auto; min-height: 1; max-height: 4; }
     Dialog #keys { height: 3; }
+    Dialog #keys KeyButton.-stop { dock: right; margin-right: 0; }
     """
 
     def __init_subclass__(cls) -> None:

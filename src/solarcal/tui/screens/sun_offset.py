@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from textual.containers import Horizontal
 from textual.content import Content
-from textual.events import Key
+from textual.events import Key, Resize
 from textual.widget import Widget
 from textual.widgets import Input, Static
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 LOOK, NUDGE, SET, LEAVE = "look", "jog", "set sun offset", "leave sun offset"
 LOOK_EVERY_S = 0.5
+ROOMY = (112, 36)
 DEFAULT_STEP = STEPS_DEG.index(0.05)
 
 
@@ -39,11 +40,11 @@ class SunOffsetDialog(PacedDialog):
     """Arrow keys jog; Enter sets the offset here; Escape leaves without writing."""
 
     HEADING = "Set Sun Offset"
-    LEAVE = "Leave, O kept"
+    LEAVE = "Leave"
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
-        DialogKey("set", "Set it here", "enter", "Enter"),
-        DialogKey("behind", "From behind", "b", "b"),
-        DialogKey("follow", "Follow/stand", "f", "f"),
+        DialogKey("set", "Set here", "enter", "Enter"),
+        DialogKey("behind", "Behind", "b", "b"),
+        DialogKey("follow", "Follow", "f", "f"),
         DialogKey("track", "Track", "t", "t"),
         DialogKey("calculate", "Jog by E", "j", "j"),
         DialogKey("jog(-1,0)", "axis 1 -", "left", "left", button=False),
@@ -63,6 +64,10 @@ class SunOffsetDialog(PacedDialog):
     SunOffsetDialog #sight { width: 33; height: 13; }
     SunOffsetDialog #axes { width: 1fr; height: 13; padding-left: 1; }
     SunOffsetDialog #steps { height: 1; }
+    SunOffsetDialog.-roomy > #dialog { width: 110; }
+    SunOffsetDialog.-roomy #plate { height: 25; }
+    SunOffsetDialog.-roomy Sunspot#sight { width: 61; height: 25; }
+    SunOffsetDialog.-roomy #axes { height: 25; }
     """
 
     def __init__(self, station: Station) -> None:
@@ -90,6 +95,10 @@ class SunOffsetDialog(PacedDialog):
         self.say("Arrow keys jog: left/right axis 1, down/up axis 2. Nothing moves before one.")
         self._look()
         self.set_interval(LOOK_EVERY_S, self._look)
+
+    def on_resize(self, event: Resize) -> None:
+        room = self.app.size
+        self.set_class(room.width >= ROOMY[0] and room.height >= ROOMY[1], "-roomy")
 
     def _offer(self) -> None:
         self.offer("set", "behind", "follow", "track", *([] if self.emulated else ["calculate"]))
@@ -225,7 +234,7 @@ class SunOffsetDialog(PacedDialog):
         if self.emulated:
             sight = self.query_one(Sunspot)
             sight.show(view.spot, view.status.ideal2_deg)
-            words = f"{sight.words()}\nplate +-{sight.half_width_deg:g} deg, ring 0.1 deg"
+            words = f"{sight.words()}\nplate +-{sight.half_width_deg:g} deg; it belongs in the ring"
         self.query_one("#axes", Static).update(
             jog_table(view, follows=self._jog.follows, words=words)
         )

@@ -16,8 +16,8 @@ SUN_RADIUS_DEG = 0.266
 HALF_WIDTHS_DEG = (0.5, 1.0, 2.0, 4.0)
 """Half widths of the plate: the closest in which the whole spot is seen is taken."""
 
-RING_DEG = 0.1
-"""A ring at the tolerance of pointing."""
+RING_DEG = SUN_RADIUS_DEG
+"""The mark on the plate: a centred spot fills it."""
 
 UPPER, LOWER, FULL = "▀", "▄", "█"
 RING, CROSS, EDGE = "·", "+", "│"
@@ -46,7 +46,7 @@ class Sunspot(Widget):
         else:
             on_sky = spot.error1_deg * math.sin(math.radians(ideal2_deg))
             self._spot = (on_sky, spot.error2_deg)
-            reach = max(abs(on_sky), abs(spot.error2_deg)) + 0.5 * SUN_RADIUS_DEG
+            reach = max(abs(on_sky), abs(spot.error2_deg)) + SUN_RADIUS_DEG
             self._half_width_deg = next(
                 (half for half in HALF_WIDTHS_DEG if half >= reach), HALF_WIDTHS_DEG[-1]
             )
@@ -100,4 +100,4 @@ class Sunspot(Widget):
     def _lit(self, right: float, up: float) -> bool:
         if self._spot is None:
             return False
-        return math.hypot(right - self._spot[0], up - self._spot[1]) <= 0.5 * SUN_RADIUS_DEG
+        return math.hypot(right - self._spot[0], up - self._spot[1]) <= SUN_RADIUS_DEG

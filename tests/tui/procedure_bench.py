@@ -1,0 +1,156 @@
+"""The workstation on an emulated unit in this process, and ways to wait for it and to read it."""
+
+import asyncio
+import functools
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+from textual.pilot import Pilot
+
+from solarcal.emulator.emulation import Emulator
+from solarcal.emulator.scenario import load_scenario
+from solarcal.emulator.server import InProcessLink
+from solarcal.session.journal import Journal
+from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.procedure import Station
+from solarcal.station.technician import AutomaticTechnician, Schedule
+from solarcal.tui.app import SolarcalApp
+from solarcal.tui.performers import PERFORMERS
+from solarcal.unit.drivers.solartrak import SolarTrakUnit
+from solarcal.unit.link import Link
+
+START = "2026-06-03T16:00:00Z"
+SMALL, LARGE = (80, 24), (140, 45)
+PATIENCE = 400
+"""Turns of the event loop, a hundredth of a second each, before a test gives up waiting."""
+
+
+class Cable:
+    """A line that can be pulled: then every write and read fails, and opening too."""
+
+    def __init__(self, emulator: Emulator) -> None:
+        self.emulator = emulator
+        self.pulled = False
+
+    def open(self) -> Link:
+        from solarcal.errors import LinkError
+
+        if self.pulled:
+            raise LinkError("port test is not there")
+        return _PullableLink(self)
+
+
+class _PullableLink(InProcessLink):
+    def __init__(self, cable: Cable) -> None:
+        super().__init__(cable.emulator)
+        self._cable = cable
+
+    def write(self, data: bytes) -> None:
+        from solarcal.errors import LinkError
+
+        if self._cable.pulled:
+            raise LinkError("the line to test was lost; check the cable and the unit's power")
+        super().write(data)
+
+
+def bench(path: Path | None = None, *settings: str, start: str = START) -> tuple[Station, Cable]:
+    """A station whose unit is referenced and tracks; time moves only by its clock."""
+    emulator = Emulator(load_scenario("tijeras-azel", [f"start={start}", *settings]), seed=7)
+    cable = Cable(emulator)
+    unit = SolarTrakUnit(cable.open, port="test")
+    unit.open()
+    emulation = unit.emulation
+    assert emulation is not None
+    station = Station(unit, EmulatedClock(emulation), operator="test")
+    station.connect()
+    station.open_session(
+        Journal.memory if path is None else lambda header: Journal.create(path, header)
+    )
+    station.set_unit_clock()
+    station.ref_check()
+    station.track()
+    station.clock.wait(120.0)
+    station.poll()
+    return station, cable
+
+
+def take_points(station: Station, points: int, every_min: float = 45.0) -> None:
+    """By the automatic technician, so that a test can begin in the middle of a day."""
+    emulation = station.tracker.emulation
+    assert emulation is not None
+    technician = AutomaticTechnician(
+        station, emulation.spot, Schedule(points=points, every_min=every_min)
+    )
+    if station.session.initialised is None:
+        station.initialise(confirmed=True)
+    technician.take_points()
+    station.poll()
+
+
+def offset_set(station: Station) -> None:
+    """Set Sun Offset where the axes stand, and a watched minute and a half."""
+    station.set_sun_offset()
+    station.track()
+    station.clock.wait(90.0)
+    station.poll()
+
+
+@asynccontextmanager
+async def workstation(
+    station: Station, size: tuple[int, int] = SMALL
+) -> AsyncIterator[tuple[SolarcalApp, Pilot[int]]]:
+    """The app with this station adopted; closed again whatever happens."""
+    app = SolarcalApp(PERFORMERS)
+    async with app.run_test(size=size) as pilot:
+        app.adopt(station)
+        await pilot.pause()
+        try:
+            yield app, pilot
+        finally:
+            if app.conductor is not None:
+                app.conductor.close()
+
+
+def on_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:
+    """A test written as a coroutine, for a plain test runner."""
+
+    @functools.wraps(test)
+    def run(*args: object, **kwargs: object) -> None:
+        asyncio.run(test(*args, **kwargs))
+
+    return run
+
+
+async def until(pilot: Pilot[int], true: Callable[[], object]) -> None:
+    """Let the app work until that holds."""
+    for _ in range(PATIENCE):
+        if true():
+            return
+        await pilot.pause(0.01)
+    raise AssertionError(f"in vain; the screen shows:\n{screen_text(pilot.app)}")
+
+
+async def shows(pilot: Pilot[int], *words: str) -> None:
+    await until(pilot, lambda: all(word in screen_words(pilot.app) for word in words))
+
+
+def screen_text(app: object) -> str:
+    """What the terminal would show, line by line, without colours."""
+    screen = app.screen  # type: ignore[attr-defined]
+    width, height = screen.size
+    lines = [
+        "".join(segment.text for segment in strip).rstrip()
+        for strip in screen._compositor.render_strips()
+    ]
+    del width
+    return "\n".join(lines[:height])
+
+
+def screen_words(app: object) -> str:
+    """The same with frames and line breaks taken out, to look for sentences in."""
+    text = screen_text(app)
+    for frame in "┃│╭╮╰╯─━┏┓┗┛":
+        text = text.replace(frame, " ")
+    return " ".join(text.split())

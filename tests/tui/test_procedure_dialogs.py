@@ -1,0 +1,267 @@
+"""Reference check, initialise, clock, note, void and link: by their keys, on an emulated unit."""
+
+import contextlib
+from pathlib import Path
+
+import pytest
+from procedure_bench import (
+    LARGE,
+    SMALL,
+    bench,
+    on_loop,
+    screen_text,
+    screen_words,
+    shows,
+    take_points,
+    until,
+    workstation,
+)
+from textual.widgets import Input
+
+from solarcal.config import Choice
+from solarcal.session.journal import Journal
+from solarcal.session.reader import live_records, read_session
+from solarcal.session.records import Closed, Note, Override, Void
+from solarcal.station.state import LinkState
+from solarcal.tui.bindings import ACTIONS
+from solarcal.tui.opening import OpenLine
+from solarcal.tui.performers import PERFORMERS
+from solarcal.unit.tracker import Mode
+
+SCREEN_KEYS = ("f2", "f3", "f5", "f6", "f7", "f8", "f9", "f10", "x", "n")
+
+
+def test_every_action_of_the_table_does_something() -> None:
+    assert set(PERFORMERS) == {action.id for action in ACTIONS} - {"stop"}
+
+
+@pytest.mark.parametrize("size", [SMALL, LARGE])
+@on_loop
+async def test_every_screen_fits_and_shows_stop_and_the_way_out(size: tuple[int, int]) -> None:
+    station, _ = bench()
+    station.initialise(confirmed=True)
+    async with workstation(station, size) as (app, pilot):
+        for key in SCREEN_KEYS:
+            at = len(app.screen_stack)
+            await pilot.press(key)
+            await until(pilot, lambda at=at: len(app.screen_stack) == at + 1)
+            await shows(pilot, "STOP", "Esc")
+            assert all(len(line) <= size[0] for line in screen_text(app).splitlines())
+            await pilot.press("escape")
+            await until(pilot, lambda at=at: len(app.screen_stack) == at)
+
+
+@on_loop
+async def test_without_a_unit_the_keys_say_so() -> None:
+    from solarcal.tui.app import SolarcalApp
+
+    app = SolarcalApp(PERFORMERS)
+    async with app.run_test(size=SMALL) as pilot:
+        app.action_perform("ref_check")
+        await until(pilot, lambda: any("no unit" in n.message for n in app._notifications))
+        assert len(app.screen_stack) == 1
+
+
+@on_loop
+async def test_stop_works_on_a_modal_and_with_a_field_focused() -> None:
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("n")
+        await until(pilot, lambda: isinstance(app.focused, Input))
+        await pilot.press("ctrl+s")
+        await shows(pilot, "STOPPED")
+        assert station.poll().mode is Mode.STOP
+
+
+@on_loop
+async def test_a_click_on_stop_is_a_stop() -> None:
+    station, _ = bench()
+    async with workstation(station) as (_, pilot):
+        await pilot.press("f5")
+        await shows(pilot, "Watch both axes")
+        await pilot.click("KeyButton.-stop")
+        await shows(pilot, "STOPPED")
+
+
+@on_loop
+async def test_a_reference_check_runs_and_shows_the_difference() -> None:
+    station, cable = bench()
+    cable.emulator.lose_counts(1, 25)
+    async with workstation(station) as (app, pilot):
+        await pilot.press("alt+f5")
+        await shows(pilot, "Start: both axes")
+        await pilot.press("enter")
+        await shows(pilot, "counts were missed")
+        assert [check.number for check in station.session.ref_checks] == [1, 2]
+        await pilot.press("t")
+        await until(pilot, lambda: len(app.screen_stack) == 1)
+        assert station.poll().mode is Mode.TRACK
+
+
+@on_loop
+async def test_initialise_asks_and_no_changes_nothing() -> None:
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f3")
+        await shows(pilot, "Are you sure?")
+        await pilot.press("n")
+        await until(pilot, lambda: len(app.screen_stack) == 1)
+        assert station.session.initialised is None
+        await pilot.press("i")
+        await shows(pilot, "Are you sure?")
+        await pilot.press("y")
+        await until(pilot, lambda: station.session.initialised is not None)
+
+
+@on_loop
+async def test_near_a_limit_initialise_is_refused_with_the_distance_and_overruled_by_a_reason() -> (
+    None
+):
+    station, _ = bench(None, "unit.limits1_deg=[-128.0, 85.2]")
+    async with workstation(station) as (_, pilot):
+        await pilot.press("f3")
+        await shows(pilot, "Are you sure?")
+        await pilot.press("y")
+        await shows(pilot, "deg from a limit", "Override, with a reason")
+        await pilot.press("o", *"dust", "enter")
+        await until(pilot, lambda: station.session.initialised is not None)
+        overrides = [r for r in station.session.records if isinstance(r, Override)]
+        assert [r.reason for r in overrides] == ["dust"]
+
+
+@on_loop
+async def test_initialise_again_keeps_the_file_and_starts_another(tmp_path: Path) -> None:
+    first, second = tmp_path / "day.jsonl", tmp_path / "day-2.jsonl"
+    station, _ = bench(first)
+    station.initialise(confirmed=True)
+    async with workstation(station) as (app, pilot):
+        app.line = OpenLine(
+            station,
+            Choice(),
+            first,
+            contextlib.ExitStack(),
+            lambda header: Journal.create(second, header),
+            station.clock,
+        )
+        await pilot.press("f3")
+        await shows(pilot, "closes and keeps", "day.jsonl")
+        await pilot.press("y")
+        await until(pilot, lambda: station.session_path == second)
+        app.line = None
+    kept, new = read_session(first), read_session(second)
+    assert isinstance(kept.records[-1], Closed)
+    assert kept.records[-1].next == "day-2.jsonl"
+    assert new.header.continues == "day.jsonl"
+
+
+@on_loop
+async def test_the_clock_is_set_with_a_time_tick() -> None:
+    station, _ = bench(None, "truth.unit_offset_s=7.0")
+    async with workstation(station) as (_, pilot):
+        await pilot.press("f10")
+        await shows(pilot, "Unit - laptop", "emulator's")
+        await pilot.press("tab", *"0.8", "enter")
+        await pilot.press("enter")
+        await shows(pilot, "needs its uncertainty")
+        await pilot.press(*"0.2", "enter")
+        await shows(pilot, "Set and recorded")
+        last = station.session.clock_sets[-1]
+        assert (last.tick_minus_laptop_s, last.tick_sigma_s) == (0.8, 0.2)
+        assert last.after_s == pytest.approx(0.8, abs=0.01)
+
+
+@on_loop
+async def test_the_pip_of_a_full_minute_fills_the_fields() -> None:
+    station, cable = bench()
+    cable.emulator.advance(59.0 - station.clock.utc_s() % 60.0)
+    async with workstation(station) as (_, pilot):
+        await pilot.press("k")
+        await shows(pilot, "full minute")
+        await pilot.press("m")
+        await shows(pilot, "Signal - laptop +1.00 s")
+
+
+@on_loop
+async def test_a_number_that_is_none_is_named_and_kept() -> None:
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        sets = len(station.session.clock_sets)
+        await pilot.press("k")
+        await shows(pilot, "Time tick")
+        await pilot.press("tab", *"later", "enter", *"1", "enter")
+        await shows(pilot, "'later' is not a number")
+        assert "later" in screen_words(app)
+        assert len(station.session.clock_sets) == sets
+
+
+@on_loop
+async def test_a_note_is_in_the_file_before_the_dialog_goes(tmp_path: Path) -> None:
+    path = tmp_path / "noted.jsonl"
+    station, _ = bench(path)
+    async with workstation(station) as (app, pilot):
+        await pilot.press("n")
+        await until(pilot, lambda: isinstance(app.focused, Input))
+        await pilot.press(*"gusty")
+        await pilot.press("enter")
+        await until(pilot, lambda: len(app.screen_stack) == 1)
+        last = read_session(path).records[-1]
+        assert isinstance(last, Note)
+        assert last.text == "gusty"
+
+
+@on_loop
+async def test_a_record_is_struck_and_restored() -> None:
+    station, _ = bench()
+    take_points(station, 1)
+    point = station.session.accepted[-1]
+    below = len([r for r in station.session.records if r.seq > point.seq])
+    async with workstation(station) as (app, pilot):
+        await pilot.press("x")
+        await shows(pilot, "Void a record")
+        await pilot.press(*["down"] * below, "enter")
+        await shows(pilot, f"Why is record {point.seq}")
+        await pilot.press(*"shade", "enter")
+        await until(pilot, lambda: len(app.screen_stack) == 1)
+        assert station.session.accepted == ()
+        await pilot.press("x")
+        await shows(pilot, "Void a record")
+        await pilot.press("enter")
+        await pilot.press(*"no", "enter")
+        await until(pilot, lambda: len(app.screen_stack) == 1)
+        assert station.session.accepted == (point,)
+        voids = [r for r in station.session.records if isinstance(r, Void)]
+        assert [v.reason for v in voids] == ["shade", "no"]
+        assert point in live_records(station.session.records)
+
+
+@on_loop
+async def test_a_lost_link_is_said_in_a_dialog_and_nothing_typed_is_lost() -> None:
+    station, cable = bench()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("n")
+        await until(pilot, lambda: isinstance(app.focused, Input))
+        await pilot.press(*"half a sent")
+        cable.pulled = True
+        await shows(pilot, "LINK LOST")
+        assert "half a sent" in screen_words(app)
+        cable.pulled = False
+        app.station_conductor().reconnect_now()
+        await shows(pilot, "The link is back", "half a sent")
+        await pilot.press(*"ence", "enter")
+        await until(pilot, lambda: len(app.screen_stack) == 1)
+        notes = [r.text for r in station.session.records if isinstance(r, Note)]
+        assert notes == ["half a sentence"]
+
+
+@on_loop
+async def test_the_link_dialog_reconnects_now_and_shows_the_traffic() -> None:
+    station, cable = bench()
+    async with workstation(station) as (_, pilot):
+        await pilot.press("f2")
+        await shows(pilot, "CONNECTED", "SOLARTRAK-EMU 0001", "STATUS")
+        cable.pulled = True
+        await shows(pilot, "LOST; it reconnects", "Reconnect now")
+        cable.pulled = False
+        await pilot.press("enter")
+        await until(pilot, lambda: station.state.live.link is LinkState.CONNECTED)
+        await shows(pilot, "lost 1 times, restored 1 times")
