@@ -1,0 +1,181 @@
+"""Stop, go on, give up for today, or look what is the matter."""
+
+import json
+
+import numpy as np
+import pytest
+from made_up_trackers import JUNE, TRACKER, day_of
+
+from solarcal.model.cross_checks import cross_check
+from solarcal.model.forecast import forecast
+from solarcal.model.methods import fit, fit_exact
+from solarcal.model.points import PointSet
+from solarcal.model.shims import base_tilt, shim_heights, wind
+from solarcal.model.verdict import BoltCircle, Verdict, judge
+from solarcal.mount.geometry import MountGeometry
+from solarcal.mount.mechanism import Mechanism
+
+
+def verdict_of(points: PointSet, context, **options) -> Verdict:
+    solution = fit_exact(points, context)
+    return judge(solution, forecast(solution), **options)
+
+
+class TestStates:
+    def test_a_good_day_is_enough(self):
+        context, points = day_of("azel", 14, noise_deg=0.02)
+        verdict = verdict_of(points, context)
+        assert verdict.state == "stop"
+        assert "95 %" in verdict.reasons[0]
+
+    def test_three_points_are_not(self):
+        context, points = day_of("azel", 14)
+        verdict = verdict_of(points.subset([0, 7, 13]), context)
+        assert verdict.state == "continue"
+
+    def test_nor_is_a_loose_tolerance_a_reason_to_stop_at_two(self):
+        context, points = day_of("azel", 14)
+        verdict = verdict_of(points.subset([0, 13]), context, tolerance_deg=20.0)
+        assert verdict.state == "continue"
+        assert "only 2 points" in verdict.reasons[0]
+
+    def test_hopeless_is_what_the_plan_says(self):
+        context, points = day_of("tiltroll-ew", 6, day=1)
+        verdict = verdict_of(points, context, best_today_deg=0.34)
+        assert verdict.state == "hopeless_today"
+        assert "today cannot do better than 0.340 deg" in verdict.reasons[0]
+        assert verdict_of(points, context, best_today_deg=0.05).state == "continue"
+
+    def test_a_spot_nobody_could_read(self):
+        context, points = day_of("azel", 12, noise_deg=0.4)
+        verdict = verdict_of(points, context)
+        assert verdict.state == "does_not_fit"
+        assert "scatter by 0." in verdict.reasons[0]
+
+    def test_sigmas_that_promise_too_much(self):
+        context, points = day_of("azel", 20, noise_deg=0.1)
+        proud = PointSet(
+            geometry=points.geometry,
+            ax1_deg=points.ax1_deg,
+            ax2_deg=points.ax2_deg,
+            err1_deg=points.err1_deg,
+            err2_deg=points.err2_deg,
+            sigma_deg=np.full(20, 0.01),
+        )
+        verdict = verdict_of(proud, context)
+        assert verdict.state == "does_not_fit"
+        assert "times as much as their sigmas say" in verdict.reasons[0]
+
+    def test_residuals_that_follow_each_other(self):
+        drooping = Mechanism(TRACKER.P1, nonperpendicularity_deg=1.5, collimation_deg=-1.0)
+        context, points = day_of("azel", 14, JUNE, mechanism=drooping, noise_deg=0.01)
+        verdict = verdict_of(points, context)
+        assert verdict.state == "does_not_fit"
+        assert any("follow each other in time" in reason for reason in verdict.reasons)
+
+    def test_every_reason_carries_its_number(self):
+        context, points = day_of("azel", 14)
+        for n in (1, 2, 5, 9, 14):
+            for reason in verdict_of(points.subset(list(range(n))), context).reasons:
+                assert any(character.isdigit() for character in reason)
+
+    def test_manual_fits_are_judged_by_their_forecast(self):
+        context, points = day_of("azel", 14, noise_deg=0.01)
+        solution = fit(points, context, method="manual")
+        verdict = judge(solution, forecast(solution, context))
+        assert verdict.state == "stop"
+        assert json.loads(json.dumps(verdict.as_json()))["state"] == "stop"
+
+
+class TestLean:
+    def test_shim_first(self):
+        context, points = day_of("azel", 14, mechanism=Mechanism(P1=0.0, P3=5.0))
+        verdict = verdict_of(points, context, bolt_circle=BoltCircle(400.0, 4))
+        assert verdict.state == "does_not_fit"
+        assert verdict.reasons[0].startswith("the controller's formula cannot hold 0.1 deg")
+        assert "shim first" in verdict.reasons[0]
+        highest = max(verdict.shims, key=lambda shim: shim.height_mm)
+        assert highest.bolt_bearing_deg == 90.0
+        assert highest.height_mm == pytest.approx(400.0 * np.sin(np.radians(5.0)), abs=0.5)
+        assert any(reason.startswith("shims:") for reason in verdict.reasons)
+
+    def test_two_degrees_need_no_shim(self):
+        context, points = day_of("azel", 14, mechanism=Mechanism(P1=2.0))
+        assert verdict_of(points, context).state == "stop"
+
+
+class TestShims:
+    def test_the_side_the_top_leans_to_is_lifted(self):
+        shims = shim_heights(2.0, 90.0, 500.0, 4)
+        heights = {shim.bolt_bearing_deg: shim.height_mm for shim in shims}
+        assert heights[270.0] == 0.0
+        assert heights[90.0] == pytest.approx(500.0 * np.sin(np.radians(2.0)))
+        assert heights[0.0] == pytest.approx(heights[90.0] / 2)
+
+    @pytest.mark.parametrize("bolts", [3, 4, 6, 8])
+    def test_shimmed_bolts_lie_in_a_level_plane(self, bolts):
+        shims = shim_heights(3.0, 37.0, 600.0, bolts, first_bolt_bearing_deg=10.0)
+        bearing = np.radians([s.bolt_bearing_deg for s in shims])
+        east, north = 300.0 * np.sin(bearing), 300.0 * np.cos(bearing)
+        towards = np.radians(37.0)
+        slope = np.sin(np.radians(3.0))
+        sunk = -slope * (east * np.sin(towards) + north * np.cos(towards))
+        level = sunk + np.array([s.height_mm for s in shims])
+        assert np.ptp(level) < 1e-9
+        assert min(s.height_mm for s in shims) == 0.0
+
+    def test_a_plate_has_three_bolts_at_least(self):
+        with pytest.raises(ValueError, match="three bolts"):
+            shim_heights(2.0, 0.0, 500.0, 2)
+
+    def test_winds(self):
+        assert [wind(b) for b in (0.0, 22.5, 90.0, 225.0, 359.0)] == ["N", "NNE", "E", "SW", "N"]
+
+
+class TestBase:
+    def test_azel_leans_as_its_parameters_say(self):
+        tilt = base_tilt(np.array([1.0, 0, 1.0, 0, 0, 0]), MountGeometry("azel", 35.0))
+        assert tilt.tilt_deg == pytest.approx(np.sqrt(2.0))
+        assert tilt.bearing_deg == pytest.approx(45.0)
+        assert tilt.turn_deg == pytest.approx(0.0)
+
+    def test_an_east_west_roller_sags_at_its_east_end_or_is_turned(self):
+        """P1: east end down; P3: east end to the south, clockwise from above."""
+        geometry = MountGeometry("tiltroll-ew", 35.0)
+        down = base_tilt(np.array([1.0, 0, 0, 0, 0, 0]), geometry)
+        assert (down.tilt_deg, down.bearing_deg) == pytest.approx((1.0, 90.0))
+        turned = base_tilt(np.array([0, 0, 1.0, 0, 0, 0]), geometry)
+        assert turned.tilt_deg == pytest.approx(0.0, abs=1e-12)
+        assert turned.turn_deg == pytest.approx(-1.0)
+
+
+class TestCrossChecks:
+    def test_leaving_out_by_algebra_is_leaving_out_in_deed(self):
+        context, points = day_of("azel", 9, noise_deg=0.03)
+        checks = cross_check(fit_exact(points, context))
+        for index in (0, 4, 8):
+            others = points.subset([i for i in range(9) if i != index])
+            solution = fit_exact(others, context)
+            e1, e2 = solution.exact_mechanism().errors_deg(
+                points.geometry, points.ax1_deg[index], points.ax2_deg[index]
+            )
+            missed = np.hypot(
+                (points.err1_deg[index] - e1) * np.sin(np.radians(points.ax2_deg[index])),
+                points.err2_deg[index] - e2,
+            )
+            assert checks.left_out_deg[index] == pytest.approx(missed, rel=0.25, abs=0.004)
+
+    def test_noise_looks_random(self):
+        low = 0
+        for seed in range(60):
+            context, points = day_of("azel", 10, seed=seed)
+            probability = cross_check(fit_exact(points, context)).order_probability
+            low += probability < 0.1
+        assert 1 <= low <= 13
+
+    def test_one_point_says_nothing_about_itself(self):
+        context, points = day_of("azel", 1)
+        checks = cross_check(fit_exact(points, context))
+        assert checks.left_out_rms_deg is None
+        assert checks.last_moved_deg is None
+        assert checks.order_probability is None
