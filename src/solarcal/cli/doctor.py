@@ -18,7 +18,7 @@ def run(args: argparse.Namespace) -> int:
     """0 when no check failed; warnings do not count."""
     from dataclasses import asdict
 
-    from solarcal.readiness import check_all
+    from solarcal.cli.readiness import check_all
 
     checks = check_all()
     failed = [check.name for check in checks if check.verdict == "failed"]

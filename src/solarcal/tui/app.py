@@ -275,13 +275,15 @@ class SolarcalApp(App[int]):
 
     def _remember_file(self) -> None:
         """On which line each session was taken: after a crash it goes on there."""
-        if self.line is None or self.line.station.session_path in (None, self._path):
+        path = self.conductor.station.session_path if self.conductor is not None else None
+        if path is None or path == self._path:
             return
-        self._path = self.line.station.session_path
+        self._path = path
+        if self.line is None:
+            return
         plain = msgspec.structs.replace(self.line.choice, session="", start_utc="")
         settings = msgspec.structs.replace(self.settings, last=plain)
-        if self._path is not None:
-            self.remember(settings.with_line(self._path, plain))
+        self.remember(settings.with_line(path, plain))
 
     def _fit_if_needed(self, state: StationState) -> None:
         """A fit costs milliseconds, a status comes every second: only when the points changed."""

@@ -1,6 +1,5 @@
 """P1..P6 with sigma, change since the last point and a sparkline of their history."""
 
-import textwrap
 from collections.abc import Sequence
 
 from textual.content import Content
@@ -25,14 +24,11 @@ class CoefficientsPane(Static):
     """
 
     def show_fit(self, session: SessionView, solution: Solution | None) -> None:
-        width = max(40, self.size.width - 2)
-        lines = coefficient_lines(session, solution, width)
+        lines = coefficient_lines(session, solution)
         self.update(Content("\n").join(Content.assemble(*line) for line in lines))
 
 
-def coefficient_lines(
-    session: SessionView, solution: Solution | None, width: int
-) -> list[list[Part]]:
+def coefficient_lines(session: SessionView, solution: Solution | None) -> list[list[Part]]:
     """The pane's lines as parts with styles."""
     if solution is None:
         count = len(session.accepted)
@@ -80,9 +76,7 @@ def coefficient_lines(
     ]
     if solution.message is not None:
         lines.append([(f" {solution.message} ", "bold reverse $warning")])
-    for sentence in (*solution.inseparable, *solution.notes):
-        lines += [[line] for line in textwrap.wrap(sentence, width)]
-    return lines
+    return lines + [[sentence] for sentence in (*solution.inseparable, *solution.notes)]
 
 
 def _short(number: float) -> str:

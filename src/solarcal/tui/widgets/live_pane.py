@@ -31,7 +31,7 @@ class LivePane(Static):
     """Sixteen lines; written anew with every status."""
 
     DEFAULT_CSS = """
-    LivePane { width: 1fr; height: 16; padding: 0 1; }
+    LivePane { width: 1fr; height: 16; padding: 0 1; text-wrap: nowrap; }
     """
 
     def show_state(self, state: StationState) -> None:
@@ -69,7 +69,7 @@ def _clocks(header: Header, live: LiveView, sun: SunNow | None) -> list[list[Par
     solar = clock_text(sun.solar_time_h * 3600.0) if sun is not None else "-"
     difference: list[Part] = []
     if live.unit_minus_laptop_s is not None:
-        seconds = live.unit_minus_laptop_s
+        seconds = round(live.unit_minus_laptop_s, 1) + 0.0  # no negative zero
         style = "bold $warning" if abs(seconds) > 1.0 else ""
         shown = f"{seconds:+.1f} s" if abs(seconds) < 1e4 else f"{seconds / 3600.0:+.2f} h"
         difference = ["  unit - laptop ", (shown, style)]

@@ -30,7 +30,7 @@ from solarcal.tui.widgets.coefficients_pane import CoefficientsPane
 from solarcal.tui.widgets.live_pane import LivePane
 from solarcal.tui.widgets.text_lines import TextLines
 
-WIDE = (132, 36)
+WIDE = (138, 36)
 """From this size on all panes are side by side."""
 
 SECOND_PLOT_ROWS = 42
@@ -79,7 +79,7 @@ class WorkstationView(Vertical):
     WorkstationView #right { width: 1fr; }
     WorkstationView #coefficients { height: 1fr; scrollbar-size: 1 1; }
     WorkstationView.-wide #tabs { display: none; }
-    WorkstationView.-wide #left { width: 54; }
+    WorkstationView.-wide #left { width: 60; }
     WorkstationView.-wide #now {
         height: 18; border: round $faint; border-title-color: $primary;
     }

@@ -3,7 +3,6 @@
 import locale
 import os
 import shutil
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
@@ -18,7 +17,6 @@ Verdict = Literal["ok", "warning", "failed"]
 
 LEAST_SIZE = (80, 24)
 LEAST_FREE_MB = 50
-_ASK_TIMEOUT_S = 3.0
 _GRABBING_TERMINALS = {
     "linux": "the Linux console switches screens on Alt+F-keys: use the plain F-keys or letters",
     "rxvt-unicode": "urxvt sends Alt+F-keys as Escape and F-key: use the plain F-keys or letters",
@@ -34,14 +32,6 @@ class Check:
     verdict: Verdict
     found: str
     remedy: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class ClockSync:
-    """Whether the laptop's clock follows a time source; ``None``: it does not say."""
-
-    synchronised: bool | None
-    found: str
 
 
 def check_all() -> list[Check]:
@@ -121,49 +111,18 @@ def ports() -> Check:
 
 
 def clock() -> Check:
-    sync = clock_synchronisation()
-    if sync.synchronised:
-        return Check("clock", "ok", sync.found)
+    from solarcal.station.laptop_clock import laptop_clock
+
+    answer = laptop_clock()
+    if answer.synchronised:
+        return Check("clock", "ok", answer.sentence)
     return Check(
         "clock",
-        "warning" if sync.synchronised is None else "failed",
-        sync.found,
+        "warning" if answer.synchronised is None else "failed",
+        answer.sentence,
         "let it synchronise, or enter a time tick on the clock screen (F10): "
         "24 s of error are 0.1 deg of Sun",
     )
-
-
-def clock_synchronisation() -> ClockSync:
-    """Ask the system whether its clock follows a time source."""
-    if sys.platform == "win32":
-        answer = _ask("w32tm", "/query", "/status")
-        if answer is None:
-            return ClockSync(None, "the time service does not answer")
-        follows = "Local CMOS Clock" not in answer and "Free-running" not in answer
-        return ClockSync(follows, "follows a time server" if follows else "runs free")
-    if sys.platform == "darwin":
-        answer = _ask("sntp", "-t", "2", "time.apple.com")
-        found = "a time server answers" if answer else "no time server answers"
-        return ClockSync(True if answer else None, found)
-    answer = _ask("timedatectl", "show", "--property=NTPSynchronized", "--value")
-    if answer is not None and answer.strip() in ("yes", "no"):
-        follows = answer.strip() == "yes"
-        return ClockSync(follows, "synchronised (systemd)" if follows else "NOT synchronised")
-    answer = _ask("chronyc", "-n", "tracking")
-    if answer is not None:
-        follows = "Not synchronised" not in answer
-        return ClockSync(follows, "synchronised (chrony)" if follows else "NOT synchronised")
-    return ClockSync(None, "the system does not say whether its clock is synchronised")
-
-
-def _ask(*command: str) -> str | None:
-    try:
-        done = subprocess.run(
-            command, capture_output=True, text=True, timeout=_ASK_TIMEOUT_S, check=True
-        )
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return done.stdout
 
 
 def disk() -> Check:
