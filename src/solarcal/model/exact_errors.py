@@ -1,5 +1,7 @@
 """The exact errors of a mechanism and their slopes, on sky: what every exact fit is made of."""
 
+import math
+
 import numpy as np
 
 from solarcal.mount.geometry import MountGeometry
@@ -12,19 +14,26 @@ LEAN_STEP_DEG = 1e-4
 LARGEST_LEAN_DEG = 40.0
 """A search may wander: the mechanism itself refuses 45."""
 
+_LARGEST_ZERO_DEG = 359.0
+_LARGEST_SCALE = 0.49
+
 
 def mechanism_of(values: FloatArray) -> Mechanism:
     """The mechanism of six numbers (6,), lean held to what can be computed."""
     P1, P2, P3, P4, P5, P6 = values.tolist()
-    shrink = min(1.0, LARGEST_LEAN_DEG / max(np.hypot(P1, P3), 1e-12))
+    shrink = min(1.0, LARGEST_LEAN_DEG / max(math.hypot(P1, P3), 1e-12))
     return Mechanism(
         P1 * shrink,
-        float(np.clip(P2, -359.0, 359.0)),
+        _held(P2, _LARGEST_ZERO_DEG),
         P3 * shrink,
-        float(np.clip(P4, -359.0, 359.0)),
-        float(np.clip(P5, -0.49, 0.49)),
-        float(np.clip(P6, -0.49, 0.49)),
+        _held(P4, _LARGEST_ZERO_DEG),
+        _held(P5, _LARGEST_SCALE),
+        _held(P6, _LARGEST_SCALE),
     )
+
+
+def _held(value: float, largest: float) -> float:
+    return min(max(value, -largest), largest)
 
 
 def axis_errors_deg(

@@ -30,7 +30,8 @@ FREE_PRECISION = 1e-6
 _FIRST_NOISE_DEG = 0.1
 _PLAIN_STEPS = 3
 _MOST_STEPS = 12
-_SETTLED = 2e-5
+_SETTLED = 2e-3
+"""In units of the prior: the curvature over so small a step is below a thousandth of the noise."""
 _LEAN_TRUSTED_DEG = 10.0
 """A lean step no linearisation is believed beyond."""
 
@@ -105,15 +106,16 @@ def fit_mechanism(
     for _ in range(_PLAIN_STEPS):
         step = _plain_step(linearised(values)[0])
         values = values + _trusted(step, unit)
-        if np.abs(step).max() < 1e-3:
+        if np.abs(step).max() < 10.0 * _SETTLED:
             break
+    at, left, sky = linearised(values)
+    mixture = solve_mixture(at)
     for _ in range(_MOST_STEPS):
-        at, left, sky = linearised(values)
-        mixture = solve_mixture(at)
-        step = mixture.mean_step
-        if np.abs(step).max() < _SETTLED:
+        if np.abs(mixture.mean_step).max() < _SETTLED:
             break
-        values = values + _trusted(step, unit)
+        values = values + _trusted(mixture.mean_step, unit)
+        at, left, sky = linearised(values)
+        mixture = solve_mixture(at, mixture)
     return _concluded(at, mixture, values, unit, left, sky)
 
 
@@ -144,6 +146,8 @@ def _concluded(
     sky: FloatArray,
 ) -> ExactFit:
     scales = np.exp(mixture.log_scales)
+    # The last step is too small to be worth another linearisation.
+    left = left - (at.slopes @ mixture.mean_step).T / sky
     data = _data_only(at, mixture.weights @ mixture.point_weights, unit)
     if at.precision[0] == FREE_PRECISION:
         covariances = np.stack([_free_covariance(at, w, unit) for w in mixture.point_weights])
@@ -153,7 +157,7 @@ def _concluded(
         covariances = np.linalg.inv(normal + prior) * np.outer(unit, unit)
     posterior = MechanismPosterior(
         weights=mixture.weights,
-        means=values + (mixture.steps - mixture.mean_step) * unit,
+        means=values + mixture.steps * unit,
         covariances=covariances,
         noise_deg=scales * np.sqrt(np.mean(at.sigma_deg**2)),
     )

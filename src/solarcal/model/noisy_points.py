@@ -75,17 +75,24 @@ class ScaleMixture:
         return mean
 
 
-def solve_mixture(at: Linearised) -> ScaleMixture:
-    """Posterior over a grid of noise scales, refined where its weight lies."""
+def solve_mixture(at: Linearised, before: ScaleMixture | None = None) -> ScaleMixture:
+    """Posterior over a grid of noise scales, refined where its weight lies.
+
+    ``before``, the answer at a place nearby, saves looking for blunders and for the scale again.
+    """
     n = len(at.residuals)
-    start = _search_blunders(at) if n > 2 else np.zeros((1, n))
-    coarse = _at_scales(at, _COARSE_NODES + at.log_scale_mean, start)
-    mean = float(coarse.weights @ coarse.log_scales)
-    spread = float(np.sqrt(coarse.weights @ (coarse.log_scales - mean) ** 2))
+    if before is None:
+        start = _search_blunders(at) if n > 2 else np.zeros((1, n))
+        before = _at_scales(at, _COARSE_NODES + at.log_scale_mean, start)
+        narrowest = _COARSE_STEP / 2.0
+    else:
+        narrowest = _LEAST_LOG_SD
+    mean = float(before.weights @ before.log_scales)
+    spread = float(np.sqrt(before.weights @ (before.log_scales - mean) ** 2))
     # A coarse grid cannot tell a width below its own step: 2n - k data leave about this one.
     sharpest = 1.0 / np.sqrt(4.0 * n + 2.0 / at.log_scale_sd**2)
-    spread = max(spread, min(sharpest, _COARSE_STEP / 2.0), _LEAST_LOG_SD)
-    best = coarse.blunder[int(np.argmax(coarse.weights))][np.newaxis]
+    spread = max(spread, min(sharpest, narrowest), _LEAST_LOG_SD)
+    best = before.blunder[int(np.argmax(before.weights))][np.newaxis]
     return _at_scales(at, mean + spread * _FINE_NODES, best)
 
 
