@@ -89,7 +89,7 @@ async def test_a_reference_check_runs_and_shows_the_difference() -> None:
     cable.emulator.lose_counts(1, 25)
     async with workstation(station) as (app, pilot):
         await pilot.press("alt+f5")
-        await shows(pilot, "Start: both axes")
+        await shows(pilot, "Start: drive")
         await pilot.press("enter")
         await shows(pilot, "counts were missed")
         assert [check.number for check in station.session.ref_checks] == [1, 2]

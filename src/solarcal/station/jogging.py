@@ -25,8 +25,9 @@ BEHIND_DEG = 0.4
 TAKEN_UP_DEG = 0.3
 """An axis that has come forward by this much since it last went backward has no slack left."""
 
-RENEWAL_LEAD_S = 1.0
-"""A renewed target aims at where the Sun will be this much later, about the time to the next."""
+RENEWAL_LEAD_S = (0.5, 4.0)
+"""A renewed target aims at where the Sun will be when the next one comes, as long from now as the
+last was ago, but within these; the unit forgets a target after five seconds."""
 
 SETTING_LEAD_S = 2.0
 """Before the offset is set the axes are put where the Sun will be then, and wait for it."""
@@ -139,6 +140,7 @@ class SunOffsetJog:
         self._aim: Aim | None = None
         self._watch: ApproachWatch | None = None
         self._found_tracking: bool | None = None
+        self._looked_utc_s: float | None = None
 
     @property
     def jogging(self) -> bool:
@@ -160,8 +162,9 @@ class SunOffsetJog:
             self.release()
         if self._aim is not None:
             self._aim = self._came_behind(self._aim, status, rates, senses)
-            target = self._aim.target_deg(status, rates, senses, RENEWAL_LEAD_S)
+            target = self._aim.target_deg(status, rates, senses, self._lead_s(status))
             self.station.jog(*target)
+        self._looked_utc_s = status.unit_utc_s
         emulation = self.station.tracker.emulation
         spot = emulation.spot() if emulation is not None else None
         return JogView(status, rates, senses, self._watch, self._aim, target, spot)
@@ -256,6 +259,11 @@ class SunOffsetJog:
         return jogged
 
     # -- inside ------------------------------------------------------------------------------
+
+    def _lead_s(self, status: Status) -> float:
+        least, most = RENEWAL_LEAD_S
+        ago_s = status.unit_utc_s - (self._looked_utc_s or status.unit_utc_s)
+        return min(max(ago_s, least), most)
 
     def _rates(self, status: Status) -> Pair:
         site = self.station.unit_site.site if self.station.unit_site else self._site()

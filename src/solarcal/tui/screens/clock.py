@@ -13,7 +13,8 @@ from solarcal.station.laptop_clock import LaptopClock, laptop_clock
 from solarcal.station.procedure import Station
 from solarcal.station.state import StationState
 from solarcal.timescale import format_utc
-from solarcal.tui.screens.dialog import Dialog, open_dialog
+from solarcal.tui.screens.dialog import open_dialog
+from solarcal.tui.screens.paced import PacedDialog
 from solarcal.tui.widgets.field import Field
 from solarcal.tui.widgets.key_button import DialogKey
 
@@ -30,12 +31,12 @@ def open_screen(app: "SolarcalApp") -> None:
     open_dialog(app, ClockDialog())
 
 
-class ClockDialog(Dialog):
+class ClockDialog(PacedDialog):
     """Unit minus laptop before and after; a radio or GPS time tick may correct the laptop."""
 
     HEADING = "Clocks"
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
-        DialogKey("set", "Set the unit's clock", "enter,y", "Enter y"),
+        DialogKey("set", "Set the unit's", "enter,y", "Enter y"),
         DialogKey("pip", "A full minute: NOW", "m", "m"),
     )
 

@@ -2,13 +2,26 @@
 
 from solarcal.station.procedure import Station
 from solarcal.tui.screens.dialog import Dialog
+from solarcal.tui.widgets.key_button import DialogKey
 
 PACE = "speed"
 """The step's name; its result is the speed as it is then."""
 
+SPEED_KEYS = (
+    DialogKey("app.perform('faster')", "emulator faster", "plus", "+", button=False),
+    DialogKey("app.perform('slower')", "emulator slower", "minus", "-", button=False),
+)
+
 
 class PacedDialog(Dialog):
-    """Sets a faster emulator to x1 while open, and back unless it was changed meanwhile."""
+    """Sets a faster emulator to x1 while open, and back unless it was changed meanwhile.
+
+    The keys for an emulator's speed work here too.
+    """
+
+    def __init_subclass__(cls) -> None:
+        cls.KEYS = (*cls.KEYS, *SPEED_KEYS)
+        super().__init_subclass__()
 
     def __init__(self) -> None:
         super().__init__()

@@ -110,7 +110,7 @@ class RecomputeScreen(StationScreen):
         yield ActionFooter(
             [
                 FooterEntry("Spc", "Next", "screen.step(1)"),
-                FooterEntry("BkSp", "Before", "screen.step(-1)"),
+                FooterEntry("BkSp", "Prev", "screen.step(-1)"),
                 FooterEntry("Ent", "Open", "screen.open"),
                 FooterEntry("v", "Plot", "screen.plot"),
                 FooterEntry("Esc", "Back", "screen.back"),

@@ -32,8 +32,8 @@ class RefCheckDialog(Dialog):
 
     HEADING = "Reference check"
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
-        DialogKey("start", "Start: both axes drive to their switches", "enter,y", "Enter y"),
-        DialogKey("track", "Track the Sun again", "t", "t"),
+        DialogKey("start", "Start: drive to the switches", "enter,y", "Enter y"),
+        DialogKey("track", "Track again", "t", "t"),
     )
 
     DEFAULT_CSS = """

@@ -1,0 +1,169 @@
+"""The real program on a pseudo-terminal, read by a terminal emulator; the unit in its own process."""
+
+import fcntl
+import json
+import os
+import pty
+import re
+import select
+import signal
+import struct
+import subprocess
+import sys
+import termios
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pyte
+
+PATIENCE_S = 30.0
+KITTY = re.compile(rb"\x1b\[[<=>?][0-9;]*u")
+"""Keyboard protocol requests, which pyte takes for something else."""
+
+ALT_F3, ALT_F5, ALT_F7, CTRL_F9 = b"\x1b[1;3R", b"\x1b[15;3~", b"\x1b[18;3~", b"\x1b[20;5~"
+F2, F6, F8, F10, F12 = b"\x1bOQ", b"\x1b[17~", b"\x1b[19~", b"\x1b[21~", b"\x1b[24~"
+ENTER, ESC, CTRL_Q, CTRL_S = b"\r", b"\x1b", b"\x11", b"\x13"
+UP, DOWN, RIGHT, LEFT = b"\x1b[A", b"\x1b[B", b"\x1b[C", b"\x1b[D"
+
+
+def environment(home: Path) -> dict[str, str]:
+    """Nothing of the user who runs the tests."""
+    env = {k: v for k, v in os.environ.items() if k not in ("NO_COLOR", "COLORTERM")}
+    env |= {
+        "TERM": "xterm-256color",
+        "HOME": str(home),
+        "XDG_CONFIG_HOME": str(home / "config"),
+        "XDG_DATA_HOME": str(home / "data"),
+        "SOLARCAL_SESSIONS": str(home / "sessions"),
+    }
+    (home / "sessions").mkdir(parents=True, exist_ok=True)
+    return env
+
+
+class EmulatorProcess:
+    """``solarcal emulate`` on a pseudo-terminal of its own."""
+
+    def __init__(self, link: Path, home: Path, *settings: str, start: str, speed: float) -> None:
+        self.link = link
+        self._command = [sys.executable, "-m", "solarcal", "emulate", "--pty", str(link)]
+        self._command += ["--start", start, "--seed", "7", "--speed", f"{speed:g}"]
+        self._command += [part for setting in settings for part in ("--set", setting)]
+        self._env = environment(home)
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def start(self) -> None:
+        self._process = subprocess.Popen(
+            self._command, env=self._env, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+        )
+        assert self._process.stdout is not None
+        # Its first line says that it can be connected to.
+        assert self._process.stdout.readline()
+
+    def kill(self) -> None:
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+            assert self._process.stdout is not None
+            self._process.stdout.close()
+            self._process = None
+
+
+class Terminal:
+    """``solarcal run`` in a terminal of that size."""
+
+    def __init__(self, home: Path, *arguments: str, size: tuple[int, int] = (80, 24)) -> None:
+        columns, rows = size
+        self.screen = pyte.Screen(columns, rows)
+        self._stream = pyte.ByteStream(self.screen)
+        master, slave = pty.openpty()
+        fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "solarcal", "run", *arguments],
+            env=environment(home),
+            stdin=slave,
+            stdout=slave,
+            stderr=slave,
+            start_new_session=True,
+        )
+        os.close(slave)
+        self._master = master
+
+    # -- eyes ----------------------------------------------------------------------------------
+
+    def read(self, timeout_s: float = 0.05) -> None:
+        """Take in what the program has drawn."""
+        readable, _, _ = select.select([self._master], [], [], timeout_s)
+        if readable:
+            try:
+                data = os.read(self._master, 65536)
+            except OSError:
+                # The program has ended and its terminal with it.
+                return
+            self._stream.feed(KITTY.sub(b"", data))
+
+    def text(self) -> str:
+        return "\n".join(line.rstrip() for line in self.screen.display)
+
+    def words(self) -> str:
+        text = self.text()
+        for frame in "┃│╭╮╰╯─━┏┓┗┛▌▐":
+            text = text.replace(frame, " ")
+        return " ".join(text.split())
+
+    def until(self, true: Callable[[], object]) -> None:
+        deadline = time.monotonic() + PATIENCE_S
+        while not true():
+            if time.monotonic() > deadline:
+                raise AssertionError(f"in vain; the screen shows:\n{self.text()}")
+            self.read()
+
+    def shows(self, *words: str) -> None:
+        self.until(lambda: all(word in self.words() for word in words))
+
+    def shows_no(self, *words: str) -> None:
+        self.until(lambda: all(word not in self.words() for word in words))
+
+    # -- hands ---------------------------------------------------------------------------------
+
+    def press(self, *keys: bytes | str) -> None:
+        for key in keys:
+            os.write(self._master, key.encode() if isinstance(key, str) else key)
+            # One key a read, as from a hand: an escape must not melt into the next key.
+            self.read(0.02)
+
+    # -- life ----------------------------------------------------------------------------------
+
+    def kill(self) -> None:
+        """As a power cut would."""
+        os.kill(self._process.pid, signal.SIGKILL)
+        self._process.wait()
+
+    def quit(self) -> int:
+        """By its own key."""
+        self.press(CTRL_Q)
+        deadline = time.monotonic() + PATIENCE_S
+        while self._process.poll() is None:
+            if time.monotonic() > deadline:
+                raise AssertionError(f"does not quit; the screen shows:\n{self.text()}")
+            self.read()
+        return self._process.returncode
+
+    def close(self) -> None:
+        if self._process.poll() is None:
+            self.kill()
+        os.close(self._master)
+
+
+def solarcal_json(home: Path, *arguments: str) -> dict[str, Any]:
+    """What a command prints with ``--json``."""
+    done = subprocess.run(
+        [sys.executable, "-m", "solarcal", *arguments, "--json"],
+        env=environment(home),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    answer: dict[str, Any] = json.loads(done.stdout)
+    return answer
