@@ -75,6 +75,8 @@ def _change_speed(app: "SolarcalApp", step: int) -> None:
         raise ProcedureRefused("time can only be hurried on an emulated tracker")
     nearest = min(range(len(SPEEDS)), key=lambda index: abs(SPEEDS[index] - now))
     wanted = SPEEDS[min(max(nearest + step, 0), len(SPEEDS) - 1)]
+    # The next press may come before the unit has answered this one.
+    app.emulated_speed = wanted
     app.station_conductor().submit("speed", lambda s: _emulation(s).set_speed(wanted))
 
 
