@@ -183,13 +183,13 @@ class SolarcalApp(App[int]):
         self._opening = False
         self.line = message.line
         self._output = None
-        self.emulated_speed = 1.0 if message.line.station.tracker.emulation is not None else None
         self.adopt(message.line.station)
         self.push_screen(WorkstationScreen())
 
     def adopt(self, station: "Station") -> None:
         """Conduct this station from now on."""
         self.conductor = Conductor(station, self.post_message)
+        self.emulated_speed = 1.0 if station.tracker.emulation is not None else None
         self.conductor.start()
         self.on_state_changed(StateChanged(station.state))
 
@@ -232,6 +232,7 @@ class SolarcalApp(App[int]):
             performer(self)
         except SolarcalError as error:
             self.notify(str(error), severity="warning")
+            self.post_message(StepFailed(action_id, error))
 
     async def action_quit(self) -> None:
         """Textual's own way out takes ours."""

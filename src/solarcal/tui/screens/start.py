@@ -1,6 +1,7 @@
 """The first screen: which unit, which emulated one, which saved session; the last choice first."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any, ClassVar
 
 import msgspec
@@ -13,6 +14,7 @@ from textual.widgets.option_list import Option
 
 from solarcal import __version__
 from solarcal.config import Choice
+from solarcal.errors import SolarcalError
 from solarcal.tui.messages import StartOffers
 from solarcal.tui.screens.base import StationScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
@@ -88,6 +90,9 @@ class StartScreen(StationScreen):
         if error:
             self.station_app.notify(sentence, severity="error", timeout=10.0)
 
+    def step_failed(self, name: str, error: SolarcalError) -> None:
+        self.query_one("#log", LogLine).say(str(error), error=True)
+
     # -- what there is to choose -------------------------------------------------------------
 
     def look_up(self) -> None:
@@ -124,7 +129,7 @@ class StartScreen(StationScreen):
         if self._continue:
             ports = offers.ports if offers is not None else []
             yield (
-                f"On which line is the unit of {self._continue}?",
+                f"On which line is the unit of {Path(self._continue).name}?",
                 [
                     (words, msgspec.structs.replace(choice, session=self._continue))
                     for words, choice in ports

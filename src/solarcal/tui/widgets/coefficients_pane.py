@@ -31,10 +31,9 @@ class CoefficientsPane(Static):
 def coefficient_lines(session: SessionView, solution: Solution | None) -> list[list[Part]]:
     """The pane's lines as parts with styles."""
     if solution is None:
-        count = len(session.accepted)
         return [
-            [("P1..P6", "bold"), "  from the third accepted point on"],
-            [f"{count} accepted so far; in force in the unit at the start:"],
+            [("P1..P6", "bold"), "  as soon as a point is accepted"],
+            ["In force in the unit at the start:"],
             *_in_force(session),
         ]
     values = solution.coefficients().as_tuple()

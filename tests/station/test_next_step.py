@@ -1,0 +1,127 @@
+"""What the workstation tells the technician to do next, step by step of the manual."""
+
+from dataclasses import replace
+
+import pytest
+
+from solarcal.emulator.emulation import Emulator
+from solarcal.emulator.scenario import load_scenario
+from solarcal.emulator.server import InProcessLink
+from solarcal.session.journal import Journal
+from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.next_step import NextStep, countdown_text, next_step
+from solarcal.station.procedure import Station
+from solarcal.station.state import Activity, LinkState, StationState
+from solarcal.station.sun_now import sun_now
+from solarcal.station.technician import AutomaticTechnician, Schedule
+from solarcal.timescale import parse_utc
+from solarcal.unit.drivers.solartrak import SolarTrakUnit
+
+
+def connected(*settings):
+    emulator = Emulator(load_scenario("tijeras-azel", list(settings)), seed=1)
+    unit = SolarTrakUnit(lambda: InProcessLink(emulator))
+    unit.open()
+    station = Station(unit, EmulatedClock(unit.emulation))
+    station.connect()
+    station.open_session(Journal.memory)
+    station.poll()
+    return station
+
+
+def asked(station):
+    return next_step(station.state).action
+
+
+def test_without_a_unit_the_next_step_is_the_link():
+    assert next_step(StationState()).action == "link"
+
+
+def test_the_steps_come_in_the_manuals_order():
+    station = connected()
+    technician = AutomaticTechnician(station, station.tracker.emulation.spot, Schedule())
+    assert asked(station) == "clock"
+    station.set_unit_clock()
+    assert asked(station) == "ref_check"
+    station.ref_check()
+    assert asked(station) == "sun_offset"
+    technician.centre()
+    station.set_sun_offset()
+    station.track()
+    station.clock.wait(60.0)
+    station.poll()
+    assert asked(station) == "initialise"
+    station.initialise(confirmed=True)
+    assert asked(station) == "take_point"
+    station.begin_point()
+    assert "answer the questions" in next_step(station.state).sentence
+
+
+def test_the_next_point_is_due_half_an_hour_after_the_last():
+    station = connected()
+    technician = AutomaticTechnician(station, station.tracker.emulation.spot, Schedule())
+    technician.prepare()
+    technician.take_point()
+    station.poll()
+    step = next_step(station.state)
+    taken_s = parse_utc(station.session.accepted[-1].utc)
+    assert step.action == "sun_offset"
+    assert step.due_utc_s == taken_s + 1800.0
+    assert step.countdown_s(taken_s + 600.0) == 1200.0
+    assert step.countdown_s(taken_s + 2000.0) == 0.0
+
+
+def test_a_wrong_clock_comes_before_everything_else():
+    station = connected("truth.unit_offset_s=24")
+    step = next_step(station.state)
+    assert step.action == "clock"
+    assert "+24.0 s" in step.sentence
+    assert "0.10 deg" in step.sentence
+
+
+def test_a_lost_link_is_said_before_anything_the_session_wants():
+    station = connected()
+    live = replace(station.state.live, link=LinkState.LOST)
+    assert next_step(replace(station.state, live=live)).action == "link"
+
+
+def test_a_low_sun_is_waited_for():
+    station = connected()
+    technician = AutomaticTechnician(station, station.tracker.emulation.spot, Schedule())
+    technician.prepare()
+    station.poll()
+    assert "too low" in next_step(station.state, sun_elevation_deg=2.0).sentence
+    assert "too low" not in next_step(station.state, sun_elevation_deg=20.0).sentence
+
+
+def test_after_the_upload_two_check_points_prove_it():
+    station = connected()
+    schedule = Schedule(points=3, every_min=20.0, checks=2)
+    technician = AutomaticTechnician(station, station.tracker.emulation.spot, schedule)
+    technician.prepare()
+    technician.take_points()
+    technician.upload()
+    assert "check point 1 of 2" in next_step(station.state).sentence
+    technician.take_checks()
+    assert next_step(station.state).action == "quit"
+
+
+@pytest.mark.parametrize("activity", [Activity.REF_CHECK, Activity.GATHERING, Activity.UPLOADING])
+def test_in_the_middle_of_a_step_nothing_else_is_asked_for(activity):
+    station = connected()
+    assert next_step(replace(station.state, activity=activity)).action is None
+
+
+def test_a_countdown_reads_like_a_clock():
+    assert countdown_text(725.0) == "12:05"
+    assert countdown_text(3725.0) == "1:02:05"
+    assert NextStep("x").countdown_s(5.0) is None
+
+
+def test_both_suns_are_a_few_hundredths_apart_and_a_minute_of_clock_a_quarter_degree():
+    right, wrong = connected(), connected("truth.unit_offset_s=60")
+    near = sun_now(right.session, right.state.live)
+    far = sun_now(wrong.session, wrong.state.live)
+    assert near.apart_deg < 0.1
+    assert far.apart_deg == pytest.approx(0.25, abs=0.1)
+    assert near.azimuth_deg == pytest.approx(near.unit_azimuth_deg, abs=0.1)

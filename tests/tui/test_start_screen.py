@@ -1,0 +1,253 @@
+"""The start screen: what it offers, in which order, and what opening something leaves behind."""
+
+import pytest
+from procedure_bench import screen_words, shows, until
+from textual.widgets import Input, OptionList
+
+from solarcal.clock import SystemClock
+from solarcal.config import Choice, Settings, load_settings, sessions_dir
+from solarcal.errors import ConfigurationError
+from solarcal.profiles import FieldError, form_texts, load_profile, profile_from_form, save_profile
+from solarcal.session.journal import Journal
+from solarcal.session.reader import read_session
+from solarcal.session.records import Closed
+from solarcal.tui.app import SolarcalApp
+from solarcal.tui.opening import finished, open_line, saved_sessions
+from solarcal.tui.performers import PERFORMERS
+from solarcal.tui.screens.start import StartScreen
+from solarcal.tui.screens.workstation import WorkstationScreen
+
+
+def app_with(**settings):
+    return SolarcalApp(PERFORMERS, settings=Settings(**settings), remember=True)
+
+
+async def offers(pilot):
+    """The sections and entries of the list, once everything has been looked up."""
+    await shows(pilot, "tilted-tower")
+    choices = pilot.app.screen.query_one(OptionList)
+    return [str(option.prompt).strip() for option in choices.options]
+
+
+def unfinished_session(name="field-2026-06-03.jsonl"):
+    """A session that broke off, as a killed program leaves it; its line is an emulated one."""
+    from solarcal.profiles import Profile
+
+    line = open_line(Choice(scenario="tijeras-azel"), Profile())
+    line.station.set_unit_clock()
+    line.station.initialise(confirmed=True)
+    path = line.path
+    line.station.leave()
+    line.resources.close()
+    renamed = path.with_name(name)
+    path.rename(renamed)
+    return renamed
+
+
+async def test_a_newcomer_is_offered_the_emulated_trackers():
+    async with app_with().run_test(size=(100, 40)) as pilot:
+        entries = await offers(pilot)
+        at = entries.index("Emulated trackers, to learn and to try")
+        assert entries[at + 1].startswith("tijeras-azel")
+
+
+async def test_the_last_choice_comes_first_and_enter_opens_it():
+    async with app_with(last=Choice(scenario="tijeras-azel")).run_test(size=(100, 40)) as pilot:
+        entries = await offers(pilot)
+        assert entries[:2] == ["Last time", "emulated tracker tijeras-azel"]
+        await pilot.press("enter")
+        await until(pilot, lambda: isinstance(pilot.app.screen, WorkstationScreen))
+        await shows(pilot, "LINK OK", "Set the unit's clock")
+        await pilot.app.leave()
+
+
+async def test_opening_creates_the_session_at_once_and_remembers_its_line():
+    app = app_with()
+    async with app.run_test(size=(80, 24)) as pilot:
+        app.open_choice(Choice(scenario="tilted-tower", seed=3))
+        await until(pilot, lambda: isinstance(app.screen, WorkstationScreen))
+        assert [path.name for path in sessions_dir().iterdir()] == [app.session_name]
+        settings = load_settings()
+        assert settings.last == Choice(scenario="tilted-tower", seed=3)
+        assert settings.lines == {app.session_name: Choice(scenario="tilted-tower", seed=3)}
+        await app.leave()
+
+
+async def test_an_unfinished_session_comes_before_everything_and_goes_on():
+    path = unfinished_session()
+    before = read_session(path).records
+    line = Choice(scenario="tijeras-azel")
+    app = app_with(last=line, lines={path.name: line})
+    async with app.run_test(size=(100, 40)) as pilot:
+        entries = await offers(pilot)
+        assert entries[0] == "Unfinished sessions: go on where they stood"
+        assert entries[1].startswith(path.name)
+        await pilot.press("enter")
+        await until(pilot, lambda: isinstance(app.screen, WorkstationScreen))
+        assert app.session_name == path.name
+        assert app.state.session.records[: len(before)] == before
+        assert app.state.session.initialised is not None
+        await app.leave()
+
+
+async def test_an_unfinished_session_of_an_unknown_line_asks_for_the_line():
+    path = unfinished_session()
+    app = app_with()
+    async with app.run_test(size=(100, 40)) as pilot:
+        await offers(pilot)
+        await pilot.press("enter")
+        await shows(pilot, "On which line is the unit of")
+        assert path.name in screen_words(app)
+        await pilot.press("escape")
+        await shows(pilot, "Unfinished sessions")
+
+
+async def test_leaving_before_anything_was_begun_leaves_nothing_to_go_on_with():
+    app = app_with()
+    async with app.run_test(size=(80, 24)) as pilot:
+        app.open_choice(Choice(scenario="tijeras-azel"))
+        await until(pilot, lambda: isinstance(app.screen, WorkstationScreen))
+        path = app.line.path
+        await pilot.press("ctrl+q")
+        await until(pilot, lambda: app.return_value is not None)
+    assert isinstance(read_session(path).records[-1], Closed)
+    assert [saved.finished for saved in saved_sessions()] == [True]
+
+
+async def test_leaving_in_the_middle_of_a_calibration_offers_to_go_on():
+    app = app_with()
+    async with app.run_test(size=(80, 24)) as pilot:
+        app.open_choice(Choice(scenario="tijeras-azel"))
+        await until(pilot, lambda: isinstance(app.screen, WorkstationScreen))
+        app.conductor.submit("initialise", lambda s: s.initialise(confirmed=True))
+        await until(pilot, lambda: app.state.session.initialised is not None)
+        assert finished(app.state.session) == ""
+        await pilot.press("ctrl+q")
+        await until(pilot, lambda: app.return_value is not None)
+    assert [saved.finished for saved in saved_sessions()] == [False]
+
+
+async def test_a_port_that_is_not_there_is_said_in_one_line_and_can_be_tried_again(tmp_path):
+    app = app_with()
+    async with app.run_test(size=(100, 30)) as pilot:
+        await offers(pilot)
+        await pilot.press("a", *"/dev/nosuch", "enter")
+        await shows(pilot, "/dev/nosuch")
+        await until(pilot, lambda: not app._opening)
+        assert isinstance(app.screen, StartScreen)
+        assert app.screen.query_one(Input).value == "/dev/nosuch"
+        assert app.conductor is None
+    assert list(sessions_dir().glob("*")) == []
+
+
+async def test_a_damaged_session_file_is_no_reason_to_stop(tmp_path):
+    sessions_dir().mkdir(parents=True)
+    (sessions_dir() / "torn.jsonl").write_text("not a session\n")
+    async with app_with().run_test(size=(100, 40)) as pilot:
+        assert not any("torn" in entry for entry in await offers(pilot))
+    (saved,) = saved_sessions()
+    assert "torn.jsonl" in saved.damage
+
+
+async def test_a_theme_is_remembered():
+    app = app_with()
+    async with app.run_test(size=(80, 24)) as pilot:
+        app.theme = "sunlight"
+        await pilot.pause()
+    assert load_settings().theme == "sunlight"
+
+
+# -- the profile form ------------------------------------------------------------------------
+
+
+async def test_the_profile_form_saves_what_it_shows():
+    app = app_with()
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("e")
+        await shows(pilot, "Site, unit and operator")
+        for field, text in {
+            "name": "Tijeras", "operator": "Ann", "latitude_deg": "35.08",
+            "longitude_deg": "-106.4", "elevation_m": "1900", "pressure_hpa": "805",
+            "lean_north_deg": "0.3", "lean_east_deg": "-0.1", "lean_sigma_deg": "0.05",
+        }.items():  # fmt: skip
+            app.screen.query_one(f"#{field}", Input).value = text
+        await pilot.press("ctrl+w")
+        await shows(pilot, "profile Tijeras", "operator Ann")
+    saved = load_profile("Tijeras")
+    assert saved.site.longitude_deg == -106.4
+    assert saved.weather.pressure_hpa == 805.0
+    assert saved.inclinometer.lean_east_deg == -0.1
+    assert load_settings().profile == "Tijeras"
+
+
+async def test_a_wrong_field_is_named_marked_and_nothing_is_saved():
+    app = app_with()
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("e")
+        await shows(pilot, "Site, unit and operator")
+        app.screen.query_one("#latitude_deg", Input).value = "95"
+        app.screen.query_one("#longitude_deg", Input).value = "10"
+        await pilot.press("ctrl+w")
+        await shows(pilot, "Latitude, deg north: 95 is not between -90 and 90")
+        assert app.screen.query_one("#latitude_deg").has_class("-wrong")
+        assert app.focused is app.screen.query_one("#latitude_deg")
+        await pilot.press("escape")
+        await shows(pilot, "profile default")
+
+
+@pytest.mark.parametrize(
+    ("texts", "field"),
+    [
+        ({"name": "../up"}, "name"),
+        ({"latitude_deg": "35"}, "longitude_deg"),
+        ({"elevation_m": "100"}, "latitude_deg"),
+        ({"temperature_c": "20"}, "pressure_hpa"),
+        ({"pressure_hpa": "29.9"}, "pressure_hpa"),
+        ({"lean_north_deg": "0.1"}, "lean_east_deg"),
+        ({"lean_north_deg": "0.1", "lean_east_deg": "0", "lean_sigma_deg": "0"}, "lean_sigma_deg"),
+        ({"tolerance_deg": "a tenth"}, "tolerance_deg"),
+        ({"baudrate": "3"}, "baudrate"),
+    ],
+)
+def test_the_form_names_the_field_that_is_wrong(texts, field):
+    with pytest.raises(FieldError) as refused:
+        profile_from_form({"name": "x", **texts})
+    assert refused.value.field == field
+
+
+def test_a_profile_comes_back_from_the_form_and_from_its_file_unchanged():
+    texts = {
+        "name": "São Paulo"[:1] + "ao", "operator": 'Ann "the hand"\x7f', "latitude_deg": "-23,55",
+        "longitude_deg": "-46.6333333333", "port": "socket://host:7", "tolerance_deg": "0.05",
+    }  # fmt: skip
+    profile = profile_from_form(texts)
+    assert profile.site.latitude_deg == -23.55
+    assert profile_from_form(form_texts(profile)) == profile
+    save_profile(profile)
+    assert load_profile(profile.name) == profile
+
+
+def test_a_damaged_settings_file_is_named():
+    from solarcal.config import config_dir
+
+    config_dir().mkdir(parents=True)
+    (config_dir() / "settings.toml").write_text("theme = [\n")
+    with pytest.raises(ConfigurationError, match=r"settings\.toml"):
+        load_settings()
+
+
+def test_a_real_unit_has_the_laptops_clock_and_an_emulated_one_its_own():
+    from solarcal.profiles import Profile
+
+    line = open_line(Choice(scenario="tijeras-azel"), Profile())
+    assert not isinstance(line.clock, SystemClock)
+    line.close()
+
+
+def test_going_on_is_refused_when_another_program_has_the_file():
+    from solarcal.errors import SolarcalError
+    from solarcal.profiles import Profile
+
+    path = unfinished_session()
+    with Journal.resume(path), pytest.raises(SolarcalError, match=path.name):
+        open_line(Choice(scenario="tijeras-azel", session=str(path)), Profile())

@@ -1,0 +1,260 @@
+"""The screen of the day: panes and tabs, footer, palette, link, fit, emulated time, leaving."""
+
+import pytest
+from procedure_bench import (
+    LARGE,
+    SMALL,
+    bench,
+    offset_set,
+    screen_words,
+    shows,
+    take_points,
+    until,
+    workstation,
+)
+
+from solarcal.session.records import FitRecord, LinkLost, LinkRestored
+from solarcal.tui.bindings import ACTIONS
+from solarcal.tui.palette import ActionProvider
+from solarcal.tui.screens.workstation import FOOTER, WorkstationScreen
+from solarcal.tui.widgets.ansi_plot import strips_of_ansi
+from solarcal.tui.widgets.footer import FooterKey, StopKey
+from solarcal.tui.widgets.gauges import limit_bar, phase_bar
+from solarcal.tui.widgets.sparkline import sparkline
+from solarcal.tui.widgets.workstation_view import TABS, WorkstationView
+from solarcal.unit.tracker import Mode
+
+
+@pytest.fixture
+def station_and_cable(tmp_path):
+    return bench(tmp_path / "calibration.jsonl")
+
+
+async def on_workstation(app, pilot):
+    app.push_screen(WorkstationScreen())
+    await shows(pilot, "LINK OK")
+    return app.screen
+
+
+async def test_the_file_name_is_just_below_the_title(station_and_cable):
+    async with workstation(station_and_cable[0], SMALL) as (app, pilot):
+        await on_workstation(app, pilot)
+        await shows(pilot, "calibration.jsonl")
+        assert app.screen.query_one("#file").region.y == 1
+
+
+async def test_the_compact_form_has_every_pane_as_a_tab(station_and_cable):
+    station, _ = station_and_cable
+    offset_set(station)
+    seen = {
+        "now": "apparent solar time", "points": "No points yet", "coefficients": "In force",
+        "plot": "axis error", "checks": "Reference checks",
+    }  # fmt: skip
+    assert set(seen) == {name for name, _ in TABS}
+    async with workstation(station, SMALL) as (app, pilot):
+        await on_workstation(app, pilot)
+        for number, (name, _) in enumerate(TABS, start=1):
+            await pilot.press(str(number))
+            await shows(pilot, seen[name], "STOP", "calibration.jsonl")
+        await pilot.press("1")
+        for name, _ in [*TABS[1:], TABS[0]]:
+            await pilot.press("tab")
+            await shows(pilot, seen[name])
+
+
+async def test_a_click_on_a_tab_opens_it(station_and_cable):
+    async with workstation(station_and_cable[0], SMALL) as (app, pilot):
+        await on_workstation(app, pilot)
+        await pilot.click("#tab-checks")
+        await shows(pilot, "Reference checks")
+
+
+async def test_growing_and_shrinking_the_window_changes_the_form_and_loses_nothing(
+    station_and_cable,
+):
+    async with workstation(station_and_cable[0], SMALL) as (app, pilot):
+        screen = await on_workstation(app, pilot)
+        view = screen.query_one(WorkstationView)
+        assert not view.wide
+        await pilot.resize_terminal(*LARGE)
+        await until(pilot, lambda: view.wide)
+        await shows(pilot, "apparent solar time", "In force", "axis error", "No points yet")
+        await pilot.resize_terminal(*SMALL)
+        await until(pilot, lambda: not view.wide)
+        await shows(pilot, "1 Now", "apparent solar time", "STOP")
+
+
+async def test_v_goes_round_the_plots_in_both_forms(station_and_cable):
+    station, _ = station_and_cable
+    for size, words in (
+        (SMALL, ["axis error", "on the sky", "elevation", "drawn as", "axis error"]),
+        (LARGE, ["elevation", "drawn as", "on the sky"]),
+    ):
+        async with workstation(station, size) as (app, pilot):
+            await on_workstation(app, pilot)
+            for expected in words:
+                await pilot.press("v")
+                await shows(pilot, expected)
+        station, _ = bench()
+
+
+async def test_every_footer_target_is_on_the_screen_and_does_what_its_key_does(station_and_cable):
+    async with workstation(station_and_cable[0], SMALL) as (app, pilot):
+        screen = await on_workstation(app, pilot)
+        targets = list(screen.query(FooterKey))
+        assert [t.entry.action for t in targets] == [f"app.perform('{n}')" for n, _ in FOOTER]
+        for target in targets:
+            assert screen.region.contains_region(target.region)
+            assert target.render().cell_length <= target.region.width, target.entry
+        await pilot.click(targets[0])
+        await shows(pilot, "THE PROCEDURE")
+
+
+async def test_stop_is_large_clickable_and_acts_at_once(station_and_cable):
+    station, _ = station_and_cable
+    async with workstation(station, SMALL) as (app, pilot):
+        screen = await on_workstation(app, pilot)
+        stop = screen.query_one(StopKey)
+        assert stop.region.area >= 20
+        await pilot.click(stop)
+        await shows(pilot, "every motion was told to end")
+        assert station.tracker.status().mode is Mode.STOP
+
+
+@pytest.mark.parametrize("key", ["f12", "s", "ctrl+s"])
+async def test_stop_has_three_keys(key, station_and_cable):
+    station, _ = station_and_cable
+    async with workstation(station, SMALL) as (app, pilot):
+        await on_workstation(app, pilot)
+        await pilot.press(key)
+        await shows(pilot, "every motion was told to end")
+
+
+async def test_stop_works_while_text_is_typed_in_the_palette(station_and_cable):
+    station, _ = station_and_cable
+    async with workstation(station, SMALL) as (app, pilot):
+        await on_workstation(app, pilot)
+        await pilot.press("ctrl+p", "s", "f12")
+        await until(pilot, lambda: station.tracker.status().mode is Mode.STOP)
+
+
+async def test_the_palette_has_every_action(station_and_cable):
+    async with workstation(station_and_cable[0], SMALL) as (app, pilot):
+        screen = await on_workstation(app, pilot)
+        hits = [hit async for hit in ActionProvider(screen).discover()]
+        assert len(hits) == len(ACTIONS)
+        for action in ACTIONS:
+            found = [hit async for hit in ActionProvider(screen).search(action.label)]
+            assert found, action.label
+
+
+async def test_a_lost_line_is_said_recorded_and_comes_back_by_itself(station_and_cable):
+    station, cable = station_and_cable
+    async with workstation(station, SMALL) as (app, pilot):
+        await on_workstation(app, pilot)
+        cable.pulled = True
+        app.conductor.submit("status", lambda s: s.poll())
+        await shows(pilot, "LINK LOST", "reconnects by itself")
+        assert isinstance(station.session.records[-1], LinkLost)
+        cable.pulled = False
+        app.conductor.reconnect_now()
+        await shows(pilot, "LINK OK")
+        assert isinstance(station.session.records[-1], LinkRestored)
+
+
+async def test_a_new_point_is_fitted_and_the_fit_kept_once(station_and_cable):
+    station, _ = station_and_cable
+    take_points(station, 3, 20.0)
+    fits = [r for r in station.session.records if isinstance(r, FitRecord)]
+    async with workstation(station, SMALL) as (app, pilot):
+        await on_workstation(app, pilot)
+        victim = station.session.accepted[0].seq
+        app.conductor.submit("void", lambda s: s.void(victim, "test"))
+        await until(pilot, lambda: len(app.state.session.fits) == len(fits) + 1)
+        await pilot.press("3")
+        await shows(pilot, "2 points, rank")
+        assert app.state.session.fit_recorded
+        await pilot.pause(0.1)
+        assert len(station.session.fits) == len(fits) + 1
+
+
+async def test_what_is_refused_says_why_and_changes_nothing(station_and_cable):
+    station, _ = station_and_cable
+    async with workstation(station, SMALL) as (app, pilot):
+        await on_workstation(app, pilot)
+        before = station.session.records
+        app.emulated_speed = None
+        await pilot.press("plus")
+        await shows(pilot, "time can only be hurried on an emulated tracker")
+        assert station.session.records == before
+
+
+async def test_emulated_time_is_skipped_to_the_next_point(station_and_cable):
+    station, _ = station_and_cable
+    take_points(station, 1)
+    due = 1800.0
+    async with workstation(station, SMALL) as (app, pilot):
+        await on_workstation(app, pilot)
+        before = app.state.live.laptop_utc_s
+        await shows(pilot, "due in")
+        await pilot.press("w")
+        await shows(pilot, "due NOW")
+        assert 0.0 < app.state.live.laptop_utc_s - before <= due
+
+
+async def test_leaving_in_the_middle_of_a_point_asks_first(station_and_cable):
+    station, _ = station_and_cable
+    station.initialise(confirmed=True)
+    station.begin_point()
+    async with workstation(station, SMALL) as (app, pilot):
+        await on_workstation(app, pilot)
+        await pilot.press("ctrl+q")
+        await shows(pilot, "in the middle of: questions", "Leave?", "STOP")
+        await pilot.press("n")
+        await shows(pilot, "calibration.jsonl")
+        assert station.state.attempt is not None
+
+
+async def test_the_screen_is_complete_without_colours(station_and_cable, monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "1")
+    async with workstation(station_and_cable[0], SMALL) as (app, pilot):
+        await on_workstation(app, pilot)
+        assert "● LINK OK" in screen_words(app)
+        await pilot.press("4")
+        await shows(pilot, "● axis 1", "◆ axis 2")
+
+
+# -- the small parts -------------------------------------------------------------------------
+
+
+def test_a_limit_bar_shows_where_and_beyond_which_end():
+    assert limit_bar(0.0, 10.0, 0.0, 12) == "├●─────────┤"
+    assert limit_bar(0.0, 10.0, 10.0, 12) == "├─────────●┤"
+    assert limit_bar(0.0, 10.0, -1.0, 12).startswith("●")
+    assert limit_bar(0.0, 10.0, 11.0, 12).endswith("●")
+    assert {len(limit_bar(0.0, 10.0, value, 12)) for value in (-1.0, 0.0, 5.0, 11.0)} == {12}
+
+
+def test_a_phase_bar_fills_up():
+    assert phase_bar(0.0, 4) == "░░░░"
+    assert phase_bar(0.5, 4) == "██░░"
+    assert phase_bar(7.0, 4) == "████"
+
+
+def test_a_sparkline_keeps_the_newest_and_spans_its_values():
+    assert sparkline([9.0, 0.0, 1.0, 2.0], 3) == "▁▅█"
+    assert len(set(sparkline([2.0, 2.0], 5))) == 1
+    assert sparkline([], 5) == ""
+
+
+def test_a_plots_ansi_becomes_strips_of_full_width_in_its_colours():
+    from rich.style import Style
+
+    base = Style.parse("#ffffff on #000000")
+    first, second = strips_of_ansi("\x1b[38;5;214mab\x1b[0mc\n\x1b[1mx", 6, base)
+    assert (first.text, second.text) == ("abc   ", "x     ")
+    segments = list(first)
+    assert segments[0].style.color.number == 214
+    assert segments[1].style.color == base.color
+    assert next(iter(second)).style.bold
+    assert all(segment.style.bgcolor == base.bgcolor for segment in segments)
