@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
 
+import numpy as np
+
 from solarcal.errors import ConfigurationError
 from solarcal.model.fit import FEWEST_POINTS, Solution
 from solarcal.model.known_physics import Ideal, SkyContext
@@ -47,6 +49,13 @@ def point_set(table: PointTable) -> PointSet:
 def session_table(session: SessionView) -> PointTable:
     """The live points of a session, with their statuses."""
     return table_from_session(Session("", session.header, session.records))
+
+
+def newest_point_utc_s(table: PointTable) -> float | None:
+    """When the newest accepted point was taken; ``None`` where no time is known."""
+    times = table.accepted().utc_s
+    known = times[np.isfinite(times)]
+    return float(known.max()) if known.size else None
 
 
 def sky_context(table: PointTable, header: Header | None = None) -> SkyContext:
