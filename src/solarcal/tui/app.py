@@ -15,9 +15,7 @@ from textual.screen import Screen
 from solarcal.config import Choice, Settings, save_settings
 from solarcal.errors import ConfigurationError, ProcedureRefused, SolarcalError
 from solarcal.profiles import Profile
-from solarcal.station.state import StationState
 from solarcal.tui.bindings import ACTIONS, STOP_EVERYWHERE, Action
-from solarcal.tui.conductor import Conductor
 from solarcal.tui.fitting import Fitter
 from solarcal.tui.keyboard import bound_actions, modified_f3
 from solarcal.tui.messages import (
@@ -30,15 +28,24 @@ from solarcal.tui.messages import (
     StepFailed,
     StepStarted,
 )
-from solarcal.tui.opening import OpenLine, open_line
-from solarcal.tui.palette import ActionProvider
 from solarcal.tui.performers import Performer
 from solarcal.tui.screens.base import StationModal, StationScreen
 from solarcal.tui.screens.start import StartScreen
 from solarcal.tui.themes import DEFAULT_THEME, OWN_THEMES, axis_colours
 
 if TYPE_CHECKING:
+    from textual.command import Provider
+
     from solarcal.station.procedure import Station
+    from solarcal.station.state import StationState
+    from solarcal.tui.conductor import Conductor
+    from solarcal.tui.opening import OpenLine
+
+
+def _action_provider() -> "type[Provider]":
+    from solarcal.tui.palette import ActionProvider
+
+    return ActionProvider
 
 
 class SolarcalApp(App[int]):
@@ -61,7 +68,7 @@ class SolarcalApp(App[int]):
 
     TITLE = "solarcal"
     CSS_PATH = "solarcal.tcss"
-    COMMANDS = App.COMMANDS | {ActionProvider}
+    COMMANDS = App.COMMANDS | {_action_provider}
     BINDINGS: ClassVar[list[BindingType]] = [
         *(action.binding() for action in ACTIONS),
         STOP_EVERYWHERE,
@@ -82,7 +89,7 @@ class SolarcalApp(App[int]):
         super().__init__()
         self.conductor: Conductor | None = None
         self.line: OpenLine | None = None
-        self.state = StationState()
+        self._state: StationState | None = None
         self.fit: FitReady | None = None
         self.settings = settings or Settings()
         self.profile = profile or Profile()
@@ -97,6 +104,16 @@ class SolarcalApp(App[int]):
         self._opening = False
         self._path: Path | None = None
         self.emulated_speed: float | None = None
+
+    @property
+    def state(self) -> "StationState":
+        """The newest state the conductor has told; an empty one before there is a conductor."""
+        if self._state is None:
+            # Numpy comes with it: not before the first paint.
+            from solarcal.station.state import StationState
+
+            self._state = StationState()
+        return self._state
 
     # -- life ----------------------------------------------------------------------------------
 
@@ -166,6 +183,8 @@ class SolarcalApp(App[int]):
         self.push_screen(ReplayScreen(replay, Path(choice.replay).name))
 
     def _open_in_thread(self, choice: Choice, profile: Profile) -> None:
+        from solarcal.tui.opening import open_line
+
         try:
             line = open_line(choice, profile, output=self._output, trace=self._trace)
         except SolarcalError as error:
@@ -188,6 +207,8 @@ class SolarcalApp(App[int]):
 
     def adopt(self, station: "Station") -> None:
         """Conduct this station from now on."""
+        from solarcal.tui.conductor import Conductor
+
         self.conductor = Conductor(station, self.post_message)
         self.emulated_speed = 1.0 if station.tracker.emulation is not None else None
         self.conductor.start()
@@ -244,7 +265,7 @@ class SolarcalApp(App[int]):
         if key is not None:
             self.simulate_key(key)
 
-    def station_conductor(self) -> Conductor:
+    def station_conductor(self) -> "Conductor":
         """The conductor of the open line."""
         if self.conductor is None:
             raise ProcedureRefused("no unit is connected; choose one on the start screen")
@@ -263,7 +284,7 @@ class SolarcalApp(App[int]):
     def on_state_changed(self, message: StateChanged) -> None:
         if message.state.generation < self.state.generation:
             return
-        self.state = message.state
+        self._state = message.state
         self._remember_file()
         self._fit_if_needed(message.state)
         for screen in self._told():
@@ -286,7 +307,7 @@ class SolarcalApp(App[int]):
         settings = msgspec.structs.replace(self.settings, last=plain)
         self.remember(settings.with_line(path, plain))
 
-    def _fit_if_needed(self, state: StationState) -> None:
+    def _fit_if_needed(self, state: "StationState") -> None:
         """A fit costs milliseconds, a status comes every second: only when the points changed."""
         session = state.session
         if session is None:
@@ -344,4 +365,6 @@ def _prewarm() -> None:
 
     import solarcal.report.plots
     import solarcal.sun.precise
+    import solarcal.tui.opening
+    import solarcal.tui.screens.workstation
     import solarcal.tui.widgets.workstation_view  # noqa: F401

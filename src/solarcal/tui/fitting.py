@@ -2,12 +2,15 @@
 
 import threading
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from textual.message import Message
 
 from solarcal.errors import SolarcalError
-from solarcal.station.state import SessionView
 from solarcal.tui.messages import FitReady
+
+if TYPE_CHECKING:
+    from solarcal.station.state import SessionView
 
 
 class Fitter:
@@ -28,7 +31,7 @@ class Fitter:
     def start(self) -> None:
         self._thread.start()
 
-    def fit(self, generation: int, session: SessionView) -> None:
+    def fit(self, generation: int, session: "SessionView") -> None:
         """Fit this session; one still waiting is forgotten."""
         with self._change:
             self._wanted = (generation, session)
@@ -50,7 +53,7 @@ class Fitter:
             self._post(fit_message(generation, session))
 
 
-def fit_message(generation: int, session: SessionView) -> FitReady:
+def fit_message(generation: int, session: "SessionView") -> FitReady:
     """The fit of a session as the message that carries it."""
     from solarcal.station.fitting import solve
 

@@ -13,7 +13,8 @@ from solarcal.timescale import format_utc, parse_utc
 from solarcal.tui.fitting import fit_message
 from solarcal.tui.screens.base import StationScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
-from solarcal.tui.widgets.head_lines import HeadLine, LogLine, TitleLine
+from solarcal.tui.widgets.head_lines import HeadLine, LogLine
+from solarcal.tui.widgets.station_lines import TitleLine
 from solarcal.tui.widgets.workstation_view import TABS, WorkstationView
 
 TICK_S = 0.1

@@ -13,7 +13,8 @@ from solarcal.station.sun_now import sun_now
 from solarcal.tui.messages import FitReady, Progress
 from solarcal.tui.screens.base import StationScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
-from solarcal.tui.widgets.head_lines import HeadLine, LogLine, NextLine, TitleLine
+from solarcal.tui.widgets.head_lines import HeadLine, LogLine
+from solarcal.tui.widgets.station_lines import NextLine, TitleLine
 from solarcal.tui.widgets.workstation_view import TABS, WorkstationView
 
 FOOTER = (
