@@ -6,7 +6,7 @@ the fit is told where the Sun really stood.
 """
 
 from functools import lru_cache
-from typing import Literal, NamedTuple, get_args
+from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
 import msgspec
 import numpy as np
@@ -20,6 +20,9 @@ from solarcal.sun.appendix_a import horizontal_deg
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray
+
+if TYPE_CHECKING:
+    from solarcal.sun.ephemeris import SiteEphemeris
 
 Ideal = Literal["apparent", "airless", "solartrak"]
 """What ideal angles are: nothing missing, refraction missing, refraction and ephemeris missing."""
@@ -144,11 +147,15 @@ def sun_directions(context: SkyContext, utc_s: FloatArray) -> SunDirections:
 
 
 @lru_cache(maxsize=8)
-def _ephemeris(site: Site, first_block: float, last_block: float):  # type: ignore[no-untyped-def]
+def _ephemeris(site: Site, first_block: float, last_block: float) -> "SiteEphemeris":
     # erfa takes 70 ms to import; blocks of a year keep the prepared Sun for the next question.
     from solarcal.sun.ephemeris import SiteEphemeris
+    from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S
 
-    return SiteEphemeris(site, first_block * _YEAR_S, (last_block + 1.0) * _YEAR_S)
+    # A time beyond the models' years is refused by the ephemeris itself, with its own words.
+    start_s = max(first_block * _YEAR_S, FIRST_UTC_S)
+    end_s = min((last_block + 1.0) * _YEAR_S, LAST_UTC_S - 1.0)
+    return SiteEphemeris(site, start_s, end_s)
 
 
 class TruePoints(NamedTuple):

@@ -31,6 +31,7 @@ _ITERATIONS = 12
 _SEARCH_ITERATIONS = 6
 _SEARCH_SCALES = (0.0, 2 * _COARSE_STEP)
 _SETTLED = 1e-3
+_ROUNDING = 1e-14
 _MOST_SUSPECTS = 8
 
 
@@ -181,6 +182,8 @@ def _climb(
     for turn in range(iterations):
         weights = (1.0 - blunder) / good + blunder / bad
         normal = (weights @ squares).reshape(-1, k, k) + prior
+        # Without a prior to speak of, free directions would be lost in rounding.
+        normal += _ROUNDING * np.einsum("bii->b", normal)[:, np.newaxis, np.newaxis] * np.eye(k)
         steps = np.linalg.solve(normal, (weights @ pulls + prior_pull)[..., np.newaxis])[..., 0]
         left = at.residuals - (steps @ flat.T).reshape(-1, n, 2)
         distance = np.einsum("bna,bna->bn", left, left)

@@ -38,7 +38,9 @@ class YearAhead:
 
     def expected(self, covariance: FloatArray) -> tuple[float, float]:
         """Year rms and 95th percentile, degrees, if the mechanism were known to a covariance."""
-        rms = float(np.sqrt(self.known_square + np.sum(self.weight * covariance)))
+        # Rounding can leave a variance of almost nothing below nothing.
+        left = max(float(np.sum(self.weight * covariance)), 0.0)
+        rms = float(np.sqrt(self.known_square + left))
         values, vectors = np.linalg.eigh(covariance)
         factor = vectors * np.sqrt(np.maximum(values, 0.0))
         errors = (standard_normals(_DRAWS) @ factor.T) @ self.slopes

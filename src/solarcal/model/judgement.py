@@ -1,0 +1,83 @@
+"""All of it at once: fit, forecast, plan and verdict of one set of points."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from solarcal.model.forecast import TOLERANCE_DEG, Forecast, forecast
+from solarcal.model.known_physics import SkyContext
+from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.methods import DEFAULT_METHOD, DEFAULT_PRIOR, fit, posterior_without_prior
+from solarcal.model.plan import Plan, plan
+from solarcal.model.points import PointSet
+from solarcal.model.prior import Prior
+from solarcal.model.solution import Solution
+from solarcal.model.terms import CONTROLLER_TERMS
+from solarcal.model.verdict import BoltCircle, Verdict, judge
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """What a set of points comes to; ``plan`` is None where no time was given to plan from."""
+
+    solution: Solution
+    forecast: Forecast
+    plan: Plan | None
+    verdict: Verdict
+
+    def as_json(self) -> dict[str, Any]:
+        """The fit's document with forecast and verdict in it, and the plan where there is one."""
+        return {
+            **self.solution.as_json(),
+            "forecast": self.forecast.as_json(),
+            "verdict": self.verdict.as_json(),
+            **({} if self.plan is None else {"plan": self.plan.as_json()}),
+        }
+
+
+def judge_points(
+    points: PointSet,
+    context: SkyContext | None = None,
+    *,
+    method: str = DEFAULT_METHOD,
+    prior: Prior = DEFAULT_PRIOR,
+    terms: Iterable[str] = CONTROLLER_TERMS,
+    tolerance_deg: float = TOLERANCE_DEG,
+    at_utc_s: float | None = None,
+    until_utc_s: float | None = None,
+    points_left: int | None = None,
+    struck: Sequence[tuple[float, float]] = (),
+    bolt_circle: BoltCircle | None = None,
+) -> Judgement:
+    """Fit, forecast, plan the rest of the day from ``at_utc_s`` (where given), and judge.
+
+    Parameters and errors as in ``fit``, ``plan`` and ``judge``.
+    """
+    if context is None:
+        context = SkyContext.for_points(points)
+    solution = fit(points, context, method=method, prior=prior, terms=terms)
+    expected = forecast(solution, context)
+    planned = None
+    if at_utc_s is not None:
+        posterior = (
+            solution.posterior
+            if isinstance(solution, MechanismSolution)
+            else posterior_without_prior(points, context)
+        )
+        planned = plan(
+            posterior,
+            context,
+            at_utc_s,
+            until_utc_s=until_utc_s,
+            points=points_left,
+            struck=struck,
+            tolerance_deg=tolerance_deg,
+        )
+    verdict = judge(
+        solution,
+        expected,
+        tolerance_deg=tolerance_deg,
+        best_today_deg=None if planned is None else planned.best_p95_deg,
+        bolt_circle=bolt_circle,
+    )
+    return Judgement(solution, expected, planned, verdict)

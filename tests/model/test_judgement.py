@@ -1,0 +1,60 @@
+"""One call from points to verdict, and the limits of the years the Sun is known for."""
+
+import json
+
+import numpy as np
+import pytest
+from made_up_trackers import context_of, day_of
+
+from solarcal.errors import ConfigurationError
+from solarcal.model.judgement import judge_points
+from solarcal.model.known_physics import sun_directions
+
+
+def test_fit_forecast_plan_and_verdict_in_one_document():
+    context, points = day_of("azel", 8)
+    whole = judge_points(points.subset([0, 1, 2, 3]), context, at_utc_s=float(points.utc_s[4]))
+    document = json.loads(json.dumps(whole.as_json()))
+    keys = {"coefficients", "mechanism", "forecast", "verdict", "plan"}
+    assert keys <= set(document)
+    assert document["verdict"]["state"] == "continue"
+    assert document["forecast"]["year_p95_deg"] > 0.1
+
+
+def test_a_day_without_hope_is_called_so():
+    context, points = day_of("tiltroll-ew", 12, day=1)
+    used = points.subset(list(range(9)))
+    whole = judge_points(used, context, at_utc_s=float(points.utc_s[9]))
+    assert not whole.plan.reaches
+    assert whole.verdict.state == "hopeless_today"
+    assert f"{whole.plan.best_p95_deg:.3f} deg" in whole.verdict.reasons[0]
+
+
+def test_without_a_time_nothing_is_planned():
+    context, points = day_of("azel", 8)
+    whole = judge_points(points, context)
+    assert whole.plan is None
+    assert "plan" not in whole.as_json()
+
+
+def test_manual_is_judged_and_planned_too():
+    context, points = day_of("azel", 8)
+    used = points.subset([0, 1, 2, 3])
+    at = float(points.utc_s[4])
+    manual = judge_points(used, context, method="manual", at_utc_s=at)
+    robust = judge_points(used, context, at_utc_s=at)
+    assert manual.plan.now.year_p95_deg > robust.plan.now.year_p95_deg
+    assert manual.verdict.state in ("continue", "hopeless_today")
+
+
+# erfa remarks on nodes beyond 2100, where it is good to a milliarcsecond still.
+@pytest.mark.filterwarnings("ignore:ERFA function")
+def test_the_sun_is_known_to_the_ends_of_its_years_and_refused_beyond():
+    context = context_of("azel")
+    for moment, known in (("1960-01-02", True), ("2100-02-27", True), ("2101-01-01", False)):
+        times = np.array([float(np.datetime64(moment, "s").astype(int))])
+        if known:
+            assert np.isfinite(sun_directions(context, times).true2_deg).all()
+        else:
+            with pytest.raises(ConfigurationError):
+                sun_directions(context, times)
