@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from made_up_trackers import context_of, day_of
 
-from solarcal.errors import ConfigurationError
+from solarcal.errors import ConfigurationError, SolarcalError
 from solarcal.model.judgement import judge_points
 from solarcal.model.known_physics import sun_directions
+from solarcal.model.points import PointSet
+from solarcal.mount.geometry import GEOMETRIES, MountGeometry
 
 
 def test_fit_forecast_plan_and_verdict_in_one_document():
@@ -58,3 +60,32 @@ def test_the_sun_is_known_to_the_ends_of_its_years_and_refused_beyond():
         else:
             with pytest.raises(ConfigurationError):
                 sun_directions(context, times)
+
+
+def test_odd_points_get_an_answer_or_one_line():
+    """Whatever the errors, sigmas and numbers of points: finite JSON, or an error meant for the user."""
+    rng = np.random.default_rng(8)
+    answered = 0
+    for _ in range(60):
+        geometry = MountGeometry(
+            str(rng.choice(GEOMETRIES)), float(rng.choice([-35, 20, 66])), 90.0
+        )
+        n = int(rng.integers(1, 7))
+        err1, err2 = np.clip(10.0 ** rng.uniform(-3, 2.2) * rng.standard_normal((2, n)), -170, 170)
+        points = PointSet(
+            geometry=geometry,
+            ax1_deg=rng.uniform(0.0, 180.0, n),
+            ax2_deg=rng.uniform(1.0, 80.0, n),
+            err1_deg=err1,
+            err2_deg=err2,
+            sigma_deg=None if rng.random() < 0.5 else np.full(n, 10.0 ** rng.uniform(-4, 1)),
+            utc_s=1.78e9 + 1800.0 * np.arange(n),
+        )
+        method = str(rng.choice(["robust", "exact"]))
+        try:
+            whole = judge_points(points, method=method, at_utc_s=1.78e9 + 1800.0 * n)
+        except SolarcalError:
+            continue
+        json.dumps(whole.as_json(), allow_nan=False)
+        answered += 1
+    assert answered > 40
