@@ -63,7 +63,7 @@ def test_the_sun_is_known_to_the_ends_of_its_years_and_refused_beyond():
 
 
 def test_odd_points_get_an_answer_or_one_line():
-    """Whatever the errors, sigmas and numbers of points: finite JSON, or an error meant for the user."""
+    """Whatever the errors, sigmas and numbers: finite JSON, or an error meant for the user."""
     rng = np.random.default_rng(8)
     answered = 0
     for _ in range(60):

@@ -7,8 +7,6 @@ earliest whose forecast is within a tenth of the day's best.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +14,7 @@ from solarcal.errors import ConfigurationError
 from solarcal.model.exact_errors import errors_and_slopes, own_sine
 from solarcal.model.forecast import TOLERANCE_DEG
 from solarcal.model.known_physics import SkyContext, sun_directions
+from solarcal.model.planned_day import Plan, PlannedStop
 from solarcal.model.posterior import MechanismPosterior
 from solarcal.model.prior import Prior
 from solarcal.model.schedule import Slots, after, best_schedule, gains, greedy, with_point
@@ -34,84 +33,6 @@ WORTH_FEWER = 1.05
 """Where the tolerance is out of reach, points that improve the forecast less than this go."""
 WORTH_A_POINT = 0.005
 """Part of the mean square that one more point must save to be considered at all."""
-
-
-@dataclass(frozen=True, slots=True)
-class PlannedStop:
-    """What stopping at one time would give: the points to take until then, and the forecast."""
-
-    stop_utc_s: float
-    times_utc_s: tuple[float, ...]
-    year_rms_deg: float
-    year_p95_deg: float
-
-    @property
-    def points(self) -> int:
-        return len(self.times_utc_s)
-
-    def as_json(self) -> dict[str, Any]:
-        return {
-            "stop": format_utc(self.stop_utc_s, 0),
-            "points": [format_utc(time, 0) for time in self.times_utc_s],
-            "year_rms_deg": self.year_rms_deg,
-            "year_p95_deg": self.year_p95_deg,
-        }
-
-
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """The rest of a day.
-
-    Attributes
-    ----------
-    now
-        The forecast as it stands, without another point.
-    stops
-        One for each remaining half hour.
-    recommended
-        One of ``stops`` (or ``now``), its schedule as short as its forecast allows.
-    reaches
-        Whether the recommended stop reaches the tolerance.
-    come_back_utc_s
-        Mean solar noon of the next date whose points would reach it; None: not needed or none.
-    """
-
-    at_utc_s: float
-    tolerance_deg: float
-    now: PlannedStop
-    stops: tuple[PlannedStop, ...]
-    recommended: PlannedStop
-    come_back_utc_s: float | None
-    sentence: str
-
-    @property
-    def reaches(self) -> bool:
-        return self.recommended.year_p95_deg <= self.tolerance_deg
-
-    @property
-    def best_p95_deg(self) -> float:
-        """The best that today can still give."""
-        return min(stop.year_p95_deg for stop in (self.now, *self.stops))
-
-    @property
-    def next_point_utc_s(self) -> float | None:
-        times = self.recommended.times_utc_s
-        return times[0] if times else None
-
-    def as_json(self) -> dict[str, Any]:
-        next_s, back_s = self.next_point_utc_s, self.come_back_utc_s
-        return {
-            "at": format_utc(self.at_utc_s, 0),
-            "tolerance_deg": self.tolerance_deg,
-            "now": self.now.as_json(),
-            "stops": [stop.as_json() for stop in self.stops],
-            "recommended": self.recommended.as_json(),
-            "reaches": self.reaches,
-            "best_p95_deg": self.best_p95_deg,
-            "next_point": None if next_s is None else format_utc(next_s, 0),
-            "come_back": None if back_s is None else format_utc(back_s, 0)[:10],
-            "sentence": self.sentence,
-        }
 
 
 def plan(
