@@ -1,6 +1,7 @@
 """Do the bands hold what they promise? A thousand trackers, the noise scale unknown."""
 
 import numpy as np
+
 from benchmarks.judgement_trackers import (
     PLANS,
     POPULATION_PRIOR,
@@ -10,7 +11,6 @@ from benchmarks.judgement_trackers import (
     random_times,
     true_year,
 )
-
 from solarcal.model.forecast import forecast
 from solarcal.model.methods import DEFAULT_PRIOR, fit
 from solarcal.model.prior import Prior
