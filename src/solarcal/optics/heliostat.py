@@ -1,0 +1,182 @@
+"""The heliostat: which way the mirror must look, and where its target is.
+
+**Aiming**: Sun and target given, the mirror's normal stands half-way between them, gamma/2 from
+either. **Targeting** is the inverse: the normal is read from the axes while the beam is seen on
+the target, and the target lies where the Sun is reflected to. Both for a mirror whose surface
+passes through the crossing of the axes; ``offset_mirror`` is about those that do not.
+
+10-physics, section 6. Azimuth from North through East, zenith angle from straight up; degrees.
+"""
+
+import math
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+
+from solarcal.errors import ConfigurationError
+from solarcal.optics.reflection import (
+    angle_deg,
+    bisector,
+    direction_enu,
+    horizontal_deg,
+    reflected,
+    require_above_horizon,
+    require_reflection,
+    unit,
+)
+from solarcal.units import RAD_PER_DEG, FloatArray
+
+
+class Target(msgspec.Struct, frozen=True):
+    """The target vector as the controller keeps it: seen from the hub, the crossing of the axes.
+
+    ``distance`` is in any unit of length, the same as the mirror's offsets.
+
+    Raises
+    ------
+    ConfigurationError
+        A direction or distance that cannot be.
+    """
+
+    azimuth_deg: float
+    zenith_deg: float
+    distance: float
+
+    def __post_init__(self) -> None:
+        if not -360.0 <= self.azimuth_deg <= 360.0:
+            raise ConfigurationError(
+                f"target azimuth {self.azimuth_deg:g} deg is not between -360 and 360"
+            )
+        if not 0.0 <= self.zenith_deg <= 180.0:
+            raise ConfigurationError(
+                f"target zenith angle {self.zenith_deg:g} deg is not between 0 (straight up) and "
+                "180 (straight down)"
+            )
+        if not 0.0 < self.distance < math.inf:
+            raise ConfigurationError(
+                f"the distance of the target must be greater than zero, not {self.distance:g}"
+            )
+
+    def direction_enu(self) -> FloatArray:
+        """Unit vector from the hub, (3,)."""
+        return direction_enu(self.azimuth_deg, self.zenith_deg)
+
+    def vector_enu(self) -> FloatArray:
+        """The target as seen from the hub, (3,), in its unit of length."""
+        return self.distance * self.direction_enu()
+
+
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """Where the normal must point, with the angle Sun to normal."""
+
+    azimuth_deg: float
+    zenith_deg: float
+    incidence_deg: float
+
+
+def aim(
+    sun_azimuth_deg: float,
+    sun_zenith_deg: float,
+    target_azimuth_deg: float,
+    target_zenith_deg: float,
+) -> Aim:
+    """The mirror's normal for a Sun and the direction of a target.
+
+    Raises
+    ------
+    ConfigurationError
+        The Sun is below the horizon, or target and Sun stand opposite each other.
+    """
+    require_above_horizon(sun_zenith_deg)
+    direction = Target(target_azimuth_deg, target_zenith_deg, 1.0).direction_enu()
+    sun = direction_enu(sun_azimuth_deg, sun_zenith_deg)
+    require_reflection(sun, direction)
+    normal = bisector(sun, direction)
+    azimuth, zenith = horizontal_deg(normal)
+    return Aim(float(azimuth), float(zenith), float(angle_deg(sun, normal)))
+
+
+@dataclass(frozen=True, slots=True)
+class Targeting:
+    """The direction of the target, and how well the observations agree about it.
+
+    ``residual_deg`` (n,): angle between where each observation puts the target and the mean;
+    ``rms_deg`` their root mean square per axis (n - 1 observations' worth), ``sigma_deg`` that of
+    the mean; both ``None`` from a single observation, which contradicts nothing.
+    """
+
+    azimuth_deg: float
+    zenith_deg: float
+    residual_deg: tuple[float, ...]
+    rms_deg: float | None
+    sigma_deg: float | None
+
+
+def targeting(
+    sun_azimuth_deg: FloatArray,
+    sun_zenith_deg: FloatArray,
+    normal_azimuth_deg: FloatArray,
+    normal_zenith_deg: FloatArray,
+) -> Targeting:
+    """The target's direction from observations of the beam on it; arrays (n,).
+
+    Least squares: the unit vector with the smallest sum of squared distances to the reflected
+    directions is their mean, brought to length one. The distance is not in the angles: measure it.
+
+    Raises
+    ------
+    ConfigurationError
+        No observation; one with the Sun below the horizon or behind the mirror; observations so
+        far apart that they cannot be of one target.
+    """
+    suns_azimuth, suns_zenith, normals_azimuth, normals_zenith = (
+        np.atleast_1d(np.asarray(a, dtype=np.float64))
+        for a in (sun_azimuth_deg, sun_zenith_deg, normal_azimuth_deg, normal_zenith_deg)
+    )
+    if not len(suns_azimuth):
+        raise ConfigurationError("targeting needs at least one observation")
+    for sun_zenith in suns_zenith:
+        require_above_horizon(float(sun_zenith))
+    suns = direction_enu(suns_azimuth, suns_zenith)
+    normals = direction_enu(normals_azimuth, normals_zenith)
+    facing = np.sum(suns * normals, axis=-1)
+    if (facing <= 0.0).any():
+        worst = int(np.argmin(facing))
+        raise ConfigurationError(
+            f"observation {worst + 1}: the Sun is behind the mirror "
+            f"({float(angle_deg(suns[worst], normals[worst])):.2f} deg from its normal)"
+        )
+    targets = reflected(suns, normals)
+    mean = targets.mean(axis=0)
+    if float(np.linalg.norm(mean)) < 0.5:
+        raise ConfigurationError(
+            "these observations put the target in opposite directions; they are not of one target"
+        )
+    mean = unit(mean)
+    residuals = angle_deg(targets, mean)
+    n = len(residuals)
+    azimuth, zenith = horizontal_deg(mean)
+    # Two components to each observation, two unknowns in all.
+    rms = math.sqrt(float(np.sum(residuals**2)) / (2.0 * (n - 1))) if n > 1 else None
+    return Targeting(
+        float(azimuth),
+        float(zenith),
+        tuple(residuals.tolist()),
+        rms,
+        None if rms is None else rms / math.sqrt(n),
+    )
+
+
+def translation_deg(shift: float, distance: float) -> float:
+    """By how much a translation across the line of sight turns it: 3 ft at 800 ft is 0.215 deg.
+
+    Raises
+    ------
+    ConfigurationError
+        A distance that is not greater than zero.
+    """
+    if not 0.0 < distance < math.inf:
+        raise ConfigurationError(f"the distance must be greater than zero, not {distance:g}")
+    return math.atan2(shift, distance) / RAD_PER_DEG

@@ -1,0 +1,210 @@
+"""A mirror whose surface does not pass through the crossing of the axes.
+
+Seen from the hub (on the azimuth axis, at the height of the elevation axis) the middle of the
+mirror stands at
+
+    c = AzimPivot_R a_h + R_el(S) (PivotRefl_R, PivotRefl_Z)        (10-physics, section 6)
+
+with a_h the horizontal direction of the mirror's azimuth, and R_el tilting by its zenith angle S:
+lying flat (S = 0) PivotRefl_R is horizontal, along a_h, and PivotRefl_Z points up, along the
+normal. So the reflected ray starts elsewhere than at the hub, and the target is seen from there in
+another direction; that direction sets the normal, and the normal sets c.
+
+The controller corrects the target's direction to first order and repeats. The exact answer in
+three dimensions is the normal that stands half-way between the Sun and the target as seen from the
+middle of the mirror; ``mirror_roots`` finds it, and its twin at the back, by bracketing.
+"""
+
+import math
+from collections.abc import Callable
+
+import msgspec
+import numpy as np
+from numpy.typing import ArrayLike
+
+from solarcal.errors import ConfigurationError
+from solarcal.optics.heliostat import Target
+from solarcal.optics.reflection import (
+    angle_deg,
+    bisector,
+    direction_enu,
+    horizontal_deg,
+    reflected,
+    unit,
+)
+from solarcal.units import RAD_PER_DEG, FloatArray
+
+STILL_DEG = 1e-9
+"""The normal is repeated until it moves less than this."""
+
+MOST_STEPS = 200
+GRAZING = 0.05
+"""Cosine of the incidence below which nothing worth the name is reflected, nor iterated for."""
+
+
+class MirrorOffset(msgspec.Struct, frozen=True):
+    """The three lengths, in the unit of the target's distance; all zero: no offset."""
+
+    AzimPivot_R: float = 0.0
+    PivotRefl_R: float = 0.0
+    PivotRefl_Z: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("AzimPivot_R", "PivotRefl_R", "PivotRefl_Z"):
+            if not math.isfinite(getattr(self, name)):
+                raise ConfigurationError(f"the mirror offset {name} must be a number")
+
+    def __bool__(self) -> bool:
+        return self != MirrorOffset()
+
+    @property
+    def reach(self) -> float:
+        """The farthest the middle of the mirror can stand from the hub."""
+        return abs(self.AzimPivot_R) + math.hypot(self.PivotRefl_R, self.PivotRefl_Z)
+
+    def scaled(self, factor: float) -> "MirrorOffset":
+        """The lengths times a factor: 1/distance gives the reduced offsets the controller keeps."""
+        return MirrorOffset(
+            self.AzimPivot_R * factor, self.PivotRefl_R * factor, self.PivotRefl_Z * factor
+        )
+
+    def centre_enu(self, azimuth_deg: ArrayLike, zenith_deg: ArrayLike) -> FloatArray:
+        """c (..., 3) with the mirror's axis at this azimuth and zenith angle S."""
+        azimuth = np.asarray(azimuth_deg, dtype=np.float64) * RAD_PER_DEG
+        tilt = np.asarray(zenith_deg, dtype=np.float64) * RAD_PER_DEG
+        sin, cos = np.sin(tilt), np.cos(tilt)
+        flat = self.AzimPivot_R + self.PivotRefl_R * cos + self.PivotRefl_Z * sin
+        up = self.PivotRefl_Z * cos - self.PivotRefl_R * sin
+        return np.stack(
+            np.broadcast_arrays(flat * np.sin(azimuth), flat * np.cos(azimuth), up), axis=-1
+        )
+
+
+def require_beyond_reach(target: Target, offset: MirrorOffset) -> None:
+    """Refuse a target nearer than the mirror itself can stand.
+
+    Raises
+    ------
+    ConfigurationError
+        As said.
+    """
+    if offset.reach >= target.distance:
+        raise ConfigurationError(
+            f"the target is behind the mirror: its distance {target.distance:g} must be more than "
+            f"the mirror's offsets reach, {offset.reach:g}"
+        )
+
+
+def first_order_turn_deg(
+    offset: float, target_distance: float, target_deg: float, offset_deg: float
+) -> float:
+    """By how much a target turns, in a plane, when it is seen from the mirror's middle.
+
+    dT = atan2(C sin(T - th), T_D - C cos(T - th)). (The common print has a sine in the denominator,
+    a misprint: for C 3, T_D 50, T 95, th -10 deg it gives 3.5205 instead of 3.2663.)
+
+    Parameters
+    ----------
+    offset, target_distance : C and T_D, one unit of length.
+    target_deg, offset_deg : T and th, the directions of target and offset in that plane.
+    """
+    between = (target_deg - offset_deg) * RAD_PER_DEG
+    return (
+        math.atan2(offset * math.sin(between), target_distance - offset * math.cos(between))
+        / RAD_PER_DEG
+    )
+
+
+def first_order_direction_enu(target: Target, centre: FloatArray) -> FloatArray:
+    """The target's direction from the mirror's middle ``centre`` (..., 3), to first order.
+
+    Zenith and azimuth are corrected each in its own plane: zenith in the vertical plane towards
+    the target, azimuth in the horizontal one, with the part of c that lies in it.
+    """
+    azimuth, zenith = target.azimuth_deg * RAD_PER_DEG, target.zenith_deg * RAD_PER_DEG
+    east, north, up = centre[..., 0], centre[..., 1], centre[..., 2]
+    towards = east * math.sin(azimuth) + north * math.cos(azimuth)
+    aside = east * math.cos(azimuth) - north * math.sin(azimuth)
+    # C sin(T - th) and C cos(T - th) with th = atan2(C_r, C_z), written out.
+    zenith_turn = np.arctan2(
+        up * math.sin(zenith) - towards * math.cos(zenith),
+        target.distance - up * math.cos(zenith) - towards * math.sin(zenith),
+    )
+    azimuth_turn = np.arctan2(-aside, target.distance * math.sin(zenith) - towards)
+    return direction_enu(
+        (azimuth + azimuth_turn) / RAD_PER_DEG, (zenith + zenith_turn) / RAD_PER_DEG
+    )
+
+
+def exact_direction_enu(target: Target, centre: FloatArray) -> FloatArray:
+    """The target's direction from the mirror's middle ``centre`` (..., 3)."""
+    return unit(target.vector_enu() - centre)
+
+
+Direction = Callable[[Target, FloatArray], FloatArray]
+
+
+def normal_enu(
+    sun: FloatArray, target: Target, offset: MirrorOffset, direction: Direction
+) -> FloatArray:
+    """The front normal (..., 3) for unit vectors ``sun`` (..., 3), repeated until it stands still.
+
+    ``direction`` is ``first_order_direction_enu`` or ``exact_direction_enu``. Each repetition
+    brings the normal nearer by about reach / (2 distance); where it does not settle the offsets
+    are too large for the distance, or the normal passes over the zenith.
+
+    Raises
+    ------
+    ConfigurationError
+        It does not settle (grazing light excepted, which is of no use anyway).
+    """
+    normal = bisector(sun, target.direction_enu())
+    if not offset:
+        return normal
+    for _ in range(MOST_STEPS):
+        centre = offset.centre_enu(*horizontal_deg(normal))
+        moved = bisector(sun, direction(target, centre))
+        facing = np.sum(sun * moved, axis=-1)
+        step = np.where(facing > GRAZING, angle_deg(normal, moved), 0.0)
+        normal = moved
+        if float(np.max(step, initial=0.0)) < STILL_DEG:
+            return normal
+    raise ConfigurationError(
+        f"the mirror's normal does not settle: with offsets that reach {offset.reach:g} and a "
+        f"target at {target.distance:g} it turns over the zenith or has no place to be"
+    )
+
+
+def beam_miss_enu(
+    sun: FloatArray, normal: FloatArray, centre: FloatArray, target: Target
+) -> FloatArray:
+    """Ray trace: from the target to where the reflected ray passes it nearest, (..., 3).
+
+    In the unit of the target's distance. A ray that leaves away from the target is not traced
+    backwards: it misses by as much as its start.
+    """
+    ray = reflected(sun, normal)
+    to_target = target.vector_enu() - centre
+    along = np.maximum(np.sum(to_target * ray, axis=-1, keepdims=True), 0.0)
+    return np.asarray(along * ray - to_target)
+
+
+def board_shift(
+    sun: FloatArray, mirror_azimuth_deg: ArrayLike, mirror_zenith_deg: ArrayLike,
+    target: Target, offset: MirrorOffset,
+) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    """Where the beam falls on a board at the target, square to the line from the hub.
+
+    Returns
+    -------
+    (right, up) as seen from the heliostat, each (...), in the unit of the target's distance.
+    """
+    normal = direction_enu(mirror_azimuth_deg, mirror_zenith_deg)
+    centre = offset.centre_enu(mirror_azimuth_deg, mirror_zenith_deg)
+    ray = reflected(sun, normal)
+    line = target.direction_enu()
+    right = direction_enu(target.azimuth_deg + 90.0, 90.0)
+    up = np.cross(right, line)
+    away = target.distance - np.sum(centre * line, axis=-1)
+    hits = centre + (away / np.maximum(np.sum(ray * line, axis=-1), 1e-6))[..., np.newaxis] * ray
+    return np.sum(hits * right, axis=-1), np.sum(hits * up, axis=-1)

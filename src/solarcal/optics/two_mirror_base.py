@@ -1,0 +1,191 @@
+"""The Euler angles of a two-mirror tracker's base, from where its axes stood on the Sun."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solarcal.errors import FitError
+from solarcal.optics.two_mirror import EulerBase, direction, rotation_x, rotation_y, rotation_z
+from solarcal.units import RAD_PER_DEG, FloatArray
+
+FEWEST_POSITIONS = 3
+LEAST_SPREAD_DEG = 2.0
+"""Positions nearer to one another than this leave the turn about them to chance."""
+
+MAX_STEPS = 30
+CONVERGED_RAD = 1e-13
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MirrorPoints:
+    """Where the Sun was and where the axes stood with the spot centred.
+
+    All (n,) arrays in degrees, `azel` native: ``sun1_deg, sun2_deg`` the Sun's AX1, AX2;
+    ``axis1_deg, axis2_deg`` the read-outs. AX1 on any branch. ``labels`` name the rows.
+    """
+
+    sun1_deg: FloatArray
+    sun2_deg: FloatArray
+    axis1_deg: FloatArray
+    axis2_deg: FloatArray
+    labels: tuple[int, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.sun1_deg)
+
+    def rows(self, chosen: list[int]) -> "MirrorPoints":
+        """The points of these rows only."""
+        columns = (self.sun1_deg, self.sun2_deg, self.axis1_deg, self.axis2_deg)
+        labels = tuple(self.labels[row] for row in chosen) if self.labels else ()
+        return MirrorPoints(*(column[chosen] for column in columns), labels)
+
+    def suns(self) -> FloatArray:
+        """Unit vectors of the Sun in the Earth's frame, (n, 3)."""
+        return direction(self.sun1_deg, self.sun2_deg)
+
+    def seen(self) -> FloatArray:
+        """Unit vectors of the Sun in the tracker's frame, (n, 3)."""
+        return direction(self.axis1_deg, self.axis2_deg)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BaseSolution:
+    """A fitted base. ``sigma_deg``: of alpha, beta, gamma, from the residuals; ``None`` at n = 3.
+
+    ``sky_deg`` (n,): what is left at each point, an angle on the sky.
+    """
+
+    base: EulerBase
+    start: EulerBase
+    sigma_deg: tuple[float, float, float] | None
+    sky_deg: FloatArray
+    n_points: int
+    steps: int
+    labels: tuple[int, ...]
+
+    @property
+    def sky_rms_deg(self) -> float:
+        return float(np.sqrt(np.mean(self.sky_deg**2)))
+
+    @property
+    def sky_max_deg(self) -> float:
+        return float(self.sky_deg.max())
+
+    @property
+    def worst_label(self) -> int:
+        """Which point is left with ``sky_max_deg``."""
+        worst = int(np.argmax(self.sky_deg))
+        return self.labels[worst] if self.labels else worst + 1
+
+
+def base_from_three(points: MirrorPoints) -> EulerBase:
+    """Start value: the rotation that best turns three positions of the Sun into those seen.
+
+    A rotation needs only two directions; the third makes the answer steady. Computed by singular
+    values (Kabsch), which holds where the three lie in one plane too, as they do at the equinox.
+    Of more than three points the first, the last and the one that is farthest from both are taken.
+
+    Raises
+    ------
+    FitError
+        Fewer than three positions, or all near one another.
+    """
+    _require_usable(points)
+    return _rotation_between(points.rows(_three_apart(points.suns())))
+
+
+def fit_base(points: MirrorPoints) -> BaseSolution:
+    """Euler angles by least squares on the sky over all points, begun from three of them.
+
+    Raises
+    ------
+    FitError
+        Fewer than three positions, all near one another, a Sun below the horizon, or not finite.
+    """
+    start = base_from_three(points)
+    suns, seen = points.suns(), points.seen()
+    angles = np.array([start.alpha_deg, start.beta_deg, start.gamma_deg]) * RAD_PER_DEG
+    for steps in range(1, MAX_STEPS + 1):
+        predicted, slopes = _predicted(angles, suns)
+        # A chord between unit vectors is the angle on the sky to third order.
+        step, *_ = np.linalg.lstsq(slopes.reshape(-1, 3), (seen - predicted).ravel(), rcond=None)
+        angles = angles + step
+        if np.abs(step).max() < CONVERGED_RAD:
+            break
+    else:
+        raise FitError(
+            "the Euler angles do not converge: the axis read-outs do not belong to these positions "
+            "of the Sun; check site, clock and the sense of both axes"
+        )
+    predicted, slopes = _predicted(angles, suns)
+    left_deg = 2.0 * np.arcsin(0.5 * np.linalg.norm(seen - predicted, axis=1)) / RAD_PER_DEG
+    alpha, beta, gamma = (float(a) / RAD_PER_DEG for a in angles)
+    return BaseSolution(
+        base=EulerBase(alpha, beta, gamma),
+        start=start,
+        sigma_deg=_sigma_deg(slopes.reshape(-1, 3), left_deg),
+        sky_deg=left_deg,
+        n_points=len(points),
+        steps=steps,
+        labels=points.labels,
+    )
+
+
+def _require_usable(points: MirrorPoints) -> None:
+    if len(points) < FEWEST_POSITIONS:
+        raise FitError(
+            f"{len(points)} positions: the Euler angles of the base need at least "
+            f"{FEWEST_POSITIONS}"
+        )
+    columns = (points.sun1_deg, points.sun2_deg, points.axis1_deg, points.axis2_deg)
+    for row in range(len(points)):
+        label = points.labels[row] if points.labels else row + 1
+        if not all(np.isfinite(column[row]) for column in columns):
+            raise FitError(f"position {label}: all four angles must be numbers")
+        if not 0.0 <= points.sun2_deg[row] <= 90.0:
+            raise FitError(
+                f"position {label}: the Sun is below the horizon "
+                f"(zenith angle {points.sun2_deg[row]:.2f} deg); leave it out"
+            )
+    suns = points.suns()
+    apart_deg = np.degrees(np.arccos(np.clip((suns @ suns.T).min(), -1.0, 1.0)))
+    if apart_deg < LEAST_SPREAD_DEG:
+        raise FitError(
+            f"the positions lie within {apart_deg:.2f} deg of one another; take them at least "
+            f"{LEAST_SPREAD_DEG:g} deg apart (some ten minutes), better over hours"
+        )
+
+
+def _three_apart(suns: FloatArray) -> list[int]:
+    """First, last, and the one whose nearer of the two is farthest; in order."""
+    first, last = 0, len(suns) - 1
+    nearer = np.maximum(suns @ suns[first], suns @ suns[last])
+    nearer[[first, last]] = np.inf
+    return [first, int(np.argmin(nearer)), last]
+
+
+def _rotation_between(points: MirrorPoints) -> EulerBase:
+    """Kabsch: the proper rotation M with the least sum of |seen - M sun|^2."""
+    left, _, right = np.linalg.svd(points.seen().T @ points.suns())
+    proper = np.diag([1.0, 1.0, float(np.sign(np.linalg.det(left @ right)))])
+    return EulerBase.of_matrix(left @ proper @ right)
+
+
+def _predicted(angles_rad: FloatArray, suns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """M s, (n, 3), and its derivatives by alpha, beta, gamma, (n, 3, 3), per radian."""
+    alpha, beta, gamma = (float(a) / RAD_PER_DEG for a in angles_rad)
+    rx, ry, rz = rotation_x(gamma), rotation_y(beta), rotation_z(alpha)
+    # d Rz/d alpha = Rz Jz, where Jz v = z x v; its matrix has the rows e_i x z.
+    jx, jy, jz = (np.cross(np.eye(3), axis) for axis in np.eye(3))
+    slopes = (rx @ ry @ rz @ jz, rx @ ry @ jy @ rz, rx @ jx @ ry @ rz)
+    return suns @ (rx @ ry @ rz).T, np.stack([suns @ slope.T for slope in slopes], axis=-1)
+
+
+def _sigma_deg(slopes: FloatArray, left_deg: FloatArray) -> tuple[float, float, float] | None:
+    # Two numbers a point, three angles.
+    free = 2 * len(left_deg) - 3
+    if len(left_deg) <= FEWEST_POSITIONS:
+        return None
+    variance = float(np.sum(left_deg**2)) / free
+    sigmas = np.sqrt(variance * np.diag(np.linalg.inv(slopes.T @ slopes)))
+    return float(sigmas[0]), float(sigmas[1]), float(sigmas[2])
