@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 from types import SimpleNamespace
 
 import pytest
@@ -44,7 +45,7 @@ def test_what_a_port_looks_like(port, looks_like, likely):
 def test_access_is_that_of_the_file(tmp_path, monkeypatch):
     device = tmp_path / "ttyUSB0"
     device.touch()
-    monkeypatch.setattr("os.access", lambda _path, mode: mode == ports.os.R_OK)
+    monkeypatch.setattr("os.access", lambda _path, mode: mode == os.R_OK)
     described = ports.describe(plugged_in(device))
     assert (described["readable"], described["writable"]) == (True, False)
     text = ports.ports_text([described])
