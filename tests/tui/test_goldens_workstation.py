@@ -20,6 +20,7 @@ from solarcal.config import Choice, Settings
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.performers import PERFORMERS
 from solarcal.tui.screens.workstation import WorkstationScreen
+from solarcal.tui.widgets.workstation_view import WorkstationView
 
 SIZES = [pytest.param(SMALL, id="80x24"), pytest.param(LARGE, id="140x45")]
 
@@ -84,6 +85,8 @@ async def test_replay_in_the_middle(size, sessions):
         for _ in range(6):
             await pilot.press("pagedown")
         await pilot.press("4")
+        view = app.screen.query_one(WorkstationView)
+        await until(pilot, lambda: view.solution is not None and view.solution.n_points == 6)
         await pilot.pause()
         check_golden(name_of("replay", size), screen_text(app))
 

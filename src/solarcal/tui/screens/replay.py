@@ -10,7 +10,8 @@ from solarcal.session.records import PointRecord
 from solarcal.station.replay import Replay
 from solarcal.station.state import LiveView, StationState
 from solarcal.timescale import format_utc, parse_utc
-from solarcal.tui.fitting import fit_message
+from solarcal.tui.fitting import Fitter
+from solarcal.tui.messages import FitReady
 from solarcal.tui.screens.base import StationScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.head_lines import HeadLine, LogLine
@@ -55,6 +56,7 @@ class ReplayScreen(StationScreen):
         self._utc_s = replay.utc_s
         self._points_seen: object = None
         self._ready = False
+        self._fitter = Fitter(self.post_message)
 
     def compose(self) -> ComposeResult:
         yield TitleLine(id="title")
@@ -83,6 +85,7 @@ class ReplayScreen(StationScreen):
 
     def on_mount(self) -> None:
         self._ready = True
+        self._fitter.start()
         self.set_interval(TICK_S, self._tick)
         self._show()
         if self.replay.warnings:
@@ -110,7 +113,7 @@ class ReplayScreen(StationScreen):
         assert session is not None  # a replay always has one
         if session.points != self._points_seen:
             self._points_seen = session.points
-            view.show_fit(fit_message(self.replay.position, session).solution)
+            self._fitter.fit(self.replay.position, session)
         view.show_state(state)
         seen = self.replay.records[: self.replay.position]
         told = record_line(seen[-1]) if seen else "the session file is open; nothing recorded yet"
@@ -142,6 +145,14 @@ class ReplayScreen(StationScreen):
                 f" {self.replay.position}/{total}",
             ]
         )
+
+    def on_fit_ready(self, message: FitReady) -> None:
+        """A fit of other points than those seen now comes too late."""
+        if message.session.points == self._points_seen:
+            self.query_one(WorkstationView).show_fit(message.solution)
+
+    def on_unmount(self) -> None:
+        self._fitter.close()
 
     # -- time --------------------------------------------------------------------------------
 

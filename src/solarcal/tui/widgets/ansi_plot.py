@@ -67,13 +67,16 @@ class AnsiPlot(Widget):
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
+        self._what: object = None
         self._draw: Draw | None = None
         self._drawn: tuple[object, ...] | None = None
         self._strips: list[Strip] = []
 
-    def show(self, draw: Draw) -> None:
-        """Draw this from now on."""
-        self._draw, self._drawn = draw, None
+    def show(self, draw: Draw, what: object = None) -> None:
+        """Draw this from now on; nothing is done when just this ``what`` is shown already."""
+        if what is not None and what == self._what:
+            return
+        self._what, self._draw, self._drawn = what, draw, None
         self.refresh()
 
     def render_line(self, y: int) -> Strip:

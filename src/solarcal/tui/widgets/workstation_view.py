@@ -108,6 +108,7 @@ class WorkstationView(Vertical):
         self._session: SessionView | None = None
         self._solution: Solution | None = None
         self._shown: object = None
+        self._version = 0
         self._second = 1
 
     def compose(self) -> ComposeResult:
@@ -144,6 +145,11 @@ class WorkstationView(Vertical):
         self._session = state.session
         self._show_session()
 
+    @property
+    def solution(self) -> Solution | None:
+        """The fit that is shown."""
+        return self._solution
+
     def show_fit(self, solution: Solution | None) -> None:
         self._solution = solution
         self._show_session()
@@ -166,6 +172,7 @@ class WorkstationView(Vertical):
         if shown == self._shown:
             return
         self._shown = shown
+        self._version += 1
         self.query_one(CoefficientsPane).show_fit(session, self._solution)
         table = points_table(session.header, session.points, self._solution).split("\n")
         # The table's heading and rule stay in view.
@@ -178,9 +185,9 @@ class WorkstationView(Vertical):
         if session is None:
             return
         first = PLOTS[0] if self.wide and self._room_for_second else PLOTS[self.plot]
-        self.query_one("#plot", AnsiPlot).show(drawing(first, session, self._solution))
-        second = drawing(PLOTS[self._second], session, self._solution)
-        self.query_one("#second", AnsiPlot).show(second)
+        for place, kind in (("#plot", first), ("#second", PLOTS[self._second])):
+            what = (kind, self._version)
+            self.query_one(place, AnsiPlot).show(drawing(kind, session, self._solution), what)
 
     # -- what is in view ---------------------------------------------------------------------
 
