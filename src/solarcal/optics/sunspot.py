@@ -7,12 +7,16 @@ pointing error moves the spot: error = atan((E - (Rs - Ro)) / F).
 """
 
 import math
+from dataclasses import dataclass
 
 from solarcal.errors import ConfigurationError
 from solarcal.units import RAD_PER_DEG
 
 LARGEST_ERROR_RAD = 0.1
 """The relation is for small angles; beyond this the spot is not on any plate."""
+
+SUN_RADIUS_DEG = 0.2666
+"""At the mean distance; the Sun's disc is 9.3 mrad across."""
 
 
 def spot_error_deg(height: float, hole_diameter: float, spot_diameter: float, edge: float) -> float:
@@ -42,8 +46,7 @@ def spot_error_deg(height: float, hole_diameter: float, spot_diameter: float, ed
         ("the hole's diameter Do", hole_diameter),
         ("the spot's diameter Ds", spot_diameter),
     ):
-        if not (math.isfinite(value) and value > 0.0):
-            raise ConfigurationError(f"{name} must be greater than zero, not {value:g}")
+        _require_length(name, value)
     if not math.isfinite(edge):
         raise ConfigurationError(f"the edge distance E must be a number, not {edge:g}")
     error_rad = math.atan((edge - 0.5 * (spot_diameter - hole_diameter)) / (2.0 * height))
@@ -53,3 +56,124 @@ def spot_error_deg(height: float, hole_diameter: float, spot_diameter: float, ed
             "device can show (0.1 rad); check that all four are in the same unit"
         )
     return error_rad / RAD_PER_DEG
+
+
+# --- designing one ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class SunspotDesign:
+    """A device and what can be seen with it; lengths in the unit they were given in.
+
+    ``resolution_deg``: the error that moves the spot by the smallest shift read. ``range_deg``: the
+    largest error with which the whole spot still lies on the plate. ``even_rim``: E on every side
+    when there is no error.
+    """
+
+    height: float
+    hole_diameter: float
+    plate_diameter: float
+    spot_diameter: float
+    even_rim: float
+    smallest_shift: float
+    resolution_deg: float
+    range_deg: float
+
+
+def design_from_size(
+    height: float, hole_diameter: float, plate_diameter: float, smallest_shift: float
+) -> SunspotDesign:
+    """What a device of this size shows. ``smallest_shift``: how finely E can be read.
+
+    The spot is the hole widened by the Sun's disc over the way of the light: Ds = Do + 2 F tan of
+    the Sun's radius. It is blurred by about as much as the hole, so a hole larger than the image
+    of the Sun wastes what the height gives.
+
+    Raises
+    ------
+    ConfigurationError
+        A length that is not greater than zero, or a plate too small for the spot.
+    """
+    for name, value in (
+        ("the height H", height),
+        ("the hole's diameter Do", hole_diameter),
+        ("the plate's diameter", plate_diameter),
+        ("the smallest shift that can be read", smallest_shift),
+    ):
+        _require_length(name, value)
+    travel = 2.0 * height
+    spot = hole_diameter + 2.0 * travel * math.tan(SUN_RADIUS_DEG * RAD_PER_DEG)
+    if plate_diameter <= spot:
+        raise ConfigurationError(
+            f"the plate of {plate_diameter:g} is too small for its spot of {spot:.4g}: make it "
+            "larger or the height H less"
+        )
+    reach_rad = math.atan(0.5 * (plate_diameter - spot) / travel)
+    return SunspotDesign(
+        height=height,
+        hole_diameter=hole_diameter,
+        plate_diameter=plate_diameter,
+        spot_diameter=spot,
+        even_rim=0.5 * (spot - hole_diameter),
+        smallest_shift=smallest_shift,
+        resolution_deg=math.atan(smallest_shift / travel) / RAD_PER_DEG,
+        range_deg=min(reach_rad, LARGEST_ERROR_RAD) / RAD_PER_DEG,
+    )
+
+
+def design_for(
+    resolution_deg: float, range_deg: float, hole_diameter: float, smallest_shift: float
+) -> SunspotDesign:
+    """The smallest device that resolves ``resolution_deg`` and shows errors up to ``range_deg``.
+
+    Raises
+    ------
+    ConfigurationError
+        A wish that is not greater than zero, or a range beyond the small angles (0.1 rad).
+    """
+    _require_length("the resolution", resolution_deg)
+    _require_length("the range", range_deg)
+    _require_length("the smallest shift that can be read", smallest_shift)
+    if range_deg * RAD_PER_DEG > LARGEST_ERROR_RAD:
+        raise ConfigurationError(
+            f"a range of {range_deg:g} deg is beyond the small angles of the device (5.7 deg)"
+        )
+    if resolution_deg > range_deg:
+        raise ConfigurationError(
+            f"a resolution of {resolution_deg:g} deg is coarser than the range of {range_deg:g}"
+        )
+    travel = smallest_shift / math.tan(resolution_deg * RAD_PER_DEG)
+    spot = hole_diameter + 2.0 * travel * math.tan(SUN_RADIUS_DEG * RAD_PER_DEG)
+    plate = spot + 2.0 * travel * math.tan(range_deg * RAD_PER_DEG)
+    return design_from_size(0.5 * travel, hole_diameter, plate, smallest_shift)
+
+
+# --- the device's own misalignment -------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class TwoPositions:
+    """What the device adds of its own, and what is left for the tracker; degrees on the sky."""
+
+    device_deg: float
+    tracker_deg: float
+
+
+def two_position_check(first_deg: float, turned_deg: float) -> TwoPositions:
+    """Separate the device's misalignment from the tracker's by turning it 180 deg on its seat.
+
+    Both readings are taken along the same mark ON THE DEVICE, the tracker standing on the Sun as
+    it is. The device's own error m turns with it, the tracker's p does not: first = p + m,
+    turned = m - p.
+
+    Returns
+    -------
+    TwoPositions
+        Along the mark as it stood first.
+    """
+    return TwoPositions(0.5 * (first_deg + turned_deg), 0.5 * (first_deg - turned_deg))
+
+
+def _require_length(name: str, value: float) -> None:
+    if not (math.isfinite(value) and value > 0.0):
+        raise ConfigurationError(f"{name} must be greater than zero, not {value:g}")
