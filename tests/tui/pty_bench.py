@@ -1,4 +1,4 @@
-"""The real program on a pseudo-terminal, read by a terminal emulator; the unit in its own process."""
+"""The real program on a pseudo-terminal, read by pyte; the unit in a process of its own."""
 
 import fcntl
 import json
@@ -48,7 +48,16 @@ class EmulatorProcess:
     def __init__(self, link: Path, home: Path, *settings: str, start: str, speed: float) -> None:
         self.link = link
         self._command = [sys.executable, "-m", "solarcal", "emulate", "--pty", str(link)]
-        self._command += ["--start", start, "--seed", "7", "--speed", f"{speed:g}"]
+        self._command += [
+            "--start",
+            start,
+            "--seed",
+            "7",
+            "--noise-deg",
+            "0.005",
+            "--speed",
+            f"{speed:g}",
+        ]
         self._command += [part for setting in settings for part in ("--set", setting)]
         self._env = environment(home)
         self._process: subprocess.Popen[bytes] | None = None

@@ -7,16 +7,20 @@ from solarcal.tui.widgets.key_button import DialogKey
 PACE = "speed"
 """The step's name; its result is the speed as it is then."""
 
+LIFE = 1.0
+FASTEST = 10.0
+"""Beyond this a jog target expires before it is renewed, and nobody can watch a gathering."""
+
 SPEED_KEYS = (
-    DialogKey("app.perform('faster')", "emulator faster", "plus", "+", button=False),
-    DialogKey("app.perform('slower')", "emulator slower", "minus", "-", button=False),
+    DialogKey("faster", "emulator faster", "plus", "+", button=False),
+    DialogKey("slower", "emulator slower", "minus", "-", button=False),
 )
 
 
 class PacedDialog(Dialog):
     """Sets a faster emulator to x1 while open, and back unless it was changed meanwhile.
 
-    The keys for an emulator's speed work here too.
+    The keys for an emulator's speed work here too, within reason.
     """
 
     def __init_subclass__(cls) -> None:
@@ -25,36 +29,36 @@ class PacedDialog(Dialog):
 
     def __init__(self) -> None:
         super().__init__()
-        self._pace = _Pace()
+        self._before: float | None = None
 
     def on_mount(self) -> None:
         super().on_mount()
-        self.submit(PACE, self._pace.slow)
+        speed = self.station_app.emulated_speed
+        if speed is not None and speed > LIFE:
+            self._before = speed
+            self._pace(LIFE)
 
     def on_unmount(self) -> None:
-        conductor = self.station_app.conductor
-        if conductor is not None:
-            conductor.submit(PACE, self._pace.restore)
+        app = self.station_app
+        if self._before is not None and app.emulated_speed == LIFE and app.conductor is not None:
+            self._pace(self._before)
+
+    def action_faster(self) -> None:
+        speed = self.station_app.emulated_speed
+        if speed is not None and speed >= FASTEST:
+            self.say(f"No faster than x{FASTEST:g} while this is open.", "warning")
+        else:
+            self.station_app.action_perform("faster")
+
+    def action_slower(self) -> None:
+        self.station_app.action_perform("slower")
+
+    def _pace(self, speed: float) -> None:
+        # At once, so that a key pressed before the unit has answered counts from here.
+        self.station_app.emulated_speed = speed
+        self.submit(PACE, lambda station: _set_speed(station, speed))
 
 
-class _Pace:
-    def __init__(self) -> None:
-        self._before: float | None = None
-
-    def slow(self, station: Station) -> float | None:
-        emulation = station.tracker.emulation
-        if emulation is None:
-            return None
-        speed = emulation.speed()
-        if speed <= 1.0:
-            return speed
-        self._before = speed
-        return emulation.set_speed(1.0)
-
-    def restore(self, station: Station) -> float | None:
-        emulation = station.tracker.emulation
-        if emulation is None:
-            return None
-        if self._before is None or emulation.speed() != 1.0:
-            return emulation.speed()
-        return emulation.set_speed(self._before)
+def _set_speed(station: Station, speed: float) -> float | None:
+    emulation = station.tracker.emulation
+    return emulation.set_speed(speed) if emulation is not None else None

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from solarcal.tui.app import SolarcalApp
 
 LOOK, NUDGE, SET, LEAVE = "look", "jog", "set sun offset", "leave sun offset"
-LOOK_EVERY_S = 0.5
+LOOK_EVERY_S = 0.25
 ROOMY = (112, 36)
 DEFAULT_STEP = STEPS_DEG.index(0.05)
 
@@ -77,6 +77,7 @@ class SunOffsetDialog(PacedDialog):
         self._view: JogView | None = None
         self._set: SunOffset | None = None
         self._waiting = 0
+        self._warned = ""
 
     @property
     def emulated(self) -> bool:
@@ -238,17 +239,28 @@ class SunOffsetDialog(PacedDialog):
         self.query_one("#axes", Static).update(
             jog_table(view, follows=self._jog.follows, words=words)
         )
+        self._warn(view)
+
+    def _warn(self, view: JogView) -> None:
+        """Say once what the technician has to know of the side the axes came from."""
+        behind = view.watch.from_behind
         if view.aim is not None and any(view.aim.behind):
-            self.say("Going behind the Sun; the axes come forward by themselves.")
-        elif view.aim is not None and not all(view.watch.from_behind):
-            axes = [str(i + 1) for i, ok in enumerate(view.watch.from_behind) if not ok]
-            self.say(
-                f"Axis {' and '.join(axes)} did NOT come from behind: backlash is in it. "
-                "Press b: behind the Sun first, then forward.",
-                "warning",
+            warning = "Going behind the Sun; the axes come forward by themselves."
+        elif view.aim is not None and not all(behind):
+            axes = " and ".join(str(i + 1) for i, ok in enumerate(behind) if not ok)
+            warning = (
+                f"Axis {axes} did NOT come from behind: backlash is in it. "
+                "Press b: behind the Sun first, then forward."
             )
         elif view.status.mode in (Mode.STOP, Mode.FAULT):
-            self.say(f"The unit is in mode {view.status.mode}: press t to track again.", "warning")
+            warning = f"The unit is in mode {view.status.mode}: press t to track again."
+        else:
+            warning = ""
+        if warning and warning != self._warned:
+            self.say(warning, "warning")
+        elif self._warned and not warning and view.aim is not None:
+            self.say("Both axes came from behind. Centre the spot, then Enter.", "good")
+        self._warned = warning
 
     def _show_steps(self) -> None:
         parts: list[str | tuple[str, str]] = ["Step "]

@@ -61,7 +61,7 @@ class Sunspot(Widget):
             f"{abs(right):.3f} {'right' if right >= 0 else 'left'}",
             f"{abs(up):.3f} {'up' if up >= 0 else 'down'}",
         ]
-        return f"spot {', '.join(sides)} deg on the sky"
+        return f"spot {', '.join(sides)} (deg, sky)"
 
     def render_line(self, y: int) -> Strip:
         width, height = self.size

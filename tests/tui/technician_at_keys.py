@@ -1,0 +1,150 @@
+"""A technician at the terminal: reads the screen, presses keys, knows nothing else."""
+
+import math
+import re
+
+from pty_bench import (
+    ALT_F3,
+    ALT_F5,
+    DOWN,
+    ENTER,
+    ESC,
+    F6,
+    F10,
+    LEFT,
+    RIGHT,
+    UP,
+    Terminal,
+)
+
+STEPS = ((1.0, "8"), (0.5, "7"), (0.25, "6"), (0.1, "5"), (0.05, "4"), (0.02, "3"), (0.01, "2"))
+SPOT = re.compile(r"spot (\d+\.\d+) (right|left), (\d+\.\d+) (up|down)")
+CENTRED_DEG = 0.04
+ARRIVED_DEG = (0.06, 0.04)
+
+
+def row(terminal: Terminal, name: str) -> tuple[float, float] | None:
+    """Both numbers of a row of the jog table, if they stand there."""
+    found = re.search(rf"{name}\s+([-+]?\d+\.\d+)\s+([-+]?\d+\.\d+)", terminal.text())
+    return (float(found.group(1)), float(found.group(2))) if found else None
+
+
+def spot(terminal: Terminal) -> tuple[float, float] | None:
+    """Right and up, degrees on the sky."""
+    found = SPOT.search(terminal.words())
+    if found is None:
+        return None
+    right = float(found.group(1)) * (1.0 if found.group(2) == "right" else -1.0)
+    up = float(found.group(3)) * (1.0 if found.group(4) == "up" else -1.0)
+    return right, up
+
+
+def press_steps(terminal: Terminal, degrees: float, forward: bytes, back: bytes) -> float:
+    """Jog about that far with the keys there are; how far it became."""
+    arrow, sign = (forward, 1.0) if degrees > 0.0 else (back, -1.0)
+    left, done = abs(degrees), 0.0
+    for step, key in STEPS:
+        count = int(left / step + 1e-6)
+        if count:
+            terminal.press(key, *[arrow] * count)
+            left -= count * step
+            done += sign * count * step
+    return done
+
+
+def centre(terminal: Terminal) -> None:
+    """Jog until the spot fills the ring, both axes from behind."""
+    for _ in range(15):
+        terminal.until(lambda: spot(terminal) and row(terminal, "off ideal"))
+        right, up = spot(terminal) or (0.0, 0.0)
+        ideal, off = row(terminal, "ideal"), row(terminal, "off ideal")
+        assert ideal is not None
+        assert off is not None
+        from_behind = "came from behind from behind" in terminal.words()
+        if math.hypot(right, up) < CENTRED_DEG and from_behind:
+            return
+        if math.hypot(right, up) < CENTRED_DEG:
+            terminal.press("b")
+            terminal.shows("came from behind from behind")
+            continue
+        axis1 = press_steps(terminal, right / math.sin(math.radians(ideal[1])), RIGHT, LEFT)
+        axis2 = press_steps(terminal, up, UP, DOWN)
+        wanted = (off[0] + axis1, off[1] + axis2)
+
+        def arrived(wanted: tuple[float, float] = wanted) -> bool:
+            now = row(terminal, "off ideal")
+            return now is not None and all(
+                abs(n - w) < near for n, w, near in zip(now, wanted, ARRIVED_DEG, strict=True)
+            )
+
+        terminal.until(arrived)
+    raise AssertionError(f"the spot cannot be centred:\n{terminal.text()}")
+
+
+def hurry(terminal: Terminal, presses: int = 5) -> None:
+    """Let the emulator's time run fast, on the workstation itself."""
+    terminal.press(*["+"] * presses)
+    terminal.shows({2: "time x5", 5: "time x60"}[presses])
+
+
+def set_clock(terminal: Terminal) -> None:
+    terminal.press(F10)
+    terminal.shows("Set the unit's")
+    terminal.press(ENTER)
+    terminal.shows("Set and recorded")
+    terminal.press(ESC)
+    terminal.shows_no("Clocks")
+
+
+def check_reference(terminal: Terminal) -> None:
+    terminal.press(ALT_F5)
+    terminal.shows("Start: drive to the switches")
+    terminal.press(ENTER)
+    terminal.shows("Track again")
+    terminal.press("t")
+    terminal.shows_no("Reference check no")
+    terminal.shows("TRACK")
+
+
+def set_sun_offset(terminal: Terminal) -> None:
+    terminal.press(F6)
+    terminal.shows("Set Sun Offset", "Arrow keys jog")
+    # Seconds of life are long for a test: five times as fast still lets a jog be followed.
+    terminal.press("+", "+")
+    terminal.until(lambda: spot(terminal))
+    centre(terminal)
+    terminal.press(ENTER)
+    terminal.shows("SET and recorded")
+    terminal.press(ESC)
+    terminal.shows_no("SET and recorded")
+
+
+def initialise(terminal: Terminal) -> None:
+    terminal.press(ALT_F3)
+    terminal.shows("Are you sure?")
+    terminal.press("y")
+    terminal.shows_no("Are you sure?")
+
+
+def take_point(terminal: Terminal, kind: str = "") -> None:
+    """The three questions, yes to each, and store."""
+    terminal.press(".")
+    if kind:
+        terminal.shows("a check point, or one more data point?")
+        terminal.press(kind)
+    terminal.shows("1. Did you do a reference check?")
+    terminal.press("+", "+", "+", "y")
+    terminal.shows("2. Did you do a 'Set Sun Offset'?")
+    terminal.press("y")
+    terminal.shows("3. Do you like the way it is tracking?")
+    terminal.press("y")
+    terminal.shows("Store it?")
+    terminal.press("y")
+    terminal.shows("tored as record")
+    terminal.shows_no("Store it?")
+
+
+def wait_for_next(terminal: Terminal) -> None:
+    """Skip to when the next point is due."""
+    terminal.press("w")
+    terminal.shows("set the Sun offset")

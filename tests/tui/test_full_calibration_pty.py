@@ -1,0 +1,134 @@
+"""The real program in a terminal, by the manual's chords, on an emulator in another process."""
+
+import json
+from pathlib import Path
+
+import pytest
+from pty_bench import CTRL_F9, ENTER, ESC, F8, EmulatorProcess, Terminal, solarcal_json
+from technician_at_keys import (
+    check_reference,
+    hurry,
+    initialise,
+    set_clock,
+    set_sun_offset,
+    take_point,
+    wait_for_next,
+)
+
+from solarcal.mount.formula import Coefficients
+from solarcal.session.reader import read_session
+from solarcal.session.records import CheckRecord, PointRecord, UploadRecord
+from solarcal.unit.drivers import open_tracker
+
+START = "2026-06-03T15:30:00Z"
+POINTS = 4
+
+
+@pytest.mark.slow
+def test_a_whole_calibration_by_the_manuals_keys(tmp_path: Path) -> None:
+    link, path = tmp_path / "tracker", tmp_path / "sessions" / "day.jsonl"
+    emulator = EmulatorProcess(link, tmp_path, start=START, speed=1.0)
+    emulator.start()
+    terminal = Terminal(tmp_path, "--port", str(link), "-o", str(path))
+    try:
+        terminal.shows("LINK OK", "day.jsonl")
+        set_clock(terminal)
+        hurry(terminal)
+        check_reference(terminal)
+        for number in range(1, POINTS + 1):
+            if number > 1:
+                wait_for_next(terminal)
+            set_sun_offset(terminal)
+            if number == 1:
+                initialise(terminal)
+            take_point(terminal)
+            terminal.shows(f"{number} point")
+
+        terminal.press(F8)
+        terminal.shows("Upload?", "in sigmas", f"{POINTS} points")
+        terminal.press("y")
+        terminal.shows("read back EQUAL")
+        terminal.press("t")
+        terminal.shows_no("Upload coefficients")
+
+        set_sun_offset(terminal)
+        take_point(terminal, "c")
+
+        terminal.press(CTRL_F9)
+        terminal.shows("RECOMPUTE", "day.jsonl")
+        terminal.press(" ", ENTER)
+        terminal.shows("OPEN", "P1", "P6")
+        terminal.press(ESC)
+        terminal.shows("LINK OK")
+        assert terminal.quit() == 0
+
+        session = read_session(path)
+        assert session.warnings == ()
+        records = session.records
+        accepted = [r for r in records if isinstance(r, PointRecord) and r.status == "accepted"]
+        assert len(accepted) == POINTS
+        assert all(point.basis == "sun_offset" for point in accepted)
+        uploads = [r for r in records if isinstance(r, UploadRecord)]
+        assert [upload.verified for upload in uploads] == [True]
+        checks = [r for r in records if isinstance(r, CheckRecord)]
+        assert [check.status for check in checks] == ["accepted"]
+        assert checks[0].sky_error_deg is not None
+        assert checks[0].sky_error_deg < 0.15
+
+        # What `fit` makes of the file is what was uploaded, to the decimals the unit keeps.
+        fitted = solarcal_json(tmp_path, "fit", str(path))
+        values = Coefficients(*(fitted["coefficients"][f"P{i}"]["value"] for i in range(1, 7)))
+        unit = session.header.unit
+        uploaded = uploads[0].new_coefficients
+        assert values.rounded(unit.tilt_decimals, unit.scale_decimals) == uploaded
+
+        tracker = open_tracker(str(link))
+        stored = tracker.stored()
+        tracker.close()
+        assert stored.coefficients == stored.permanent_coefficients == uploaded
+    finally:
+        terminal.close()
+        emulator.kill()
+
+
+@pytest.mark.slow
+def test_killed_in_the_middle_it_offers_to_go_on_and_no_accepted_point_is_missing(
+    tmp_path: Path,
+) -> None:
+    link, path = tmp_path / "tracker", tmp_path / "sessions" / "day.jsonl"
+    emulator = EmulatorProcess(link, tmp_path, start=START, speed=1.0)
+    emulator.start()
+    terminal = Terminal(tmp_path, "--port", str(link), "-o", str(path))
+    try:
+        terminal.shows("LINK OK")
+        hurry(terminal)
+        check_reference(terminal)
+        set_sun_offset(terminal)
+        initialise(terminal)
+        take_point(terminal)
+        set_sun_offset(terminal)
+        terminal.press(".")
+        terminal.shows("1. Did you do a reference check?")
+        terminal.kill()
+        terminal.close()
+
+        lines = path.read_text().splitlines()
+        assert all(json.loads(line) for line in lines)
+
+        terminal = Terminal(tmp_path)
+        terminal.shows("day.jsonl")
+        terminal.press(ENTER)
+        terminal.shows("LINK OK", "day.jsonl", "1 point")
+        take_point(terminal)
+        terminal.shows("2 points")
+        assert terminal.quit() == 0
+        accepted = [
+            record
+            for record in read_session(path).records
+            if isinstance(record, PointRecord) and record.status == "accepted"
+        ]
+        assert len(accepted) == 2
+        assert path.read_text().splitlines()[: len(lines)] == lines
+    finally:
+        terminal.close()
+        emulator.kill()
