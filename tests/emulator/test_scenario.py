@@ -9,6 +9,7 @@ from solarcal.errors import ConfigurationError
 PROMISED = {
     "tijeras-azel", "tilted-tower", "backlash", "missed-counts", "wrong-clock", "southern",
     "ew-tiltroll", "ew-tiltroll-equinox", "ns-tiltroll", "polar", "screwjack", "tropical",
+    "heliostat",
 }  # fmt: skip
 
 

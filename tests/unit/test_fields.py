@@ -1,5 +1,6 @@
 """What one end writes, the other reads; what is not exactly right is refused by its name."""
 
+import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -8,6 +9,8 @@ from solarcal.errors import ProtocolError
 from solarcal.mount.drive import parse_drive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.optics.heliostat import Target
+from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.site import Site
 from solarcal.unit import fields, values
 from solarcal.unit.parameters import PARAMETER_NAMES, parameters_from_texts, parameters_to_texts
@@ -200,6 +203,19 @@ def test_parameters_round_trip():
     assert tuple(texts) == PARAMETER_NAMES
     assert texts["axis1.limits"] == "-120.00000:120.00000"
     assert parameters_from_texts(texts) == PARAMETERS
+    assert (texts["target"], PARAMETERS.heliostat) == ("-", None)
+
+
+def test_a_heliostats_target_and_reduced_offsets_round_trip():
+    told = msgspec.structs.replace(
+        PARAMETERS, target=Target(176.0, 78.0, 120.0), mirror=MirrorOffset(0.001, 0.0, -0.0025)
+    )
+    texts = parameters_to_texts(told)
+    assert texts["target"] == "176.00000:78.00000:120.00000"
+    assert texts["mirror"] == "0.001000000:0.000000000:-0.002500000"
+    assert parameters_from_texts(texts) == told
+    assert told.heliostat is not None
+    assert told.heliostat.offset.PivotRefl_Z == pytest.approx(-0.3)
 
 
 @pytest.mark.parametrize(
@@ -215,6 +231,9 @@ def test_parameters_round_trip():
         ("update_range", "0,1"),
         ("tilt_decimals", "-1"),
         ("scale_decimals", "99"),
+        ("target", "176:78"),
+        ("target", "176:78:0"),
+        ("mirror", "a:0:0"),
     ],
 )
 def test_a_bad_parameter_is_refused_by_its_name(name, text):

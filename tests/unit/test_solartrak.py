@@ -195,12 +195,12 @@ NEW_P = Coefficients(0.05123, -0.12, 0.3, -0.00001, 0.0003, -0.0001)
 def test_coefficients_are_written_stored_and_read_back_in_one_go():
     unit, link = connected(
         *reading_parameters(3),
-        (f"000C COEF SET {NEW}", "000C NO 20 locked"),
-        ("000D UNLOCK", "000D OK 60"),
-        (f"000E COEF SET {NEW}", f"000E OK {NEW}"),
-        ("000F COEF", f"000F OK {NEW}"),
-        ("0010 STORE", "0010 OK 1"),
-        ("0011 COEF STORED", f"0011 OK {NEW}"),
+        (f"000E COEF SET {NEW}", "000E NO 20 locked"),
+        ("000F UNLOCK", "000F OK 60"),
+        (f"0010 COEF SET {NEW}", f"0010 OK {NEW}"),
+        ("0011 COEF", f"0011 OK {NEW}"),
+        ("0012 STORE", "0012 OK 1"),
+        ("0013 COEF STORED", f"0013 OK {NEW}"),
     )
     kept = unit.write_coefficients(NEW_P, Offsets())
     assert kept.coefficients == kept.permanent_coefficients == NEW_P.rounded(4, 6)
@@ -211,12 +211,12 @@ def test_coefficients_are_written_stored_and_read_back_in_one_go():
 def test_a_lost_reply_to_coef_set_is_repeated_under_the_same_number():
     unit, link = connected(
         *reading_parameters(3),
-        (f"000C COEF SET {NEW}",),
-        (f"000C COEF SET {NEW}", NOISE),
-        (f"000C COEF SET {NEW}", f"000C OK {NEW}"),
-        ("000D COEF", f"000D OK {NEW}"),
-        ("000E STORE", "000E OK 1"),
-        ("000F COEF STORED", f"000F OK {NEW}"),
+        (f"000E COEF SET {NEW}",),
+        (f"000E COEF SET {NEW}", NOISE),
+        (f"000E COEF SET {NEW}", f"000E OK {NEW}"),
+        ("000F COEF", f"000F OK {NEW}"),
+        ("0010 STORE", "0010 OK 1"),
+        ("0011 COEF STORED", f"0011 OK {NEW}"),
     )
     unit.write_coefficients(NEW_P, Offsets())
     link.assert_finished()
@@ -225,13 +225,29 @@ def test_a_lost_reply_to_coef_set_is_repeated_under_the_same_number():
 def test_coefficients_the_unit_kept_otherwise_are_not_stored():
     unit, link = connected(
         *reading_parameters(3),
-        (f"000C COEF SET {NEW}", f"000C OK {OLD}"),
-        ("000D COEF", f"000D OK {OLD}"),
-        ("000E COEF STORED", f"000E OK {OLD}"),
+        (f"000E COEF SET {NEW}", f"000E OK {OLD}"),
+        ("000F COEF", f"000F OK {OLD}"),
+        ("0010 COEF STORED", f"0010 OK {OLD}"),
     )
     kept = unit.write_coefficients(NEW_P, Offsets())
     assert kept.coefficients != NEW_P.rounded(4, 6)
     link.assert_finished()
+
+
+def test_a_unit_that_knows_of_no_target_is_no_heliostat():
+    """Units older than the parameters refuse their names; any other refusal is one."""
+    exchanges = reading_parameters(3)
+    older = [
+        (request, reply if " target" not in request and " mirror" not in request
+         else f"{request[:4]} NO 13 bad argument")
+        for request, reply in exchanges
+    ]  # fmt: skip
+    unit, link = connected(*older)
+    assert unit.parameters().heliostat is None
+    link.assert_finished()
+    unit, _ = connected(("0003 PARAM axis1.drive", "0003 NO 13 bad argument"))
+    with pytest.raises(UnitRefused):
+        unit.parameters()
 
 
 def test_both_memories_are_read():

@@ -22,6 +22,7 @@ class Beliefs:
     """Clock, site, Sun, coefficients and limits of one controller.
 
     Its Sun is Appendix A's, airless, for the site it was told and the time its own clock shows.
+    A heliostat's ideal angles are those of the normal, from that Sun and the target it was told.
     """
 
     def __init__(
@@ -33,6 +34,7 @@ class Beliefs:
         self.zone_west_h = zone_west_h
         self.geometry = settings.mount(site)
         self.limits: Limits = settings.limits()
+        self.heliostat = settings.heliostat()
         self.coefficients, self.offsets = settings.memory()
         self._clock_set_to_s = utc_s
         self._clock_set_at_s = 0.0
@@ -58,12 +60,8 @@ class Beliefs:
         return self.utc_s(since) - (true_start_utc_s + since)
 
     def sun(self, now_s: float) -> tuple[float, float, float]:
-        """Ideal axis angles and elevation at one instant."""
-        azimuth, zenith = horizontal_deg(
-            self.utc_s(now_s), self.site.latitude_deg, self.site.longitude_deg
-        )
-        ideal1, ideal2 = self.geometry.axes_from_horizontal(azimuth, zenith)
-        return ideal1, ideal2, 90.0 - zenith
+        """Ideal axis angles and the Sun's elevation at one instant."""
+        return self._ideal_deg(self.utc_s(now_s))
 
     def corrected_deg(self, ideal1_deg: float, ideal2_deg: float) -> tuple[float, float]:
         """Ideal angles plus E, without O."""
@@ -75,12 +73,18 @@ class Beliefs:
 
         The room is the distance to the nearest limit or of the Sun to the horizon, negative beyond.
         """
-        azimuth, zenith = horizontal_deg(utc_s, self.site.latitude_deg, self.site.longitude_deg)
-        ideal1, ideal2 = self.geometry.axes_from_horizontal(azimuth, zenith)
+        ideal1, ideal2, elevation = self._ideal_deg(utc_s)
         e1, e2 = correction_deg(self.coefficients, ideal1, ideal2)
         readings = np.stack([ideal1 + e1 + self.offsets.O1, ideal2 + e2 + self.offsets.O2])
-        room = np.minimum(self.limits.distance_deg(readings[0], readings[1]), 90.0 - zenith)
+        room = np.minimum(self.limits.distance_deg(readings[0], readings[1]), elevation)
         return readings, room
+
+    def _ideal_deg(self, utc_s: Angles) -> tuple[Angles, Angles, Angles]:
+        """Angles of the Sun, or of the normal that reflects it to the target; Sun's elevation."""
+        sun = horizontal_deg(utc_s, self.site.latitude_deg, self.site.longitude_deg)
+        aim = sun if self.heliostat is None else self.heliostat.controller_normal_deg(*sun)
+        ideal1, ideal2 = self.geometry.axes_from_horizontal(*aim)
+        return ideal1, ideal2, 90.0 - sun[1]
 
     def targets_deg(self, now_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """``readings_deg`` at so many seconds since the start."""

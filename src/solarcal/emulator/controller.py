@@ -14,6 +14,7 @@ from solarcal.emulator.refusal import Code, Refusal
 from solarcal.emulator.tracking import NEVER_S
 from solarcal.emulator.unit_settings import UnitSettings
 from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.site import Site
 from solarcal.unit.tracker import Mode, RefCheckResult, Status, Stored, UnitParameters, UnitSite
 
@@ -91,6 +92,7 @@ class Controller:
 
     def parameters(self) -> UnitParameters:
         axis1, axis2 = self.axes
+        heliostat = self.beliefs.heliostat
         return UnitParameters(
             drive1=axis1.drive,
             drive2=axis2.drive,
@@ -100,6 +102,8 @@ class Controller:
             reference2_deg=axis2.reference_deg,
             tilt_decimals=self._settings.tilt_decimals,
             scale_decimals=self._settings.scale_decimals,
+            target=None if heliostat is None else heliostat.target,
+            mirror=MirrorOffset() if heliostat is None else heliostat.reduced_offset,
         )
 
     def stored(self) -> Stored:
@@ -225,13 +229,15 @@ class Controller:
         self._reconsider(now_s)
 
     def set_parameters(self, new: UnitParameters, now_s: float) -> None:
-        """Raises ConfigurationError where a drive cannot reach its limits or its reference."""
+        """Raises ConfigurationError where a drive or the mirror cannot be as told."""
         self._refuse_while_checking()
         require_reach(new)
+        heliostat = new.heliostat
         drives = ((new.drive1, new.reference1_deg), (new.drive2, new.reference2_deg))
         for axis, (drive, reference_deg) in zip(self.axes, drives, strict=True):
             axis.configure(drive, reference_deg)
         self.beliefs.limits = new.limits
+        self.beliefs.heliostat = heliostat
         self._follower.update_range_deg = new.update_range_deg
         self._reconsider(now_s)
 

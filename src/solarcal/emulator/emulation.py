@@ -73,6 +73,7 @@ class Emulator:
             (unit.reference1_deg, unit.reference2_deg),
             start,
             seed,
+            truth.heliostat(unit.heliostat()),
         )
         motor1, motor2 = self.world.motors
         self.controller = Controller(

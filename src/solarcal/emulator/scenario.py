@@ -166,6 +166,7 @@ def _build(document: dict[str, Any], source: str) -> Scenario:
         scenario.unit.mount(scenario.site.place())
         _require_reach(scenario)
         scenario.truth.mechanism()
+        scenario.truth.heliostat(scenario.unit.heliostat())
         scenario.truth.weather(scenario.site.place())
     except ConfigurationError as error:
         raise ConfigurationError(f"{source}: {error}") from None

@@ -7,6 +7,9 @@ import msgspec
 from solarcal.errors import ConfigurationError
 from solarcal.mount.drive import Drive, parse_drive
 from solarcal.mount.mechanism import Mechanism
+from solarcal.optics.aiming import Heliostat
+from solarcal.optics.heliostat import Target
+from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun import REFRACTIONS, SUN_MODELS
 
@@ -71,6 +74,9 @@ class WorldTruth(msgspec.Struct, frozen=True, kw_only=True):
     unit_offset_s: float = 0.0
     unit_drift_s_per_day: float = 0.0
 
+    target: tuple[float, float, float] | None = None
+    mirror_offset: tuple[float, float, float] | None = None
+
     noise_deg: float = 0.02
     spot_range_deg: float = 3.0
 
@@ -112,6 +118,15 @@ class WorldTruth(msgspec.Struct, frozen=True, kw_only=True):
         return (
             parse_drive(self.drive1) if self.drive1 else nominal1,
             parse_drive(self.drive2) if self.drive2 else nominal2,
+        )
+
+    def heliostat(self, told: Heliostat | None) -> Heliostat | None:
+        """Where the target and the mirror really are; as told where the truth says nothing."""
+        if told is None:
+            return None
+        return Heliostat(
+            told.target if self.target is None else Target(*self.target),
+            told.offset if self.mirror_offset is None else MirrorOffset(*self.mirror_offset),
         )
 
     def weather(self, site: Site) -> Weather:

@@ -7,6 +7,9 @@ from solarcal.mount.drive import Drive, parse_drive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.optics.aiming import Heliostat
+from solarcal.optics.heliostat import Target
+from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.site import Site
 
 
@@ -15,6 +18,10 @@ class UnitSettings(msgspec.Struct, frozen=True, kw_only=True):
 
     ``latitude_deg``, ``longitude_deg``, ``zone_west_h`` are what the unit BELIEVES; left out, it
     believes the truth of ``[site]``.
+
+    With a ``target`` (azimuth, zenith angle, distance) it is a heliostat: AX1, AX2 are the angles
+    of the mirror's normal. ``mirror_offset``: AzimPivot_R, PivotRefl_R, PivotRefl_Z, in the unit of
+    the distance.
     """
 
     geometry: str = "azel"
@@ -36,6 +43,8 @@ class UnitSettings(msgspec.Struct, frozen=True, kw_only=True):
     coefficients: tuple[float, float, float, float, float, float] = (0.0,) * 6
     offsets: tuple[float, float] = (0.0, 0.0)
     serial: str = "0001"
+    target: tuple[float, float, float] | None = None
+    mirror_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         for name in ("limits1_deg", "limits2_deg"):
@@ -47,6 +56,11 @@ class UnitSettings(msgspec.Struct, frozen=True, kw_only=True):
         for name in ("tilt_decimals", "scale_decimals"):
             if not 0 <= getattr(self, name) <= 9:
                 raise ConfigurationError(f"unit.{name} must lie between 0 and 9")
+        if any(self.mirror_offset) and (self.target is None or self.geometry != "azel"):
+            raise ConfigurationError(
+                "unit.mirror_offset belongs to a heliostat with a target on an azel mount"
+            )
+        self.heliostat()
 
     def believed_site(self, true_site: Site) -> Site:
         latitude, longitude = self.latitude_deg, self.longitude_deg
@@ -64,6 +78,12 @@ class UnitSettings(msgspec.Struct, frozen=True, kw_only=True):
 
     def limits(self) -> Limits:
         return Limits(AxisLimits(*self.limits1_deg), AxisLimits(*self.limits2_deg))
+
+    def heliostat(self) -> Heliostat | None:
+        """What the controller is told of its target and mirror; ``None`` for a tracker."""
+        if self.target is None:
+            return None
+        return Heliostat(Target(*self.target), MirrorOffset(*self.mirror_offset))
 
     def memory(self) -> tuple[Coefficients, Offsets]:
         """P and O as they are when the emulation begins, in both memories."""

@@ -14,6 +14,7 @@ from solarcal.emulator.truth import WorldTruth, after_start_s
 from solarcal.mount.drive import Drive
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
+from solarcal.optics.aiming import Heliostat
 from solarcal.site import Site
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import RAD_PER_DEG, Angles, FloatArray, wrap_deg
@@ -61,13 +62,14 @@ class World:
         switches_deg: tuple[float, float],
         start_utc_s: float,
         seed: int,
+        heliostat: Heliostat | None = None,
     ) -> None:
         self.truth = truth
         self.site = site
         self.geometry = geometry
         self.start_utc_s = start_utc_s
         self.mechanism: Mechanism = truth.mechanism()
-        self.sky = Sky(truth, site, geometry)
+        self.sky = Sky(truth, site, geometry, heliostat)
         self._eye = random_stream(seed, "eye")
         stands = (truth.stands1_deg, truth.stands2_deg)
         speeds = (truth.motor_speed1_deg_s, truth.motor_speed2_deg_s)
@@ -141,7 +143,10 @@ class World:
         )
 
     def spot(self, now_s: float) -> Seen:
-        """One look at the sunspot device. Every look draws new noise of the eye."""
+        """One look at the sunspot device, or at the beam on a heliostat's target board.
+
+        Every look draws new noise of the eye.
+        """
         sun1, sun2, elevation = self.sky.sun_now_deg(self.true_utc_s(now_s))
         noise1, noise2 = self._eye.standard_normal(2) * self.truth.noise_deg
         looks1, looks2 = self.collector_axes_deg(now_s)

@@ -12,6 +12,9 @@ import msgspec
 from solarcal.mount.drive import Drive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import Limits
+from solarcal.optics.aiming import Heliostat, heliostat_of
+from solarcal.optics.heliostat import Target
+from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.site import Site, Weather
 
 
@@ -62,6 +65,15 @@ class UnitParameters(msgspec.Struct, frozen=True):
     reference2_deg: float
     tilt_decimals: int
     scale_decimals: int
+    target: Target | None = None
+    """A heliostat's; ``None`` where the unit follows the Sun itself."""
+    mirror: MirrorOffset = MirrorOffset()
+    """A heliostat's REDUCED offsets, in units of the target's distance."""
+
+    @property
+    def heliostat(self) -> Heliostat | None:
+        """Target and offsets in one unit of length; ``None`` where it is no heliostat."""
+        return heliostat_of(self.target, self.mirror)
 
 
 class Status(msgspec.Struct, frozen=True):

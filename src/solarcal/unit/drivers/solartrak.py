@@ -10,7 +10,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.unit import fields, values
 from solarcal.unit.conversation import Conversation, Timing
 from solarcal.unit.link import Link
-from solarcal.unit.parameters import PARAMETER_NAMES, parameters_from_texts
+from solarcal.unit.parameters import ABSENT, PARAMETER_NAMES, parameters_from_texts
 from solarcal.unit.tracker import (
     EmulatedSky,
     Emulation,
@@ -34,6 +34,7 @@ LONGEST_ADVANCE_S = 86400.0
 """What one ``X ADVANCE`` may ask for."""
 
 NOT_ANNOUNCED = 30
+BAD_ARGUMENT = 13
 """Refusal code of an ``X`` request on a unit that does not announce them."""
 
 
@@ -214,11 +215,14 @@ class SolarTrakUnit:
         return self._decimals
 
     def _parameter(self, name: str) -> str:
-        (text,) = self._read(
-            f"PARAM {name}",
-            lambda answer: fields.expect(answer, "value"),
-            self._talk.ask("PARAM", name),
-        )
+        try:
+            answer = self._talk.ask("PARAM", name)
+        except UnitRefused as refusal:
+            # Units older than these parameters do not know their names.
+            if name not in ABSENT or refusal.code != BAD_ARGUMENT:
+                raise
+            return ABSENT[name]
+        (text,) = self._read(f"PARAM {name}", lambda answer: fields.expect(answer, "value"), answer)
         return text
 
     def _coefficients(self, *request: str) -> tuple[Coefficients, Offsets]:
