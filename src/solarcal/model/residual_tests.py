@@ -13,18 +13,23 @@ from math import comb
 import numpy as np
 
 from solarcal.model.extended_mechanism import ExtendedMechanism, Rows
+from solarcal.model.f_tests import ColumnFit, basis_of, norm_beside, t_limit
 from solarcal.model.prior import Prior
 from solarcal.units import FloatArray
 
 FAMILY_LEVEL = 0.05
-NAME_LEVEL = 0.05
-"""A cause that another one makes insignificant at this level cannot be told from it."""
+SURE_LEVEL = 2e-4
+"""A cause is told from its rival when it is needed beside it at this level: a name sends somebody
+to a bolt, and a wrong one to the wrong bolt."""
+LARGE_LEVEL = 0.01
+"""Enough for an effect so large that somebody will look anyway."""
+LARGE = {"C": 0.45, "N": 0.45, "SAG": 0.2, "REFRACTION": 0.5, "BACKLASH1": 0.1, "BACKLASH2": 0.1}
+RIVAL_SHARE = 0.5
+"""A rival explains at least this part of what the cause explains."""
 POWER_QUANTILE = 1.2816
 """90 % power."""
 
 _SPARE_NEEDED = 3
-_RANK_LIMIT = 1e-6
-_UNSEEN = 1e-9
 _TURNS = 3
 _MOST_BAD_SHARE = 0.25
 
@@ -33,9 +38,10 @@ _MOST_BAD_SHARE = 0.25
 class Cause:
     """A cause the residuals ask for.
 
-    ``rivals``: causes that would make it insignificant, in the order of what they leave;
-    ``leaves_deg``: sky rms with this cause, then with each rival instead; ``correlations`` with
-    each rival when both are fitted.
+    ``value``, ``sigma``: beside all others found. ``rivals``: causes that would make it
+    insignificant, in the order of what they leave; ``leaves_deg``: sky rms with this cause, then
+    with each rival instead, beside what was found before it; ``without_deg``: with none of them;
+    ``correlations`` with each rival when both are fitted.
     """
 
     name: str
@@ -101,79 +107,9 @@ def run_residual_tests(
 def cause_sigmas(rows: Rows, noise_deg: float) -> dict[str, float]:
     """One sigma of each cause alone beside the six numbers; infinite where it has no effect."""
     return {
-        name: noise_deg / norm if (norm := _norm_beside(rows.six, column)) > 0.0 else np.inf
+        name: noise_deg / norm if (norm := norm_beside(rows.six, column)) > 0.0 else np.inf
         for name, column in rows.causes.items()
     }
-
-
-def _norm_beside(base: FloatArray, column: FloatArray) -> float:
-    basis = _basis(base)
-    rest = column - basis @ (basis.T @ column)
-    norm = float(np.linalg.norm(rest))
-    return norm if norm > _UNSEEN * max(float(np.linalg.norm(column)), 1.0) else 0.0
-
-
-def _basis(columns: FloatArray) -> FloatArray:
-    """Orthonormal basis of the span of columns (m, k), judged column-normalised."""
-    norms = np.linalg.norm(columns, axis=0)
-    used = columns[:, norms > _UNSEEN] / norms[norms > _UNSEEN]
-    left, singular, _ = np.linalg.svd(used, full_matrices=False)
-    basis: FloatArray = left[:, singular >= _RANK_LIMIT]
-    return basis
-
-
-class _Fit:
-    """Least squares of residuals on some columns, and tests of one more."""
-
-    def __init__(self, base: FloatArray, residuals: FloatArray) -> None:
-        self.basis = _basis(base)
-        self.left = residuals - self.basis @ (self.basis.T @ residuals)
-        self.squares = float(self.left @ self.left)
-        self.spare = len(residuals) - self.basis.shape[1]
-
-    def column(self, column: FloatArray) -> tuple[float, float, float]:
-        """Amount, sigma and probability of one more column; probability 1 where it has none."""
-        rest = column - self.basis @ (self.basis.T @ column)
-        square = float(rest @ rest)
-        if self.spare <= 1 or square <= (_UNSEEN * max(float(np.linalg.norm(column)), 1.0)) ** 2:
-            return 0.0, np.inf, 1.0
-        amount = float(rest @ self.left) / square
-        explained = amount * amount * square
-        variance = max(self.squares - explained, 1e-300) / (self.spare - 1)
-        return (
-            amount,
-            float(np.sqrt(variance / square)),
-            f_probability(explained / variance, 1, self.spare - 1),
-        )
-
-    def group(self, indices: Sequence[int]) -> tuple[FloatArray, FloatArray, float]:
-        """Shifts (2q,) of these points, the (2q, 2q) of their covariance per unit variance, p."""
-        rows = np.array([2 * i + axis for i in indices for axis in (0, 1)])
-        block = np.eye(len(rows)) - self.basis[rows] @ self.basis[rows].T
-        if np.linalg.eigvalsh(block)[0] < _UNSEEN or self.spare - len(rows) < 1:
-            return np.zeros(len(rows)), np.full(block.shape, np.inf), 1.0
-        covariance = np.linalg.inv(block)
-        shift = covariance @ self.left[rows]
-        explained = float(self.left[rows] @ shift)
-        spare = self.spare - len(rows)
-        variance = max(self.squares - explained, 1e-300) / spare
-        p = f_probability(explained / len(rows) / variance, len(rows), spare)
-        return shift, covariance * variance, p
-
-
-def f_probability(f: float, over: int, under: int) -> float:
-    """Chance of a larger F with these degrees of freedom."""
-    # scipy takes long to import; nobody waits for it before there are points.
-    from scipy.special import betainc
-
-    return float(betainc(under / 2.0, over / 2.0, under / (under + over * f)))
-
-
-def t_limit(level: float, spare: int) -> float:
-    """|t| exceeded with this chance."""
-    from scipy.special import stdtrit
-
-    return float(stdtrit(spare, 1.0 - level / 2.0))
 
 
 class _Search:
@@ -190,6 +126,7 @@ class _Search:
         self.suspects = suspects
         self.amounts: dict[str, float] = {}
         self.bad: list[int] = []
+        self.left_then: dict[str, tuple[float, dict[str, float]]] = {}
         self.rows = model.rows(values, {})
         self.family = len(self.rows.causes) + 1
 
@@ -200,23 +137,30 @@ class _Search:
             if fit.spare < _SPARE_NEEDED:
                 return
             level = FAMILY_LEVEL / max(self.family - len(self.amounts) - bool(self.bad), 1)
-            best: tuple[float, str | tuple[int, ...]] = (1.0, ())
-            for name in self.rows.causes:
-                if name not in self.amounts:
-                    p = fit.column(self._kept(self.rows.causes[name]))[2]
-                    best = min(best, (p, name), key=_first)
             room = int(_MOST_BAD_SHARE * n) - len(self.bad)
-            for chosen, p in self._point_tests(fit, room):
-                best = min(best, (p, chosen), key=_first)
-            if best[0] > level or not best[1]:
+            tests: list[tuple[float, str | tuple[int, ...]]] = [
+                (fit.column(self._kept(column))[2], name)
+                for name, column in self.rows.causes.items()
+                if name not in self.amounts
+            ]
+            tests += [(p, chosen) for chosen, p in self._point_tests(fit, room)]
+            p, taken = min(tests, key=lambda test: test[0], default=(1.0, ""))
+            if p > level:
                 return
-            if isinstance(best[1], str):
-                self.amounts[best[1]] = 0.0
+            if isinstance(taken, str):
+                # As it stood then: what is found later must not change what this one explained.
+                instead = {
+                    name: self._rms(self._fit([*self.amounts, name]).left)
+                    for name in self.rows.causes
+                    if name not in self.amounts
+                }
+                self.left_then[taken] = (self._rms(fit.left), instead)
+                self.amounts[taken] = 0.0
             else:
-                self.bad.extend(best[1])
+                self.bad.extend(taken)
             self._move()
 
-    def _point_tests(self, fit: _Fit, room: int) -> list[tuple[tuple[int, ...], float]]:
+    def _point_tests(self, fit: ColumnFit, room: int) -> list[tuple[tuple[int, ...], float]]:
         """Every point, and the suspects together; probabilities corrected for the choice."""
         kept = self._kept_points()
         n = len(kept)
@@ -233,16 +177,17 @@ class _Search:
         return [i for i in range(len(self.model.points)) if i not in self.bad]
 
     def _kept(self, column: FloatArray) -> FloatArray:
-        pairs: FloatArray = column.reshape(len(self.model.points), 2, -1)[self._kept_points()]
-        return pairs.reshape(-1, *column.shape[1:])
+        pairs = column.reshape(len(self.model.points), 2, -1)[self._kept_points()]
+        kept: FloatArray = pairs.reshape(-1, *column.shape[1:])
+        return kept
 
     def _base(self, *, names: Sequence[str]) -> FloatArray:
         return np.column_stack((self.rows.six, *(self.rows.causes[name] for name in names)))
 
-    def _fit(self, names: Sequence[str] | None = None) -> _Fit:
+    def _fit(self, names: Sequence[str] | None = None) -> ColumnFit:
         """With these causes in the model; their present amounts count as not yet explained."""
         chosen = tuple(self.amounts) if names is None else tuple(names)
-        return _Fit(self._kept(self._base(names=chosen)), self._kept(self._open_residuals()))
+        return ColumnFit(self._kept(self._base(names=chosen)), self._kept(self._open_residuals()))
 
     def _open_residuals(self) -> FloatArray:
         taken = [amount * self.rows.causes[name] for name, amount in self.amounts.items()]
@@ -252,12 +197,11 @@ class _Search:
         """To the fit with what has been taken in, the prior holding what the points leave open."""
         for _ in range(_TURNS):
             fit = self._fit()
-            noise = max(np.sqrt(fit.squares / max(fit.spare, 1)), 1e-4)
+            noise = fit.noise
             step = self._step(tuple(self.amounts), self._kept_points(), noise)
             self.values = self.values + step[:6]
             self.amounts = {
-                name: float(amount)
-                for name, amount in zip(self.amounts, step[6:], strict=True)
+                name: float(amount) for name, amount in zip(self.amounts, step[6:], strict=True)
             }
             self.rows = self.model.rows(self.values, self.amounts)
 
@@ -267,8 +211,8 @@ class _Search:
         base = self._base(names=names).reshape(n, 2, -1)[kept].reshape(2 * len(kept), -1)
         residuals = self._open_residuals().reshape(n, 2)[kept].reshape(-1)
         precision = np.concatenate(((noise / self.unit) ** 2, np.full(len(names), 1e-12)))
-        step: FloatArray = np.linalg.solve(base.T @ base + np.diag(precision), base.T @ residuals)
-        return step
+        normal = base.T @ base + np.diag(precision)
+        return np.asarray(np.linalg.solve(normal, base.T @ residuals), dtype=np.float64)
 
     def concluded(self, noise_deg: float | None) -> ResidualTests:
         fit = self._fit()
@@ -283,7 +227,7 @@ class _Search:
             base = self._kept(self._base(names=tuple(self.amounts)))
             for name, column in self.rows.causes.items():
                 if name not in told:
-                    norm = _norm_beside(base, self._kept(column))
+                    norm = norm_beside(base, self._kept(column))
                     weakest[name] = factor * said / norm if norm > 0.0 else np.inf
         else:
             weakest = dict.fromkeys(self.rows.causes, np.inf)
@@ -299,35 +243,41 @@ class _Search:
         causes = []
         for name in self.amounts:
             others = [other for other in self.amounts if other != name]
+            alone, together = self._fit(others), self._fit()
             column = self._kept(self.rows.causes[name])
-            alone = self._fit(others)
             value, sigma, p = alone.column(column)
-            rivals: list[tuple[float, str, float]] = []
+            level = LARGE_LEVEL if abs(value) >= LARGE[name] else SURE_LEVEL
+            explained = alone.squares - together.squares
+            rivals = []
             for rival, effect in self.rows.causes.items():
-                if rival in self.amounts:
-                    continue
                 beside = self._fit([*others, rival])
-                if beside.column(column)[2] > NAME_LEVEL:
+                if (
+                    rival not in self.amounts
+                    and alone.squares - beside.squares >= RIVAL_SHARE * explained
+                    and beside.column(column)[2] > level
+                ):
                     r = self._correlation(others, column, self._kept(effect))
-                    rivals.append((self._rms(beside.left), rival, r))
+                    rivals.append((beside.squares, rival, r))
             rivals.sort()
+            names = tuple(rival for _, rival, _ in rivals)
+            without, instead = self.left_then[name]
             causes.append(
                 Cause(
                     name=name,
                     value=value,
                     sigma=sigma,
                     probability=p,
-                    rivals=tuple(rival for _, rival, _ in rivals),
-                    leaves_deg=(self._rms(self._fit().left), *(rms for rms, _, _ in rivals)),
+                    rivals=names,
+                    leaves_deg=tuple(instead[one] for one in (name, *names)),
                     correlations=tuple(r for _, _, r in rivals),
-                    without_deg=self._rms(alone.left),
+                    without_deg=without,
                 )
             )
         return causes
 
     def _correlation(self, others: Sequence[str], one: FloatArray, two: FloatArray) -> float:
         """Of two causes' estimates when both are fitted."""
-        basis = _basis(self._kept(self._base(names=others)))
+        basis = basis_of(self._kept(self._base(names=others)))
         a, b = (column - basis @ (basis.T @ column) for column in (one, two))
         return float(-(a @ b) / np.sqrt((a @ a) * (b @ b)))
 
@@ -346,9 +296,9 @@ class _Search:
         size = float(np.hypot(*shift)) / float(self.model.weights[index])
         ways = np.linalg.solve(covariance, shift)
         # So that size / sigma is the studentised distance, both axes together.
-        sigma = size / float(np.sqrt(max(shift @ ways, 1e-300)))
+        sigma = size / float(np.sqrt(max(float(shift @ ways), 1e-300)))
         with_rms = self._rms(fit.left)
-        noise = max(np.sqrt(fit.squares / max(fit.spare, 1)), 1e-4)
+        noise = fit.noise
         names = tuple(self.amounts)
         before = self._step(names, kept, noise)[:6]
         after = self._step(names, [i for i in kept if i != index], noise)[:6]
@@ -361,7 +311,3 @@ class _Search:
             rms_without_deg=self._rms(self._fit().left),
             step=after - before,
         )
-
-
-def _first(test: tuple[float, str | tuple[int, ...]]) -> float:
-    return test[0]

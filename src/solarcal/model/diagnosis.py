@@ -1,0 +1,235 @@
+"""What is the matter when it does not fit: the sentences behind the residual tests.
+
+Only what direct evidence (clocks, counts, approach sides, read-outs) has not explained reaches
+these tests. What the points cannot decide is said to be so, never found and never excluded.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solarcal.model.degeneracy import clock_utc, degeneracies
+from solarcal.model.exact_errors import errors_and_slopes, own_sine
+from solarcal.model.extended_mechanism import (
+    AIR,
+    BACKLASH,
+    COLLIMATION,
+    SAG,
+    SQUARENESS,
+    ExtendedMechanism,
+)
+from solarcal.model.finding import Finding, Kind, listed
+from solarcal.model.forecast import TOLERANCE_DEG
+from solarcal.model.losses import Loss, undo_losses
+from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.methods import fit_exact
+from solarcal.model.residual_tests import BadPoint, Cause, ResidualTests, run_residual_tests
+from solarcal.model.year_grid import year_grid
+
+KINDS: dict[str, Kind] = {
+    COLLIMATION: "collimation",
+    SQUARENESS: "nonperpendicularity",
+    SAG: "sag",
+    AIR: "refraction",
+    BACKLASH[0]: "backlash",
+    BACKLASH[1]: "backlash",
+}
+NAMES = {
+    COLLIMATION: "collimation",
+    SQUARENESS: "axes not square",
+    SAG: "gravity sag",
+    AIR: "refraction other than assumed",
+    BACKLASH[0]: "backlash of axis 1",
+    BACKLASH[1]: "backlash of axis 2",
+}
+WORTH_KNOWING = {
+    COLLIMATION: 0.5,
+    SQUARENESS: 0.5,
+    SAG: 0.2,
+    AIR: 1.0,
+    BACKLASH[0]: 0.1,
+    BACKLASH[1]: 0.1,
+}
+"""Amounts that happen. Where they would go unnoticed, that is said."""
+
+NEGLIGIBLE_SHARE = 0.1
+"""An effect below this part of the tolerance, added to it in squares, is half a percent of it."""
+FEWEST_POINTS = 5
+
+
+def diagnose(
+    solution: MechanismSolution,
+    approach: NDArray[np.int_] | None = None,
+    *,
+    losses: Sequence[Loss] = (),
+    tolerance_deg: float = TOLERANCE_DEG,
+    clock: Callable[[float], str] = clock_utc,
+) -> tuple[Finding, ...]:
+    """Findings from the residuals, the certain ones first.
+
+    Parameters
+    ----------
+    solution
+        A ``robust`` or ``exact`` fit.
+    approach : (n, 2), optional
+        Sense of the last motion of each axis at the fitted points, +1, -1, 0 unknown.
+    losses
+        Counts known to have been missed: undone before anything is tested.
+    tolerance_deg
+        Against which an effect matters or does not.
+    clock
+        How an instant (POSIX UTC seconds) is said.
+    """
+    if losses:
+        points, _ = undo_losses(solution.points, solution.context, solution.posterior.mean, losses)
+        solution = fit_exact(
+            points, solution.context, prior=solution.prior, use_prior=solution.method == "robust"
+        )
+    points = solution.points
+    doubtful = degeneracies(solution, clock)
+    if len(points) < FEWEST_POINTS:
+        return (_too_few(len(points)), *doubtful)
+    outliers = set(solution.outliers)
+    tests = run_residual_tests(
+        ExtendedMechanism.of(points, solution.context, approach),
+        solution.posterior.mean,
+        solution.prior,
+        suspects=[i for i, label in enumerate(points.labels) if label in outliers],
+        noise_deg=solution.noise_deg,
+    )
+    return (
+        *(_cause(cause, tests, tolerance_deg) for cause in tests.causes),
+        *(_bad_point(bad, solution) for bad in tests.bad),
+        *_undecided(tests),
+        *doubtful,
+    )
+
+
+def _too_few(n: int) -> Finding:
+    return Finding(
+        kind="unmodelled",
+        subject="residuals",
+        sentence="collimation, axes not square, gravity sag and bad points cannot be told with "
+        f"these points: {n} of them have hardly anything to contradict six numbers with",
+        certainty="cannot_be_told",
+    )
+
+
+def _amount(name: str, value: float, sigma: float) -> str:
+    if name == AIR:
+        return f"{value:+.2f} +- {sigma:.2f} times the standard air"
+    return f"{value:+.3f} +- {sigma:.3f} deg"
+
+
+def _cause(cause: Cause, tests: ResidualTests, tolerance_deg: float) -> Finding:
+    causes = (cause.name, *cause.rivals)
+    effect = float(np.sqrt(max(cause.without_deg**2 - cause.leaves_deg[0] ** 2, 0.0)))
+    cross = set(causes) <= {COLLIMATION, SQUARENESS}
+    kind: Kind = KINDS[cause.name]
+    if cause.rivals:
+        kind = "cross_axis" if cross else "unmodelled"
+    amount = _amount(cause.name, cause.value, cause.sigma)
+    sigmas = abs(cause.value) / cause.sigma
+    name = NAMES[cause.name]
+    subject = name
+    leaves = [
+        f"{NAMES[c]} would leave {_small(rms)}"
+        for c, rms in zip(causes, cause.leaves_deg, strict=True)
+    ]
+    against = f"against {_small(cause.without_deg)} with the six numbers"
+    if cause.rivals:
+        subject = "cross-axis term" if cross else listed([NAMES[c] for c in causes], "or")
+        r = cause.correlations[0]
+        called = "a cross-axis term is missing" if cross else "something is missing in the model"
+        sentence = (
+            f"{called} ({sigmas:.1f} sigma): {listed([NAMES[c] for c in causes])} cannot be told "
+            f"apart with these points (r = {_correlation(r)}); {', '.join(leaves)} {against}"
+        )
+    elif cause.name in BACKLASH:
+        axis = BACKLASH.index(cause.name) + 1
+        subject = f"axis {axis}"
+        sentence = (
+            f"backlash: axis {axis} reads {amount} more after a motion in the positive sense than "
+            f"after one in the negative ({sigmas:.1f} sigma); come from the same side every time"
+        )
+    else:
+        what = f"a cross-axis term: {name}" if cross else name
+        sentence = f"{what} of {amount} ({sigmas:.1f} sigma): {leaves[0]} {against}"
+    if effect < NEGLIGIBLE_SHARE * tolerance_deg:
+        sentence += (
+            f"; it makes {_small(effect)} of pointing and does not matter against "
+            f"{tolerance_deg:g} deg"
+        )
+    elif cause.name not in BACKLASH:
+        sentence += "; P1..P6 cannot hold it"
+    return Finding(
+        kind=kind,
+        subject=subject,
+        sentence=sentence,
+        number=cause.value,
+        sigma=cause.sigma,
+        unit="standard air" if cause.name == AIR else "deg",
+        causes=tuple(KINDS[c] for c in causes),
+        leaves_deg=cause.leaves_deg,
+        effect_deg=effect,
+    )
+
+
+def _small(angle_deg: float) -> str:
+    return f"{angle_deg:.3f} deg" if angle_deg >= 0.02 else f"{angle_deg * 3600.0:.1f} arcsec"
+
+
+def _correlation(r: float) -> str:
+    # A correlation of 0.9996 must not be printed as a perfect one.
+    return f"{r:+.2f}" if abs(r) < 0.995 else f"{r:+.4f}"
+
+
+def _bad_point(bad: BadPoint, solution: MechanismSolution) -> Finding:
+    label = solution.points.labels[bad.index]
+    grid = year_grid(solution.context)
+    values = solution.posterior.mean
+    errors, slopes = errors_and_slopes(
+        values, grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg
+    )
+    change = np.einsum("k,kag->ag", bad.step, slopes)
+    change[0] *= own_sine(values, grid.sun.true2_deg, errors[1])
+    moved = float(np.sqrt(np.mean(np.sum(change**2, axis=0))))
+    return Finding(
+        kind="bad_point",
+        subject=f"point {label}",
+        sentence=(
+            f"point {label} is off by {_small(bad.sky_deg)} from what the others say "
+            f"({bad.sky_deg / bad.sigma_deg:.1f} sigma, studentised): dropping it takes the "
+            f"scatter from {_small(bad.rms_with_deg)} to {_small(bad.rms_without_deg)} and moves an "
+            f"even-handed fit by {moved:.3f} deg rms over the year; look what happened there"
+        ),
+        number=bad.sky_deg,
+        sigma=bad.sigma_deg,
+        labels=(label,),
+        effect_deg=float(np.sqrt(max(bad.rms_with_deg**2 - bad.rms_without_deg**2, 0.0))),
+    )
+
+
+def _undecided(tests: ResidualTests) -> list[Finding]:
+    said = []
+    for name, weakest in tests.weakest.items():
+        if weakest <= WORTH_KNOWING[name]:
+            continue
+        unit = " times the standard air" if name == AIR else " deg"
+        less = (
+            f"less than {weakest:.2g}{unit} would not show"
+            if weakest < 20.0 * WORTH_KNOWING[name]
+            else "no likely amount would show"
+        )
+        said.append(
+            Finding(
+                kind=KINDS[name],
+                subject=NAMES[name],
+                sentence=f"{NAMES[name]} cannot be told with these points: {less}",
+                certainty="cannot_be_told",
+                number=weakest if np.isfinite(weakest) else None,
+                unit=unit.strip(),
+            )
+        )
+    return said
