@@ -97,6 +97,8 @@ def test_day_tells_the_events_of_the_nearest_transit(
         "transit_elevation_deg",
         "daylight_h",
         "polar",
+        "solar_time",
+        "equation_of_time_min",
     ]
     assert found["transit_utc"].startswith("2026-06-21T19:0")
     span_s = parse_utc(found["sunset_utc"]) - parse_utc(found["sunrise_utc"])
