@@ -6,6 +6,7 @@ import numpy as np
 
 from solarcal.mount.drive import reading_deg
 from solarcal.session.records import ClockSet, PointRecord, UnitRecord
+from solarcal.station.branch_watch import branch_warning
 from solarcal.station.state import SessionView
 from solarcal.timescale import SECONDS_PER_DAY, parse_utc
 
@@ -80,6 +81,8 @@ def evidence(session: SessionView) -> tuple[str, ...]:
                 )
     said.extend(_frozen(taken))
     if taken:
+        if warning := branch_warning(session.header, parse_utc(taken[0].utc)):
+            said.append(warning)
         said.append(LAPTOP_CLOCK)
     return tuple(said)
 

@@ -12,6 +12,7 @@ from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.session.journal import Journal
 from solarcal.session.records import Header, UploadRecord
 from solarcal.site import Site
+from solarcal.station.branch_watch import branch_warning
 from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.fitting import solve
 from solarcal.station.procedure import Station
@@ -122,3 +123,5 @@ def _say_settings(station: Station, say: Callable[[str], None]) -> None:
     sun = check_unit_sun(station.unit_site, ours, status, laptop)
     if not sun.agrees:
         say(f"the unit's Sun is {sun.difference_deg:.3f} deg from ours: {sun.explanation}")
+    if warning := branch_warning(station.session.header, laptop):
+        say(warning)

@@ -1,0 +1,70 @@
+"""Does the Sun cross the edge of axis 1's branch today, where one range cannot hold its path?"""
+
+from functools import lru_cache
+
+import numpy as np
+
+from solarcal.mount.geometry import MountGeometry, crosses_branch
+from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.session.records import Header
+from solarcal.site import Site
+from solarcal.sun.appendix_a import horizontal_deg
+from solarcal.timescale import SECONDS_PER_DAY, format_utc
+from solarcal.units import FloatArray, wrap_deg
+
+LOWEST_DEG = 5.0
+"""Points lower than this are never taken."""
+
+_STEP_S = 60.0
+
+
+def branch_warning(header: Header, utc_s: float) -> str | None:
+    """A sentence where the Sun jumps across AX1 = c +- 180 on the solar day around an instant.
+
+    The Sun counts above 5 deg and within the limits of axis 2, where it can be reached by axis 1
+    both before and after the jump. Right AT the jump axis 1 may be beyond its limits: they end
+    there, and it has to turn all the way round between one side and the other.
+
+    Returns
+    -------
+    str or None
+        None where the path stays whole, or where the site's latitude or longitude is not known.
+    """
+    if header.unknown:
+        return None
+    geometry = MountGeometry(header.geometry, header.site.latitude_deg, header.ax1_centre_deg)
+    # From one mean solar midnight to the next: a quarter of an hour off the apparent one at most.
+    day = np.floor(utc_s / SECONDS_PER_DAY + header.site.longitude_deg / 360.0)
+    return _warning(geometry, header.site, header.unit.limits, float(day))
+
+
+@lru_cache(maxsize=32)
+def _warning(geometry: MountGeometry, site: Site, limits: Limits, day: float) -> str | None:
+    midnight_s = (day - site.longitude_deg / 360.0) * SECONDS_PER_DAY
+    utc_s = midnight_s + np.arange(0.0, SECONDS_PER_DAY, _STEP_S)
+    azimuth, zenith = horizontal_deg(utc_s, site.latitude_deg, site.longitude_deg)
+    ax1, ax2 = geometry.axes_from_horizontal(azimuth, zenith)
+    high = (90.0 - zenith > LOWEST_DEG) & _inside(limits.axis2, ax2)
+    path = np.where(high, ax1, np.nan)
+    centre_deg = geometry.ax1_centre_deg
+    if not crosses_branch(path, centre_deg):
+        return None
+    reached = high & _inside(limits.axis1, ax1)
+    with np.errstate(invalid="ignore"):
+        jumps = np.flatnonzero(np.abs(np.diff(wrap_deg(path, centre_deg))) > 180.0)
+    jump = int(jumps[0])
+    if not (reached[: jump + 1].any() and reached[jump + 1 :].any()):
+        return None
+    edges = f"{centre_deg + 180.0:.0f} and {centre_deg - 180.0:.0f} deg"
+    return (
+        f"the Sun crosses the edge of axis 1's branch (AX1 {edges} are one direction) at "
+        f"{format_utc(float(utc_s[jump]), 0)}, {90.0 - zenith[jump]:.0f} deg high: axis 1 has to "
+        "turn right round there, and a scale error P5 means something else on either side; one "
+        "range of AX1 cannot hold this day, this site needs two"
+    )
+
+
+def _inside(
+    limits: AxisLimits, angle_deg: FloatArray
+) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    return np.asarray(limits.distance_deg(angle_deg) >= 0.0)
