@@ -27,7 +27,7 @@ def sun_now(session: SessionView, live: LiveView) -> SunNow | None:
         return None
     header = session.header
     sun = sun_position(
-        "precise", live.laptop_utc_s, header.site, refraction="saemundsson", weather=header.weather
+        "precise", live.laptop_utc_s, header.site, refraction="hughes", weather=header.weather
     )
     azimuth, elevation = float(sun.azimuth_deg), 90.0 - float(sun.zenith_deg)
     status = live.status
@@ -35,7 +35,13 @@ def sun_now(session: SessionView, live: LiveView) -> SunNow | None:
         return SunNow(azimuth, elevation, float(sun.solar_time_h))
     geometry = session.geometry
     unit_azimuth, unit_zenith = geometry.horizontal_from_axes(status.ideal1_deg, status.ideal2_deg)
-    ax1, ax2 = geometry.axes_from_horizontal(sun.azimuth_deg, sun.zenith_deg)
+    aim = (azimuth, float(sun.zenith_deg))
+    if header.unit.heliostat is not None:
+        aim = header.unit.heliostat.true_normal_deg(*aim)
+        unit_azimuth, unit_zenith = (
+            float(angle) for angle in header.unit.heliostat.sun_deg(unit_azimuth, unit_zenith)
+        )
+    ax1, ax2 = geometry.axes_from_horizontal(*aim)
     apart = geometry.sky_separation_deg(status.ideal1_deg, status.ideal2_deg, ax1, ax2)
     return SunNow(
         azimuth,
