@@ -236,6 +236,19 @@ def test_a_damaged_settings_file_is_named():
         load_settings()
 
 
+def test_a_unit_that_believes_in_another_site_is_noticed_at_once():
+    from solarcal.profiles import Profile
+
+    right = open_line(Choice(scenario="tijeras-azel"), Profile())
+    wrong = open_line(
+        Choice(scenario="tijeras-azel", settings=("truth.unit_offset_s=3600",)), Profile()
+    )
+    assert right.noticed == ()
+    assert any("+1 h" in sentence for sentence in wrong.noticed)
+    right.close()
+    wrong.close()
+
+
 def test_a_real_unit_has_the_laptops_clock_and_an_emulated_one_its_own():
     from solarcal.profiles import Profile
 

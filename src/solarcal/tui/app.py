@@ -41,6 +41,9 @@ if TYPE_CHECKING:
     from solarcal.tui.conductor import Conductor
     from solarcal.tui.opening import OpenLine
 
+NOTICED_S = 20.0
+"""How long something noticed while opening stays on the screen."""
+
 
 def _action_provider() -> "type[Provider]":
     from solarcal.tui.palette import ActionProvider
@@ -102,6 +105,7 @@ class SolarcalApp(App[int]):
         self._fitter = Fitter(self.post_message)
         self._fitted: object = None
         self._opening = False
+        self._leaving = False
         self._path: Path | None = None
         self.emulated_speed: float | None = None
 
@@ -204,6 +208,8 @@ class SolarcalApp(App[int]):
         self._output = None
         self.adopt(message.line.station)
         self.push_screen(WorkstationScreen())
+        for sentence in message.line.noticed:
+            self.notify(sentence, severity="warning", timeout=NOTICED_S)
 
     def adopt(self, station: "Station") -> None:
         """Conduct this station from now on."""
@@ -221,6 +227,7 @@ class SolarcalApp(App[int]):
 
     async def leave(self) -> None:
         """Close file and line, and end the program. Whatever was acknowledged is in the file."""
+        self._leaving = True
         conductor, line = self.conductor, self.line
         if conductor is not None:
             await asyncio.to_thread(conductor.close)
@@ -279,6 +286,9 @@ class SolarcalApp(App[int]):
     # -- the station to screens ----------------------------------------------------------------
 
     def _told(self) -> list[StationScreen | StationModal[Any]]:
+        if self._leaving:
+            # Screens are being taken down; what still comes is for the file, not for them.
+            return []
         return [s for s in self.screen_stack if isinstance(s, (StationScreen, StationModal))]
 
     def on_state_changed(self, message: StateChanged) -> None:

@@ -4,7 +4,7 @@ Everything here may take seconds: it is called on a thread.
 """
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -38,6 +38,8 @@ class OpenLine:
     resources: contextlib.ExitStack
     create_journal: CreateJournal
     clock: Clock
+    noticed: tuple[str, ...] = ()
+    """What was noticed on the way: a torn file, a unit that believes in another site or Sun."""
 
     def close(self) -> None:
         """Leave the session complete, and the line free."""
@@ -74,6 +76,7 @@ def open_line(
     SolarcalError
         Nothing stays open then.
     """
+    from solarcal.station.connecting import disagreements
     from solarcal.station.emulated_clock import EmulatedClock
     from solarcal.station.procedure import Station
     from solarcal.unit.drivers import open_tracker
@@ -101,17 +104,17 @@ def open_line(
         station.connect()
         create = _journal_creator(choice, station, output)
         if choice.session:
-            path = _continue(station, Path(choice.session))
+            journal = _continue(station, Path(choice.session))
         else:
             journal = station.open_session(create)
-            path = journal.path or Path()
             if profile.inclinometer is not None and not emulated:
                 station.note(profile.inclinometer.words())
-        station.poll()
-        return OpenLine(station, choice, path, resources.pop_all(), create, clock)
+        noticed = (*journal.warnings, *disagreements(station))
+        path = journal.path or Path()
+        return OpenLine(station, choice, path, resources.pop_all(), create, clock, noticed)
 
 
-def _continue(station: "Station", path: Path) -> Path:
+def _continue(station: "Station", path: Path) -> "Journal":
     from solarcal.session.journal import Journal
 
     journal = Journal.resume(path)
@@ -120,7 +123,7 @@ def _continue(station: "Station", path: Path) -> Path:
     except SolarcalError:
         journal.close()
         raise
-    return path
+    return journal
 
 
 def _journal_creator(choice: Choice, station: "Station", output: Path | None) -> CreateJournal:
@@ -144,7 +147,7 @@ def file_stem(text: str) -> str:
 
 
 @contextlib.contextmanager
-def _emulated_line(choice: Choice):  # type: ignore[no-untyped-def]
+def _emulated_line(choice: Choice) -> Iterator[str]:
     """An emulator in a thread of this process, on a line like any other."""
     from solarcal.emulator.emulation import Emulator
     from solarcal.emulator.scenario import load_scenario
