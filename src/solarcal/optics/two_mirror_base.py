@@ -35,9 +35,13 @@ class MirrorPoints:
 
     def rows(self, chosen: list[int]) -> "MirrorPoints":
         """The points of these rows only."""
-        columns = (self.sun1_deg, self.sun2_deg, self.axis1_deg, self.axis2_deg)
-        labels = tuple(self.labels[row] for row in chosen) if self.labels else ()
-        return MirrorPoints(*(column[chosen] for column in columns), labels)
+        return MirrorPoints(
+            self.sun1_deg[chosen],
+            self.sun2_deg[chosen],
+            self.axis1_deg[chosen],
+            self.axis2_deg[chosen],
+            tuple(self.labels[row] for row in chosen) if self.labels else (),
+        )
 
     def suns(self) -> FloatArray:
         """Unit vectors of the Sun in the Earth's frame, (n, 3)."""
@@ -60,7 +64,6 @@ class BaseSolution:
     sigma_deg: tuple[float, float, float] | None
     sky_deg: FloatArray
     n_points: int
-    steps: int
     labels: tuple[int, ...]
 
     @property
@@ -105,7 +108,7 @@ def fit_base(points: MirrorPoints) -> BaseSolution:
     start = base_from_three(points)
     suns, seen = points.suns(), points.seen()
     angles = np.array([start.alpha_deg, start.beta_deg, start.gamma_deg]) * RAD_PER_DEG
-    for steps in range(1, MAX_STEPS + 1):
+    for _ in range(MAX_STEPS):
         predicted, slopes = _predicted(angles, suns)
         # A chord between unit vectors is the angle on the sky to third order.
         step, *_ = np.linalg.lstsq(slopes.reshape(-1, 3), (seen - predicted).ravel(), rcond=None)
@@ -126,7 +129,6 @@ def fit_base(points: MirrorPoints) -> BaseSolution:
         sigma_deg=_sigma_deg(slopes.reshape(-1, 3), left_deg),
         sky_deg=left_deg,
         n_points=len(points),
-        steps=steps,
         labels=points.labels,
     )
 

@@ -39,9 +39,7 @@ def _spiral(field_radius_deg: float, limit_deg: float) -> Iterator[tuple[float, 
         turn += LOOK_SPACING * field_radius_deg / math.hypot(radius, growth)
 
 
-def beside(
-    t1_deg: float, t2_deg: float, x_deg: float, y_deg: float
-) -> tuple[float, float, float]:
+def beside(t1_deg: float, t2_deg: float, x_deg: float, y_deg: float) -> tuple[float, float, float]:
     """The unit vector x_deg farther from the axis and y_deg across from the direction (t1, t2).
 
     On the tangent plane: near the primary axis a spiral in the axis angles themselves would

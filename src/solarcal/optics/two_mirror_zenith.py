@@ -5,17 +5,15 @@ passes it faster than the axis turns. Within a few degrees the azimuth therefore
 calculation, in the one sense in which the Sun turns there, at the best rate of the axis.
 """
 
+import itertools
 import math
 from collections.abc import Sequence
-
-NEAR_ZENITH_DEG = 3.0
 
 
 def sense_of_turn(azimuths_deg: Sequence[float]) -> int:
     """+1 or -1: the sense of a path of calculated azimuths, each the short way from the last."""
     steps = (
-        math.remainder(after - before, 360.0)
-        for before, after in zip(azimuths_deg, azimuths_deg[1:], strict=False)
+        math.remainder(after - before, 360.0) for before, after in itertools.pairwise(azimuths_deg)
     )
     return -1 if sum(steps) < 0.0 else 1
 

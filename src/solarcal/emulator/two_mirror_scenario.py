@@ -1,0 +1,160 @@
+"""Scenarios of the two-mirror tracker: its hidden truth and what its loop is told, as TOML."""
+
+import tomllib
+from importlib import resources
+from pathlib import Path
+
+import msgspec
+
+from solarcal.emulator.scenario import SiteSettings
+from solarcal.emulator.settings import checked, refuse_unknown, with_setting
+from solarcal.errors import ConfigurationError
+from solarcal.optics.two_mirror import EulerBase
+from solarcal.timescale import parse_utc
+
+DEFAULT_SCENARIO = "maido"
+CONTROLS = ("step", "pid", "calculated")
+
+
+class MirrorLoop(msgspec.Struct, frozen=True, kw_only=True):
+    """What the tracker's controller is set to.
+
+    ``control``: ``pid`` (steps until the spot is near the centre, then PID), ``step`` or
+    ``calculated``. ``believed_*_deg``: the Euler angles it begins with. ``step_margin``: a step is
+    that many times what the Sun moves in a period. ``search_deg``: how far the spiral goes.
+    """
+
+    control: str = "pid"
+    period_s: float = 1.0
+    near_zenith_deg: float = 3.0
+    step_margin: float = 3.0
+    points: int = 100
+    search_deg: float = 12.0
+    believed_alpha_deg: float = 0.0
+    believed_beta_deg: float = 0.0
+    believed_gamma_deg: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.control not in CONTROLS:
+            raise ConfigurationError(f"loop.control must be one of {', '.join(CONTROLS)}")
+        for name, value, low, high in (
+            ("period_s", self.period_s, 0.1, 10.0),
+            ("near_zenith_deg", self.near_zenith_deg, 0.5, 15.0),
+            ("step_margin", self.step_margin, 1.0, 20.0),
+            ("points", float(self.points), 3.0, 1000.0),
+            ("search_deg", self.search_deg, 1.0, 30.0),
+        ):
+            if not low <= value <= high:
+                raise ConfigurationError(f"loop.{name} must lie between {low:g} and {high:g}")
+
+    def believed(self) -> EulerBase:
+        return EulerBase(self.believed_alpha_deg, self.believed_beta_deg, self.believed_gamma_deg)
+
+
+class MirrorTruth(msgspec.Struct, frozen=True, kw_only=True):
+    """What nobody tells the controller.
+
+    ``flip1``, ``flip2``: that error signal of the diode is wired the wrong way round. ``clouds``:
+    stretches without Sun, in minutes since the first instant. ``signal_noise``: one sigma of each
+    quadrant, in parts of the whole light.
+    """
+
+    alpha_deg: float = 0.0
+    beta_deg: float = 0.0
+    gamma_deg: float = 0.0
+    axis1_deg_s: float = 0.5
+    axis2_deg_s: float = 0.5
+    lag_s: float = 0.6
+    counts_per_deg: float = 2000.0
+    field_mrad: float = 20.0
+    sun_radius_mrad: float = 4.65
+    signal_noise: float = 0.003
+    temperature_c: float = 15.0
+    flip1: bool = False
+    flip2: bool = False
+    clouds: list[tuple[float, float]] = []
+    fixed_mirrors: list[tuple[float, float, float]] = []
+
+    def __post_init__(self) -> None:
+        for name, value, low, high in (
+            ("axis1_deg_s", self.axis1_deg_s, 0.02, 20.0),
+            ("axis2_deg_s", self.axis2_deg_s, 0.02, 20.0),
+            ("lag_s", self.lag_s, 0.0, 10.0),
+            ("counts_per_deg", self.counts_per_deg, 10.0, 1e7),
+            ("field_mrad", self.field_mrad, 5.0, 200.0),
+            ("sun_radius_mrad", self.sun_radius_mrad, 1.0, 20.0),
+            ("signal_noise", self.signal_noise, 0.0, 0.1),
+        ):
+            if not low <= value <= high:
+                raise ConfigurationError(f"truth.{name} must lie between {low:g} and {high:g}")
+
+    def base(self) -> EulerBase:
+        return EulerBase(self.alpha_deg, self.beta_deg, self.gamma_deg)
+
+
+class MirrorScenario(msgspec.Struct, frozen=True, kw_only=True):
+    """A whole scenario. ``day``: the local date that is tracked from sunrise to sunset."""
+
+    site: SiteSettings
+    name: str = ""
+    summary: str = ""
+    day: str = "2026-09-12"
+    loop: MirrorLoop = MirrorLoop()
+    truth: MirrorTruth = MirrorTruth()
+
+    def noon_utc_s(self) -> float:
+        """Local noon of the day by the zone, POSIX seconds."""
+        return parse_utc(self.day.strip()[:10]) + (12.0 + self.site.zone_west_h) * 3600.0
+
+
+def mirror_scenario_names() -> list[str]:
+    """The built-in scenarios."""
+    return sorted(
+        entry.name.removesuffix(".toml")
+        for entry in _folder().iterdir()
+        if entry.name.endswith(".toml")
+    )
+
+
+def load_mirror_scenario(
+    name_or_path: str | Path, settings: list[str] | None = None
+) -> MirrorScenario:
+    """A built-in scenario by its name or one from a TOML file, with ``key=value`` applied.
+
+    Raises
+    ------
+    ConfigurationError
+        Unknown scenario or key, a value of another type or out of range, an unreadable file.
+    """
+    name = str(name_or_path)
+    if name.endswith(".toml") or "/" in name:
+        try:
+            text = Path(name).read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+            raise ConfigurationError(f"scenario {name} cannot be read: {reason}") from None
+    else:
+        names = mirror_scenario_names()
+        if name not in names:
+            raise ConfigurationError(
+                f"no two-mirror scenario {name!r}; there is: {', '.join(names)} "
+                "(or give a file NAME.toml)"
+            )
+        text = (_folder() / f"{name}.toml").read_text(encoding="utf-8")
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigurationError(f"scenario {name}: {error}") from None
+    document["name"] = Path(name).stem
+    refuse_unknown(document, MirrorScenario, name)
+    source = f"scenario {name}"
+    for setting in settings or []:
+        document = with_setting(document, setting, MirrorScenario)
+        source += f" --set {setting}"
+    scenario = checked(document, MirrorScenario, source)
+    scenario.noon_utc_s()
+    return scenario
+
+
+def _folder() -> resources.abc.Traversable:
+    return resources.files("solarcal.emulator") / "two_mirror_scenarios"
