@@ -15,6 +15,7 @@ from solarcal.errors import ConfigurationError, FitError
 from solarcal.model.points import PointSet
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import Limits
+from solarcal.optics.aiming import Heliostat
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun.appendix_a import horizontal_deg
 from solarcal.sun.refraction import apparent_zenith_deg
@@ -55,6 +56,8 @@ class SkyContext(msgspec.Struct, frozen=True):
         ``hughes`` or ``saemundsson``.
     year
         First day of the year looked at, ``YYYY-01-01``.
+    heliostat
+        Target and mirror where the axes turn a mirror's normal: all angles are then the normal's.
 
     Raises
     ------
@@ -69,6 +72,7 @@ class SkyContext(msgspec.Struct, frozen=True):
     weather: Weather | None = None
     refraction: str = "hughes"
     year: str = _DEFAULT_YEAR
+    heliostat: Heliostat | None = None
 
     def __post_init__(self) -> None:
         if self.ideal not in get_args(Ideal):
@@ -85,6 +89,7 @@ class SkyContext(msgspec.Struct, frozen=True):
         ideal: Ideal = "apparent",
         weather: Weather | None = None,
         refraction: str = "hughes",
+        heliostat: Heliostat | None = None,
     ) -> "SkyContext":
         """The context of these points, in the year of the first dated one.
 
@@ -101,7 +106,32 @@ class SkyContext(msgspec.Struct, frozen=True):
         if points.utc_s is not None and np.isfinite(points.utc_s).any():
             first_s = float(np.nanmin(points.utc_s))
             year = str(np.datetime64(int(first_s), "s").astype("datetime64[Y]")) + "-01-01"
-        return cls(site, points.geometry, limits, ideal, weather, refraction, year)
+        return cls(site, points.geometry, limits, ideal, weather, refraction, year, heliostat)
+
+    def true_axes_deg(
+        self, azimuth_deg: FloatArray, zenith_deg: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Where the axes belong for a Sun: on it, or on the normal that reflects it."""
+        if self.heliostat is not None:
+            azimuth_deg, zenith_deg = self.heliostat.true_normal_deg(azimuth_deg, zenith_deg)
+        return self.geometry.axes_from_horizontal(azimuth_deg, zenith_deg)
+
+    def believed_axes_deg(
+        self, azimuth_deg: FloatArray, zenith_deg: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """The same as the controller computes it: the mirror's offset to first order."""
+        if self.heliostat is not None:
+            azimuth_deg, zenith_deg = self.heliostat.controller_normal_deg(azimuth_deg, zenith_deg)
+        return self.geometry.axes_from_horizontal(azimuth_deg, zenith_deg)
+
+    def sun_of_axes_deg(
+        self, ax1_deg: FloatArray, ax2_deg: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """(azimuth, zenith angle) of the Sun these axes belong to."""
+        azimuth, zenith = self.geometry.horizontal_from_axes(ax1_deg, ax2_deg)
+        return (
+            (azimuth, zenith) if self.heliostat is None else self.heliostat.sun_deg(azimuth, zenith)
+        )
 
     @property
     def air(self) -> Weather:
@@ -133,16 +163,15 @@ def sun_directions(context: SkyContext, utc_s: FloatArray) -> SunDirections:
     ephemeris = _ephemeris(context.site, first_s // _YEAR_S, last_s // _YEAR_S)
     azimuth, zenith = ephemeris.horizontal_deg(utc_s)
     apparent = apparent_zenith_deg(zenith, context.refraction, context.air)
-    geometry = context.geometry
-    true1, true2 = geometry.axes_from_horizontal(azimuth, apparent)
+    true1, true2 = context.true_axes_deg(azimuth, apparent)
     if context.ideal == "apparent":
         ideal1, ideal2 = true1, true2
     elif context.ideal == "airless":
-        ideal1, ideal2 = geometry.axes_from_horizontal(azimuth, zenith)
+        ideal1, ideal2 = context.believed_axes_deg(azimuth, zenith)
     else:
         site = context.site
         believed = horizontal_deg(utc_s, site.latitude_deg, site.longitude_deg)
-        ideal1, ideal2 = geometry.axes_from_horizontal(*believed)
+        ideal1, ideal2 = context.believed_axes_deg(*believed)
     return SunDirections(ideal1, ideal2, true1, true2, 90.0 - apparent)
 
 
@@ -177,13 +206,12 @@ def true_points(points: PointSet, context: SkyContext) -> TruePoints:
     FitError
         ``solartrak`` ideals of a point without a time, which does not say where the Sun was.
     """
-    geometry = points.geometry
     ideal1, ideal2 = points.ax1_deg, points.ax2_deg
     true1, true2 = ideal1, ideal2
-    azimuth, zenith = geometry.horizontal_from_axes(ideal1, ideal2)
+    azimuth, zenith = context.sun_of_axes_deg(ideal1, ideal2)
     if context.ideal == "airless":
         zenith = apparent_zenith_deg(zenith, context.refraction, context.air)
-        true1, true2 = geometry.axes_from_horizontal(azimuth, zenith)
+        true1, true2 = context.true_axes_deg(azimuth, zenith)
     elif context.ideal == "solartrak":
         if points.utc_s is None or not np.isfinite(points.utc_s).all():
             times = np.full(len(points), np.nan) if points.utc_s is None else points.utc_s

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.errors import InputFileError
+from solarcal.optics.aiming import Heliostat
 from solarcal.session.reader import Session, points
 from solarcal.session.records import Header, PointRecord
 from solarcal.site import Site
@@ -60,6 +61,8 @@ class PointTable:
         The file of each row; a label is unique within its source.
     warnings : tuple of str
         What the reader found to report.
+    heliostat : Heliostat or None
+        Target and mirror, where all angles are those of a mirror's normal.
     """
 
     geometry: str
@@ -81,6 +84,7 @@ class PointTable:
     labels: tuple[int, ...]
     sources: tuple[str, ...]
     warnings: tuple[str, ...] = ()
+    heliostat: Heliostat | None = None
 
     def __len__(self) -> int:
         return len(self.labels)
@@ -151,6 +155,7 @@ def table_from_session(session: Session) -> PointTable:
         labels=tuple(p.seq for p in found),
         sources=(session.path,) * len(found),
         warnings=session.warnings,
+        heliostat=header.unit.heliostat,
     )
 
 
@@ -222,7 +227,10 @@ def ephemeris_warnings(table: PointTable) -> tuple[str, ...]:
         return ()
     sun = _sun_of(table.ideal, table.utc_s[dated], site)
     geometry = MountGeometry(table.geometry, site.latitude_deg, table.ax1_centre_deg)
-    ax1, ax2 = geometry.axes_from_horizontal(sun.azimuth_deg, sun.zenith_deg)
+    aim = (sun.azimuth_deg, sun.zenith_deg)
+    if table.heliostat is not None:
+        aim = table.heliostat.controller_normal_deg(*aim)
+    ax1, ax2 = geometry.axes_from_horizontal(*aim)
     apart = geometry.sky_separation_deg(table.ax1_deg[dated], table.ax2_deg[dated], ax1, ax2)
     off = np.flatnonzero(np.asarray(apart) > EPHEMERIS_TOLERANCE_DEG)
     warnings = [
@@ -256,6 +264,7 @@ def _require_same_unit(first: PointTable, other: PointTable) -> None:
         ("geometry", first.geometry, other.geometry),
         ("AX1 branch centre", first.ax1_centre_deg, other.ax1_centre_deg),
         ("kind of ideal angles", first.ideal, other.ideal),
+        ("heliostat's target", first.heliostat, other.heliostat),
     ):
         if a != b:
             raise InputFileError(

@@ -12,6 +12,7 @@ import msgspec
 from solarcal.mount.drive import Drive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import Limits
+from solarcal.optics.aiming import Heliostat
 from solarcal.site import Site, Weather
 
 FORMAT_VERSION = 1
@@ -36,6 +37,8 @@ class UnitRecord(msgspec.Struct, frozen=True, kw_only=True):
     tilt_decimals: int
     scale_decimals: int
     site: Site
+    heliostat: Heliostat | None = None
+    """Target and mirror, where the axes turn a mirror's normal."""
 
 
 class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):

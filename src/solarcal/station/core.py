@@ -9,6 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
+import msgspec
+
 from solarcal import __version__
 from solarcal.clock import Clock
 from solarcal.errors import LinkError, ProcedureRefused
@@ -159,7 +161,16 @@ class StationCore:
 
     def _read_settings(self) -> None:
         self.unit_site = self.tracker.site()
+        self._recall_heliostat()
         self._in_force = self.tracker.stored().coefficients
+
+    def _recall_heliostat(self) -> None:
+        """What the session's header says of target and mirror belongs to the unit's place."""
+        session = self._state.session
+        if session is not None and self.unit_site is not None:
+            self.unit_site = msgspec.structs.replace(
+                self.unit_site, heliostat=session.header.unit.heliostat
+            )
 
     def link_lost(self, error: LinkError) -> None:
         """Say and record that the line is gone; an attempt in progress is kept as aborted."""
@@ -234,6 +245,7 @@ class StationCore:
         header = self._header()
         self._journal = create(header)
         self._become(session=view_session(header, ()))
+        self._recall_heliostat()
         return self._journal
 
     def resume_session(self, journal: Journal) -> None:
@@ -247,6 +259,7 @@ class StationCore:
             )
         self._journal = journal
         self._become(session=view_session(journal.header, tuple(journal.records)))
+        self._recall_heliostat()
 
     def _header(self, continues: str = "") -> Header:
         identity = self._state.live.identity
@@ -276,6 +289,7 @@ class StationCore:
                 tilt_decimals=parameters.tilt_decimals,
                 scale_decimals=parameters.scale_decimals,
                 site=told.site,
+                heliostat=parameters.heliostat,
             ),
             site=site,
             geometry=told.geometry,

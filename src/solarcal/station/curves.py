@@ -15,6 +15,7 @@ from solarcal.errors import ConfigurationError
 from solarcal.model.fit import Solution
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import Limits
+from solarcal.optics.aiming import Heliostat
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header, PointRecord
 from solarcal.site import Site
@@ -142,6 +143,7 @@ def error_plot_data(
     sun: SunModel | None = None,
     empty_day_utc_s: float | None = None,
     tolerance_deg: float = 0.1,
+    heliostat: Heliostat | None = None,
 ) -> ErrorPlotData:
     """Errors and model against solar time.
 
@@ -157,10 +159,14 @@ def error_plot_data(
         Of the read-outs; the model's correction is added to the ideal angles before comparing.
     empty_day_utc_s
         The day to show while there is no point.
+    heliostat
+        Where the axes turn a mirror's normal; the Sun's path and places stay the Sun's.
     """
     sun = sun or SunModel()
     n = len(points.labels)
     azimuth, zenith = geometry.horizontal_from_axes(points.ax1_deg, points.ax2_deg)
+    if heliostat is not None:
+        azimuth, zenith = heliostat.sun_deg(azimuth, zenith)
     hours = solar_time_from_direction_h(azimuth, 90.0 - zenith, geometry.latitude_deg)
     day_of_point, days = np.full(n, np.nan), np.empty(0)
     if site is not None:
@@ -179,7 +185,7 @@ def error_plot_data(
         residual1, residual2 = points.err1_deg - e1, points.err2_deg - e2
     if site is not None and days.size:
         grids = [day_grid(day, site, sun) for day in days.tolist()]
-        model, path, outside_h = _curves(grids, geometry, site, solution, limits, sun)
+        model, path, outside_h = _curves(grids, geometry, site, solution, limits, sun, heliostat)
     else:
         # Without a single time the Sun's path is unknown: show the model where the points are.
         model = _dots(solution, (0,) * n, hours, points.ax1_deg, points.ax2_deg)
@@ -234,6 +240,7 @@ def _curves(
     solution: Solution | None,
     limits: Limits | None,
     sun: SunModel,
+    heliostat: Heliostat | None,
 ) -> tuple[ModelDots, SunPath, tuple[tuple[float, float], ...]]:
     """Ten-minute dots of all days, the Sun's path, and what the limits shut out."""
     utc_s = np.concatenate([grid[0] for grid in grids])
@@ -241,7 +248,10 @@ def _curves(
     number = np.repeat(np.arange(1, len(grids) + 1), STEPS_PER_DAY)
     place = sun.position(utc_s, site)
     up = place.zenith_deg < 90.0
-    ax1, ax2 = geometry.axes_from_horizontal(place.azimuth_deg, place.zenith_deg)
+    aim = (place.azimuth_deg, place.zenith_deg)
+    if heliostat is not None:
+        aim = heliostat.controller_normal_deg(*aim)
+    ax1, ax2 = geometry.axes_from_horizontal(*aim)
     within = np.ones(len(hours), dtype=bool)
     if limits is not None:
         e1, e2 = np.zeros(len(hours)), np.zeros(len(hours))
@@ -292,6 +302,7 @@ def session_plot_data(
         sun=SunModel(header.sun_model, header.refraction, header.weather),
         empty_day_utc_s=parse_utc(header.utc),
         tolerance_deg=header.tolerance_deg,
+        heliostat=header.unit.heliostat,
     )
 
 
@@ -323,4 +334,5 @@ def table_plot_data(
         solution,
         limits=limits,
         sun=SunModel("solartrak" if table.ideal == "solartrak" else "precise"),
+        heliostat=table.heliostat,
     )

@@ -69,6 +69,7 @@ def sky_context(table: PointTable, header: Header | None = None) -> SkyContext:
         limits=header.unit.limits if header is not None and from_a_unit else None,
         ideal=cast(Ideal, table.ideal),
         weather=None if header is None else header.weather,
+        heliostat=table.heliostat,
     )
 
 

@@ -123,7 +123,10 @@ def point_candidate(
         e1, e2 = guards.commanded_error_deg(last, in_force)
         error = (round(e1, 6), round(e2, 6))
     sun = sun_position("precise", parse_utc(read_utc), session.header.site)
-    precise1, precise2 = session.geometry.axes_from_horizontal(sun.azimuth_deg, sun.zenith_deg)
+    aim = (sun.azimuth_deg, sun.zenith_deg)
+    if session.header.unit.heliostat is not None:
+        aim = session.header.unit.heliostat.true_normal_deg(*aim)
+    precise1, precise2 = session.geometry.axes_from_horizontal(*aim)
     expected, found = counts_since_last_point(session, ideal, reading)
     return PointRecord(
         seq=-1,

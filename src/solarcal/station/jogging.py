@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 from solarcal.errors import ProcedureRefused, SolarcalError
 from solarcal.mount.geometry import MountGeometry
+from solarcal.optics.aiming import Heliostat
 from solarcal.session.records import SunOffset
 from solarcal.site import Site
 from solarcal.station.procedure import Station
@@ -42,11 +43,13 @@ Pair = tuple[float, float]
 STOPPED = (Mode.STOP, Mode.STOW, Mode.FAULT, Mode.REF)
 
 
-def sun_rates_deg_per_s(geometry: MountGeometry, site: Site, unit_utc_s: float) -> Pair:
+def sun_rates_deg_per_s(
+    geometry: MountGeometry, site: Site, unit_utc_s: float, heliostat: Heliostat | None = None
+) -> Pair:
     """How fast the unit's Sun moves in the axes, central difference."""
     half_s = 15.0
-    before = ideal_axes_deg(geometry, site, unit_utc_s - half_s)
-    after = ideal_axes_deg(geometry, site, unit_utc_s + half_s)
+    before = ideal_axes_deg(geometry, site, unit_utc_s - half_s, heliostat)
+    after = ideal_axes_deg(geometry, site, unit_utc_s + half_s, heliostat)
     return (after[0] - before[0]) / (2.0 * half_s), (after[1] - before[1]) / (2.0 * half_s)
 
 
@@ -267,7 +270,8 @@ class SunOffsetJog:
 
     def _rates(self, status: Status) -> Pair:
         site = self.station.unit_site.site if self.station.unit_site else self._site()
-        return sun_rates_deg_per_s(self.station.geometry, site, status.unit_utc_s)
+        heliostat = self.station.session.header.unit.heliostat
+        return sun_rates_deg_per_s(self.station.geometry, site, status.unit_utc_s, heliostat)
 
     def _site(self) -> Site:
         return self.station.session.header.site

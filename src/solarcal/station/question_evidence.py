@@ -3,6 +3,7 @@
 Facts, not answers. The technician answers; a fact that speaks for NO is marked.
 """
 
+import math
 from dataclasses import dataclass
 
 from solarcal.station.gathering import MAX_OFFSET_AGE_S
@@ -99,7 +100,8 @@ def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fa
         facts.append(Fact("That is more than half an hour: set it again.", against=True))
     if status is not None and status.offsets != fresh.offsets:
         facts.append(Fact("The unit's offsets are others now: somebody changed them.", True))
-    rates = sun_rates_deg_per_s(session.geometry, session.header.unit.site, parse_utc(fresh.utc))
+    unit = session.header.unit
+    rates = sun_rates_deg_per_s(session.geometry, unit.site, parse_utc(fresh.utc), unit.heliostat)
     for axis in (0, 1):
         approach = fresh.approach[axis]
         wrong = approach != 0 and approach != forward_sense(rates[axis], approach)
@@ -138,7 +140,8 @@ def _tracking(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[
             )
         )
     if spot is not None:
-        facts.append(_spot_fact(spot))
+        allowed_deg = update_range + session.header.tolerance_deg
+        facts.append(_spot_fact(spot, status.ideal2_deg, allowed_deg))
     difference_s = live.unit_minus_laptop_s
     if difference_s is not None and abs(difference_s) > CLOCK_TOLERANCE_S:
         facts.append(Fact(f"Its clock is {difference_s:+.1f} s off the laptop's.", against=True))
@@ -154,7 +157,12 @@ def _lag(lag1_deg: float, lag2_deg: float, update_range_deg: float) -> Fact:
     )
 
 
-def _spot_fact(spot: Spot) -> Fact:
+def _spot_fact(spot: Spot, ideal2_deg: float, allowed_deg: float) -> Fact:
     if not spot.visible:
         return Fact("No spot on the plate.", against=True)
-    return Fact(f"Spot off centre: axis 1 {spot.error1_deg:+.3f}, axis 2 {spot.error2_deg:+.3f}.")
+    on_sky = math.hypot(spot.error1_deg * math.sin(math.radians(ideal2_deg)), spot.error2_deg)
+    return Fact(
+        f"The spot is {on_sky:.3f} deg off centre now"
+        + (": it does NOT stay centred." if on_sky > allowed_deg else "."),
+        against=on_sky > allowed_deg,
+    )

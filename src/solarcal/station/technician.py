@@ -377,9 +377,10 @@ class AutomaticTechnician:
 
     def _sun_moves_deg(self, unit_utc_s: float, from_s: float, to_s: float) -> tuple[float, float]:
         """How far the Sun moves in the axes between two instants relative to ``unit_utc_s``."""
-        geometry, site = self.station.geometry, self.station.session.header.site
-        start = ideal_axes_deg(geometry, site, unit_utc_s + from_s)
-        end = ideal_axes_deg(geometry, site, unit_utc_s + to_s)
+        geometry, header = self.station.geometry, self.station.session.header
+        heliostat = header.unit.heliostat
+        start = ideal_axes_deg(geometry, header.site, unit_utc_s + from_s, heliostat)
+        end = ideal_axes_deg(geometry, header.site, unit_utc_s + to_s, heliostat)
         return float(wrap_deg(end[0] - start[0])), end[1] - start[1]
 
     # -- waiting -----------------------------------------------------------------------------
@@ -392,9 +393,10 @@ class AutomaticTechnician:
         station = self.station
         if station.sun_elevation_deg() < MIN_POINT_ELEVATION_DEG:
             return False
-        limits = station.session.header.unit.limits
+        header = station.session.header
+        limits = header.unit.limits
         ax1, ax2 = ideal_axes_deg(
-            station.geometry, station.session.header.site, station.clock.utc_s()
+            station.geometry, header.site, station.clock.utc_s(), header.unit.heliostat
         )
         return float(limits.distance_deg(ax1, ax2)) > 1.0
 

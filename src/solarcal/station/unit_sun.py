@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from solarcal.mount.geometry import MountGeometry
+from solarcal.optics.aiming import Heliostat
 from solarcal.site import Site
 from solarcal.sun.appendix_a import horizontal_deg
 from solarcal.unit.tracker import Status, UnitSite
@@ -32,10 +33,17 @@ class UnitSunCheck:
         return self.difference_deg <= AGREEMENT_DEG
 
 
-def ideal_axes_deg(geometry: MountGeometry, site: Site, utc_s: float) -> tuple[float, float]:
-    """What a SolarTrak unit at ``site`` computes for ``utc_s``: AX1 on the branch, AX2; degrees."""
-    azimuth, zenith = horizontal_deg(utc_s, site.latitude_deg, site.longitude_deg)
-    ax1, ax2 = geometry.axes_from_horizontal(azimuth, zenith)
+def ideal_axes_deg(
+    geometry: MountGeometry, site: Site, utc_s: float, heliostat: Heliostat | None = None
+) -> tuple[float, float]:
+    """What a SolarTrak unit at ``site`` computes for ``utc_s``: AX1 on the branch, AX2; degrees.
+
+    Of its Sun, or, for a heliostat, of the normal that reflects this Sun to the target.
+    """
+    aim = horizontal_deg(utc_s, site.latitude_deg, site.longitude_deg)
+    if heliostat is not None:
+        aim = heliostat.controller_normal_deg(*aim)
+    ax1, ax2 = geometry.axes_from_horizontal(*aim)
     return float(ax1), float(ax2)
 
 
@@ -45,7 +53,7 @@ def _geometry(unit_site: UnitSite, latitude_deg: float) -> MountGeometry:
 
 def _difference_deg(unit_site: UnitSite, site: Site, utc_s: float, status: Status) -> float:
     geometry = _geometry(unit_site, site.latitude_deg)
-    ax1, ax2 = ideal_axes_deg(geometry, site, utc_s)
+    ax1, ax2 = ideal_axes_deg(geometry, site, utc_s, unit_site.heliostat)
     return float(geometry.sky_separation_deg(status.ideal1_deg, status.ideal2_deg, ax1, ax2))
 
 

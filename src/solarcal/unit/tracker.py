@@ -46,12 +46,16 @@ class UnitIdentity(msgspec.Struct, frozen=True):
 
 
 class UnitSite(msgspec.Struct, frozen=True):
-    """Where the unit believes it stands, and how it is mounted. Zone in hours WEST of UTC."""
+    """Where the unit believes it stands, and how it is mounted. Zone in hours WEST of UTC.
+
+    ``heliostat`` is not part of the reply to ``SITE``: whoever read the parameters adds it.
+    """
 
     site: Site
     zone_west_h: float
     geometry: str
     ax1_centre_deg: float = 0.0
+    heliostat: Heliostat | None = None
 
 
 class UnitParameters(msgspec.Struct, frozen=True):

@@ -7,13 +7,21 @@ from pathlib import Path
 
 from solarcal.errors import ConfigurationError, InputFileError
 from solarcal.mount.geometry import GEOMETRIES, default_ax1_centre
+from solarcal.optics.aiming import (
+    Heliostat,
+    format_mirror,
+    format_target,
+    heliostat_of,
+    parse_mirror,
+    parse_target,
+)
 from solarcal.session.interchange.files import fill
 from solarcal.session.points import IDEALS, PointTable
 from solarcal.site import Site
 from solarcal.timescale import format_utc, parse_utc
 
 NUMBER_KEYS = ("lat_deg", "lon_deg", "elevation_m", "ax1_centre_deg")
-KEYS = ("geometry", "unit", "ideal", *NUMBER_KEYS)
+KEYS = ("geometry", "unit", "ideal", "target", "mirror", *NUMBER_KEYS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +36,7 @@ class Head:
     ax1_centre_deg: float
     ideal: str
     warnings: tuple[str, ...]
+    heliostat: Heliostat | None = None
 
 
 def read_head(
@@ -113,6 +122,10 @@ def complete_head(
     elevation = _number(known["elevation_m"]) or 0.0
     try:
         Site(latitude or 0.0, longitude or 0.0, elevation)
+        heliostat = heliostat_of(
+            parse_target(str(written.get("target", "-"))),
+            parse_mirror(str(written.get("mirror", "0:0:0"))),
+        )
     except ConfigurationError as error:
         raise InputFileError(f"{path}: {error}") from None
     centre = _number(written.get("ax1_centre_deg"))
@@ -127,6 +140,7 @@ def complete_head(
         else centre,
         ideal=str(written.get("ideal", "apparent")),
         warnings=tuple(warnings),
+        heliostat=heliostat,
     )
 
 
@@ -141,6 +155,10 @@ def head_lines(table: PointTable) -> list[str]:
         "unit": " ".join(table.unit.split()).rstrip(",") or None,
         "ax1_centre_deg": table.ax1_centre_deg,
         "ideal": table.ideal,
+        "target": None if table.heliostat is None else format_target(table.heliostat.target),
+        "mirror": None
+        if table.heliostat is None
+        else format_mirror(table.heliostat.reduced_offset),
     }
     return [
         f"{key}={value if isinstance(value, str) else repr(float(value))}"

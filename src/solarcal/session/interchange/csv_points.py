@@ -99,6 +99,7 @@ def read_points_csv(
         labels=tuple(sheet.lines),
         sources=(str(path),) * len(status),
         warnings=head.warnings,
+        heliostat=head.heliostat,
     )
 
 

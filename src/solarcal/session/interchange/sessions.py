@@ -65,6 +65,7 @@ def imported_header(table: PointTable, utc_s: float) -> Header:
         tilt_decimals=4,
         scale_decimals=6,
         site=site,
+        heliostat=table.heliostat,
     )
     return Header(
         utc=format_utc(utc_s),
