@@ -51,6 +51,9 @@ async def test_start_offers_ports_emulated_trackers_and_sessions(size, monkeypat
         product=None, vid=0x0403, pid=0x6001,
     )  # fmt: skip
     monkeypatch.setattr(serial.tools.list_ports, "comports", lambda: [plugged])
+    monkeypatch.setattr(
+        "solarcal.emulator.scenario.scenario_names", lambda: ["tijeras-azel", "tilted-tower"]
+    )
     app = SolarcalApp(PERFORMERS, settings=Settings(last=Choice(scenario="tijeras-azel")))
     async with app.run_test(size=size) as pilot:
         await shows(pilot, "Last time", "/dev/ttyUSB7", "tilted-tower")

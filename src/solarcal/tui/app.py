@@ -2,13 +2,13 @@
 
 import asyncio
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import msgspec
 from textual import events
-from textual.app import App
+from textual.app import App, SystemCommand
 from textual.binding import BindingType
 from textual.screen import Screen
 
@@ -123,6 +123,11 @@ class SolarcalApp(App[int]):
 
     def get_default_screen(self) -> Screen[Any]:
         return StartScreen()
+
+    def get_system_commands(self, screen: Screen[Any]) -> Iterator[SystemCommand]:
+        """Of Textual's own commands those a technician has a use for."""
+        yield SystemCommand("Theme", "phosphor, sunlight, and others", self.search_themes)
+        yield SystemCommand("Picture", "Keep this screen as an SVG file", self.deliver_screenshot)
 
     def get_theme_variable_defaults(self) -> dict[str, str]:
         return axis_colours(self.current_theme.dark)
@@ -358,7 +363,9 @@ class SolarcalApp(App[int]):
             screen.step_started(message.name)
 
     def on_step_done(self, message: StepDone) -> None:
-        if message.name == "speed" and isinstance(message.result, float):
+        # A speed asked for while this one was on its way is the newer one.
+        newest = self.conductor is not None and not self.conductor.busy
+        if message.name == "speed" and isinstance(message.result, float) and newest:
             self.emulated_speed = message.result
         for screen in self._told():
             screen.step_done(message.name, message.result)

@@ -29,10 +29,16 @@ class LogLine(HeadLine):
 
     DEFAULT_CSS = """
     LogLine { background: $background; }
-    LogLine.-error { background: $error; color: $background; text-style: bold; }
+    LogLine.-error {
+        background: $error; color: $background; text-style: bold;
+        height: auto; max-height: 3; text-wrap: wrap;
+    }
     """
 
     def say(self, sentence: str, *, error: bool = False) -> None:
         self.set_class(error, "-error")
-        # A long error matters more than one row: it is also shown as a notification.
-        self.show([("! " if error else "") + sentence])
+        if error:
+            # An error is worth more than one row.
+            self.update(Content(f"! {sentence}"))
+        else:
+            self.show([sentence])
