@@ -143,13 +143,16 @@ def calibration_document(calibration: "Calibration") -> dict[str, Any]:
     from solarcal.station.documents import fit_document
     from solarcal.station.evidence import evidence
     from solarcal.station.fitting import session_table
+    from solarcal.station.judging import judge_session
 
     session = calibration.session
+    solution = calibration.solution
     return {
         **fit_document(
             [calibration.path],
             session_table(session),
-            calibration.solution,
+            solution,
+            judge_session(session, solution.method),
             evidence=evidence(session),
         ),
         "session": str(calibration.path),

@@ -2,8 +2,12 @@
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from solarcal.cli.output import print_json
+
+if TYPE_CHECKING:
+    from solarcal.session.interchange import FillIn
 
 HELP = "coefficients from session (.jsonl), points (.csv) or TPOINT (.dat) files"
 
@@ -14,7 +18,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--terms", metavar="P1,P2,...", help="which error terms; default the six coefficients"
     )
+    add_tolerance_option(parser)
     add_point_options(parser)
+    parser.add_argument(
+        "--require", choices=("stop",), help="leave with 1 unless this is the verdict"
+    )
     parser.add_argument("--plot", action="store_true", help="the error plot against solar time too")
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
 
@@ -28,6 +36,23 @@ def add_method_option(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_tolerance_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--tolerance",
+        type=positive_deg,
+        metavar="DEG",
+        help="what 95 %% of the year's pointing shall be within; default the session's, else 0.1",
+    )
+
+
+def positive_deg(text: str) -> float:
+    """An angle above zero, for argparse."""
+    value = float(text)
+    if not 0.0 < value < 180.0:
+        raise ValueError(text)
+    return value
+
+
 def add_point_options(parser: argparse.ArgumentParser) -> None:
     """What a points file may leave out, for every command that reads one."""
     missing = parser.add_argument_group("what a points CSV does not say")
@@ -38,21 +63,26 @@ def add_point_options(parser: argparse.ArgumentParser) -> None:
     missing.add_argument("--unit", help="name of the unit")
 
 
-def run(args: argparse.Namespace) -> int:
-    from solarcal.station.fitting import fit_files
+def fill_in(args: argparse.Namespace) -> "FillIn":
+    """What ``add_point_options`` was told."""
+    return {
+        "geometry": args.geometry,
+        "latitude_deg": args.lat,
+        "longitude_deg": args.lon,
+        "elevation_m": args.elevation,
+        "unit": args.unit,
+    }
 
-    terms = tuple(args.terms.split(",")) if args.terms else None
-    fitted = fit_files(
+
+def run(args: argparse.Namespace) -> int:
+    from solarcal.station.judged_files import judge_files
+
+    judged = judge_files(
         args.files,
-        {
-            "geometry": args.geometry,
-            "latitude_deg": args.lat,
-            "longitude_deg": args.lon,
-            "elevation_m": args.elevation,
-            "unit": args.unit,
-        },
+        fill_in(args),
         method=args.method,
-        terms=terms,
+        terms=tuple(args.terms.split(",")) if args.terms else None,
+        tolerance_deg=args.tolerance,
     )
     if args.json:
         from solarcal.station.documents import fit_document
@@ -60,14 +90,18 @@ def run(args: argparse.Namespace) -> int:
         print_json(
             fit_document(
                 args.files,
-                fitted.table,
-                fitted.solution,
-                evidence=fitted.evidence,
-                warnings=fitted.warnings,
+                judged.table,
+                judged.solution,
+                judged.judgement,
+                evidence=judged.fitted.evidence,
+                warnings=judged.fitted.warnings,
             )
         )
     else:
         from solarcal.report.session_report import fit_text
 
-        print(fit_text(fitted, plot=args.plot))
-    return 0
+        print(fit_text(judged, plot=args.plot))
+    if args.require is None:
+        return 0
+    reached = judged.judgement is not None and judged.judgement.verdict.state == args.require
+    return 0 if reached else 1

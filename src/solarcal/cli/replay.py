@@ -31,19 +31,19 @@ def run(args: argparse.Namespace) -> int:
         from solarcal.errors import FitError
         from solarcal.station.documents import fit_document
         from solarcal.station.evidence import evidence
-        from solarcal.station.fitting import session_table, solve
+        from solarcal.station.fitting import session_table
+        from solarcal.station.judging import judge_session
 
         session = replay.view
-        solution = solve(session)
-        if solution is None:
-            raise FitError(
-                f"{args.file}: {len(session.accepted)} accepted points; a fit needs three"
-            )
+        judgement = judge_session(session)
+        if judgement is None:
+            raise FitError(f"{args.file}: no accepted point; a fit needs one")
         print_json(
             fit_document(
                 [args.file],
                 session_table(session),
-                solution,
+                judgement.solution,
+                judgement,
                 evidence=evidence(session),
                 warnings=replay.warnings,
             )

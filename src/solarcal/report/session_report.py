@@ -5,9 +5,10 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from solarcal.model.fit import Solution
+from solarcal.model.judgement import Judgement
 from solarcal.report.columns import wrapped
 from solarcal.report.fit_tables import coefficients_table, fit_summary
+from solarcal.report.judgement_text import forecast_table, mechanism_table, verdict_text
 from solarcal.report.plots import error_plot
 from solarcal.report.tables import (
     checks_table,
@@ -37,7 +38,8 @@ from solarcal.session.records import (
 )
 from solarcal.station.curves import session_plot_data, table_plot_data
 from solarcal.station.evidence import evidence
-from solarcal.station.fitting import FittedFiles, solve
+from solarcal.station.judged_files import JudgedFiles
+from solarcal.station.judging import judge_session
 from solarcal.station.state import SessionView
 
 if TYPE_CHECKING:
@@ -74,18 +76,30 @@ def heading(session: SessionView) -> str:
     )
 
 
-def session_text(session: SessionView, solution: Solution | None) -> str:
-    """A session so far: checks, points, fit, plot, upload, check points, evidence."""
+def _judged(judgement: Judgement, tolerance_deg: float) -> list[str]:
+    """Mechanism, forecast and verdict, each under its title."""
+    mechanism = mechanism_table(judgement.solution)
+    return [
+        *([_section("Mechanism", mechanism)] if mechanism else []),
+        _section("Forecast, deg on the sky", forecast_table(judgement.forecast, tolerance_deg)),
+        _section("Verdict", verdict_text(judgement.verdict)),
+    ]
+
+
+def session_text(session: SessionView, judgement: Judgement | None) -> str:
+    """A session so far: checks, points, fit, verdict, plot, upload, check points, evidence."""
     width, height = _plot_size()
+    solution = None if judgement is None else judgement.solution
     parts = [
         heading(session),
         _section("Clock", clocks_table(session.clock_sets)),
         _section("Reference checks", ref_checks_table(session.ref_checks)),
         _section("Points", points_table(session.header, session.points, solution)),
     ]
-    if solution is not None:
+    if judgement is not None and solution is not None:
         parts.append(_section("Coefficients", coefficients_table(solution)))
         parts.append(_section("Fit", fit_summary(solution)))
+        parts += _judged(judgement, session.header.tolerance_deg)
     data = session_plot_data(session.header, session.points, solution)
     parts.append(error_plot(data, width, height, colour=sys.stdout.isatty()))
     parts += [_section("Upload", upload_table(upload)) for upload in session.uploads]
@@ -106,21 +120,27 @@ def calibration_text(calibration: "Calibration") -> str:
     truth = truth_table(calibration.truth_document(), calibration.solution.coefficients())
     return "\n\n".join(
         [
-            session_text(calibration.session, calibration.solution),
+            session_text(
+                calibration.session,
+                judge_session(calibration.session, calibration.solution.method),
+            ),
             _section("Truth (the emulator's)", truth),
             f"Session file: {calibration.path}\n{ending}",
         ]
     )
 
 
-def fit_text(fitted: FittedFiles, *, plot: bool) -> str:
-    """A fit of files: points, coefficients, what the fit says of itself."""
+def fit_text(judged: JudgedFiles, *, plot: bool) -> str:
+    """A fit of files: points, coefficients, what the fit says of itself, forecast, verdict."""
+    fitted = judged.fitted
     parts = [_bullets(fitted.warnings)] if fitted.warnings else []
     parts += [
         _section("Points", file_points_table(fitted.table, fitted.solution)),
         _section("Coefficients", coefficients_table(fitted.solution)),
         _section("Fit", fit_summary(fitted.solution)),
     ]
+    if judged.judgement is not None:
+        parts += _judged(judged.judgement, judged.tolerance_deg)
     if plot:
         width, height = _plot_size()
         data = table_plot_data(fitted.table, fitted.solution)
@@ -183,5 +203,5 @@ def replay_text(replay: "Replay") -> str:
     session = replay.view
     log = "\n".join(record_line(record) for record in session.records)
     parts = [_bullets(replay.warnings)] if replay.warnings else []
-    parts += [_section("What happened", log), session_text(session, solve(session))]
+    parts += [_section("What happened", log), session_text(session, judge_session(session))]
     return "\n\n".join(parts)

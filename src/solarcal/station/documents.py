@@ -4,26 +4,36 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from solarcal.model.fit import Solution
+from solarcal.model.judgement import Judgement
 from solarcal.session.points import PointTable
+from solarcal.session.records import UnitRecord, UploadRecord
+from solarcal.station.uploading import UploadOffer
 
 
 def fit_document(
     files: Sequence[str | Path],
     table: PointTable,
     solution: Solution,
+    judgement: Judgement | None = None,
     *,
     evidence: Sequence[str] = (),
     warnings: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """The contract's ``solarcal fit --json`` document."""
+    """The contract's ``solarcal fit --json`` document.
+
+    ``judgement`` is of the same points; without one (terms a controller does not have) forecast
+    and verdict are null. ``mechanism`` is null for ``manual``.
+    """
     fitted = solution.as_json()
     counted = {
         state: sum(status == state for status in table.status) for state in ("aborted", "rejected")
     }
     used = sum(status in ("accepted", "") for status in table.status)
     return {
-        "files": [Path(file).name for file in files],
+        "files": _names(files),
         "geometry": fitted.pop("geometry"),
         "method": fitted.pop("method"),
         "points": {
@@ -36,6 +46,63 @@ def fit_document(
         **fitted,
         "evidence": list(evidence),
         "warnings": list(warnings),
-        "forecast": None,
-        "verdict": None,
+        "forecast": None if judgement is None else judgement.forecast.as_json(),
+        "verdict": None if judgement is None else judgement.verdict.as_json(),
     }
+
+
+def forecast_document(
+    files: Sequence[str | Path], judgement: Judgement, tolerance_deg: float
+) -> dict[str, Any]:
+    """``solarcal forecast --json``: the year's figures, the map, and the verdict they lead to."""
+    return {
+        **_heading(files, judgement),
+        "tolerance_deg": tolerance_deg,
+        "forecast": judgement.forecast.as_json(),
+        "map": judgement.forecast.map_json(),
+        "verdict": judgement.verdict.as_json(),
+    }
+
+
+def plan_document(files: Sequence[str | Path], judgement: Judgement) -> dict[str, Any]:
+    """``solarcal plan --json``: each remaining half hour, the schedule advised, the verdict."""
+    assert judgement.plan is not None
+    return {
+        **_heading(files, judgement),
+        **judgement.plan.as_json(),
+        "verdict": judgement.verdict.as_json(),
+    }
+
+
+def upload_document(file: str | Path, unit: UnitRecord, record: UploadRecord) -> dict[str, Any]:
+    """What was written into which unit, what it held before, and whether it reads back equal."""
+    return {
+        "file": Path(file).name,
+        "unit": {"model": unit.model, "serial": unit.serial},
+        **msgspec.to_builtins(record),
+    }
+
+
+def offer_document(offer: UploadOffer) -> dict[str, Any]:
+    """What was fitted, what the unit's resolution makes of the year, and the verdict."""
+    return {
+        "fitted": msgspec.to_builtins(offer.fitted),
+        "forecast": {
+            "fitted": offer.judgement.forecast.as_json(),
+            "rounded": offer.kept.as_json(),
+        },
+        "verdict": offer.judgement.verdict.as_json(),
+    }
+
+
+def _heading(files: Sequence[str | Path], judgement: Judgement) -> dict[str, Any]:
+    return {
+        "files": _names(files),
+        "geometry": judgement.solution.geometry.name,
+        "method": judgement.solution.method,
+        "points_used": judgement.solution.n_points,
+    }
+
+
+def _names(files: Sequence[str | Path]) -> list[str]:
+    return [Path(file).name for file in files]

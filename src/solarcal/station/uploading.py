@@ -1,0 +1,204 @@
+"""Coefficients of a saved session into the unit it was taken on, and back out again."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from solarcal.clock import Clock, SystemClock
+from solarcal.errors import InputFileError, LinkError, ProcedureRefused
+from solarcal.model.forecast import Forecast, forecast
+from solarcal.model.judgement import Judgement
+from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.session.journal import Journal
+from solarcal.session.points import SITE_TOLERANCE_DEG
+from solarcal.session.reader import live_records, read_session
+from solarcal.session.records import Header, UnitRecord, UploadRecord
+from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.procedure import Station
+from solarcal.timescale import format_utc
+from solarcal.unit.tracker import Stored, Tracker, UnitIdentity
+
+
+@dataclass(frozen=True, slots=True)
+class UploadOffer:
+    """What a judged session would write, and what the unit's resolution makes of it.
+
+    ``against`` are the reasons that forbid it unless they are overruled.
+    """
+
+    judgement: Judgement
+    fitted: Coefficients
+    rounded: Coefficients
+    kept: Forecast
+    against: tuple[str, ...]
+
+
+def offer_upload(judgement: Judgement, unit: UnitRecord) -> UploadOffer:
+    """The offer for the unit a session tells of."""
+    fitted = judgement.solution.coefficients()
+    rounded = fitted.rounded(unit.tilt_decimals, unit.scale_decimals)
+    verdict = judgement.verdict
+    return UploadOffer(
+        judgement=judgement,
+        fitted=fitted,
+        rounded=rounded,
+        kept=forecast(judgement.solution, judgement.forecast.grid.context, uploaded=rounded),
+        against=verdict.reasons[:1] if verdict.state == "does_not_fit" else (),
+    )
+
+
+def refuse_doubtful(offer: UploadOffer, force: str | None) -> str:
+    """The reason to record: empty where nothing speaks against the upload.
+
+    Raises
+    ------
+    ProcedureRefused
+        Something does, and nobody gave a reason to upload all the same.
+    """
+    if not offer.against:
+        return ""
+    if force is None:
+        raise ProcedureRefused(
+            f"upload refused, the points do not fit: {offer.against[0]}; to upload all the same "
+            "say why with --force REASON"
+        )
+    return force
+
+
+class UnitOnTheLine:
+    """A unit, and the session file of its that is open for writing.
+
+    Raises as ``Tracker`` and ``Station`` do where the line fails.
+    """
+
+    def __init__(self, tracker: Tracker) -> None:
+        emulation = tracker.emulation
+        clock: Clock = SystemClock() if emulation is None else EmulatedClock(emulation)
+        self.station = Station(tracker, clock)
+        self.identity = self.station.connect()
+
+    def resume(self, journal: Journal) -> None:
+        """Go on with a session.
+
+        Raises
+        ------
+        ProcedureRefused
+            The unit is not the session's, or is set up otherwise than it was.
+        """
+        self.station.resume_session(journal)
+        self._journal = journal
+        self._refuse_another_setup(journal.header)
+
+    def _refuse_another_setup(self, header: Header) -> None:
+        told, ours = self.station.unit_site, header.unit
+        assert told is not None  # connect() has read it
+        name = f"unit {ours.model} {ours.serial}"
+        for what, now, then in (
+            ("geometry", told.geometry, header.geometry),
+            ("centre of the branch of axis 1", told.ax1_centre_deg, header.ax1_centre_deg),
+        ):
+            if now != then:
+                raise ProcedureRefused(
+                    f"{name} has another {what} now ({now}) than in this session ({then}): its "
+                    "coefficients mean something else; calibrate again"
+                )
+        for what, here, there in (
+            ("latitude", told.site.latitude_deg, ours.site.latitude_deg),
+            ("longitude", told.site.longitude_deg, ours.site.longitude_deg),
+        ):
+            if abs(here - there) > SITE_TOLERANCE_DEG:
+                raise ProcedureRefused(
+                    f"{name} has been given another {what} ({here:g} deg) than it had in this "
+                    f"session ({there:g} deg); set it back, or calibrate again"
+                )
+
+    def stored(self) -> Stored:
+        return self.station.tracker.stored()
+
+    def upload(self, new: Coefficients, method: str, forced: str) -> UploadRecord:
+        """Write, read back, compare, record. O becomes zero: P carries all of the correction."""
+        before = self.stored()
+        utc = format_utc(self.station.clock.utc_s())
+        try:
+            return self.station.upload(new, method=method, forced=forced)
+        except LinkError as error:
+            self._record_unfinished(error, before, utc, new, Offsets(), method, forced)
+            raise
+
+    def restore(self, replaced: UploadRecord) -> UploadRecord:
+        """Write what an upload replaced, read back, compare, record."""
+        before = self.stored()
+        utc = format_utc(self.station.clock.utc_s())
+        old, offsets = replaced.old_coefficients, replaced.old_offsets
+        try:
+            return self.station.upload(old, method=replaced.method, offsets=offsets, rollback=True)
+        except LinkError as error:
+            self._record_unfinished(
+                error, before, utc, old, offsets, replaced.method, "", rollback=True
+            )
+            raise
+
+    def _record_unfinished(
+        self,
+        error: LinkError,
+        before: Stored,
+        utc: str,
+        new: Coefficients,
+        offsets: Offsets,
+        method: str,
+        forced: str,
+        *,
+        rollback: bool = False,
+    ) -> None:
+        """The unit may hold the new numbers or the old: keep what a rollback needs."""
+        self.station.link_lost(error)
+        self._journal.append(
+            UploadRecord(
+                seq=self._journal.next_seq,
+                utc=utc,
+                old_coefficients=before.coefficients,
+                old_offsets=before.offsets,
+                new_coefficients=new,
+                new_offsets=offsets,
+                verified=False,
+                method=method,
+                forced=forced,
+                rollback=rollback,
+            )
+        )
+
+
+def newest_upload(records: Sequence[object]) -> UploadRecord | None:
+    """The newest upload that is no rollback itself."""
+    found = [r for r in records if isinstance(r, UploadRecord) and not r.rollback]
+    return found[-1] if found else None
+
+
+def find_upload(folder: Path, identity: UnitIdentity) -> tuple[Path, tuple[str, ...]]:
+    """The session in a folder with the newest upload to a unit, and what could not be read.
+
+    Raises
+    ------
+    ProcedureRefused
+        There is none.
+    """
+    best: tuple[str, Path] | None = None
+    unreadable = []
+    for path in sorted(folder.glob("*.jsonl")):
+        try:
+            session = read_session(path)
+        except InputFileError as error:
+            unreadable.append(str(error))
+            continue
+        unit = session.header.unit
+        upload = newest_upload(live_records(session))
+        if upload is None or (unit.model, unit.serial) != (identity.model, identity.serial):
+            continue
+        if best is None or upload.utc > best[0]:
+            best = (upload.utc, path)
+    if best is None:
+        raise ProcedureRefused(
+            f"no session in {folder} tells of an upload to unit {identity.model} "
+            f"{identity.serial}; name the session file"
+        )
+    return best[1], tuple(unreadable)
