@@ -1,0 +1,55 @@
+"""``solarcal forecast``: how wrong the tracker will be over the year."""
+
+import argparse
+import shutil
+import sys
+from pathlib import Path
+
+from solarcal.cli.fit import add_method_option, add_point_options, add_tolerance_option, fill_in
+from solarcal.cli.output import print_json, say
+
+HELP = "expected error over the year, with a map of it, from saved points"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE")
+    add_method_option(parser)
+    add_tolerance_option(parser)
+    add_point_options(parser)
+    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
+def run(args: argparse.Namespace) -> int:
+    from solarcal.station.judged_files import judge_files
+
+    judged = judge_files(
+        args.files, fill_in(args), method=args.method, tolerance_deg=args.tolerance
+    )
+    judgement = judged.of_the_controller()
+    if args.json:
+        from solarcal.station.documents import forecast_document
+
+        print_json(forecast_document(args.files, judgement, judged.tolerance_deg))
+        return 0
+    from solarcal.report.forecast_map import forecast_map
+    from solarcal.report.judgement_text import forecast_table, verdict_text
+
+    for warning in judged.fitted.warnings:
+        say(f"warning: {warning}")
+    width, height = shutil.get_terminal_size((80, 24))
+    drawn = forecast_map(
+        judgement.forecast,
+        max(40, min(width, 120)),
+        max(16, min(height - 2, 40)),
+        sys.stdout.isatty(),
+        tolerance_deg=judged.tolerance_deg,
+    )
+    parts = (
+        f"Expected error on the sky over the year, deg ({judged.solution.n_points} points, "
+        f"{judged.solution.method})",
+        forecast_table(judgement.forecast, judged.tolerance_deg),
+        drawn,
+        verdict_text(judgement.verdict),
+    )
+    print("\n\n".join(parts))
+    return 0

@@ -1,0 +1,94 @@
+"""``solarcal plan``: when to take the next points, and when today is worth stopping."""
+
+import argparse
+import re
+from pathlib import Path
+
+from solarcal.cli.fit import add_method_option, add_point_options, add_tolerance_option, fill_in
+from solarcal.cli.output import print_json, say
+
+_CLOCK = re.compile(r"([01]?[0-9]|2[0-3]):([0-5][0-9])")
+
+HELP = "best schedule for the rest of the day, and the next point, from saved points"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE")
+    parser.add_argument(
+        "--at",
+        metavar="ISO",
+        help="plan from this instant, or `now`; default: when the newest point was taken",
+    )
+    parser.add_argument("--until", metavar="HH:MM", help="leave then (UTC, the next such time)")
+    parser.add_argument("--points", type=int, metavar="N", help="exactly so many more points")
+    parser.add_argument(
+        "--strike",
+        action="append",
+        default=[],
+        metavar="HH:MM-HH:MM",
+        help="no point can be taken then, UTC: cloud, lunch (repeatable)",
+    )
+    add_method_option(parser)
+    add_tolerance_option(parser)
+    add_point_options(parser)
+    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
+def run(args: argparse.Namespace) -> int:
+    from solarcal.errors import ConfigurationError
+    from solarcal.station.fitting import fit_files, newest_point_utc_s
+    from solarcal.station.judged_files import judge_fitted
+
+    if args.points is not None and args.points < 1:
+        raise ConfigurationError(f"--points {args.points}: at least one more point")
+    fitted = fit_files(args.files, fill_in(args), method=args.method)
+    at_utc_s = _instant(args.at) if args.at else newest_point_utc_s(fitted.table)
+    if at_utc_s is None:
+        raise ConfigurationError("the points carry no times; give --at, the instant to plan from")
+    judged = judge_fitted(
+        args.files,
+        fitted,
+        tolerance_deg=args.tolerance,
+        at_utc_s=at_utc_s,
+        until_utc_s=next_time(args.until, at_utc_s, "--until") if args.until else None,
+        points_left=args.points,
+        struck=[_interval(text, at_utc_s) for text in args.strike],
+    )
+    judgement = judged.of_the_controller()
+    if args.json:
+        from solarcal.station.documents import plan_document
+
+        print_json(plan_document(args.files, judgement))
+        return 0
+    from solarcal.report.judgement_text import plan_text
+
+    for warning in fitted.warnings:
+        say(f"warning: {warning}")
+    print(plan_text(judgement))
+    return 0
+
+
+def _instant(text: str) -> float:
+    from solarcal.clock import SystemClock
+    from solarcal.timescale import parse_utc
+
+    return SystemClock().utc_s() if text == "now" else parse_utc(text)
+
+
+def next_time(text: str, after_utc_s: float, option: str) -> float:
+    """The first instant after another at which the clock shows HH:MM UTC."""
+    from solarcal.errors import ConfigurationError
+
+    found = _CLOCK.fullmatch(text)
+    if found is None:
+        raise ConfigurationError(f"{option} {text}: give a time of day as HH:MM, UTC")
+    of_day_s = 3600.0 * int(found[1]) + 60.0 * int(found[2])
+    return after_utc_s + ((of_day_s - after_utc_s) % 86400.0 or 86400.0)
+
+
+def _interval(text: str, at_utc_s: float) -> tuple[float, float]:
+    """An interval of the day that is running or comes next."""
+    begin, _, end = text.partition("-")
+    end_utc_s = next_time(end, at_utc_s, "--strike")
+    begin_utc_s = next_time(begin, end_utc_s - 86400.0, "--strike")
+    return begin_utc_s, end_utc_s
