@@ -113,7 +113,7 @@ def test_tracking_is_told_with_what_the_eye_sees() -> None:
     station.poll()
     said = facts(station, 2, Spot(True, 0.012, -0.034))
     assert not against(said)
-    assert "Spot off centre: axis 1 +0.012, axis 2 -0.034." in [fact.sentence for fact in said]
+    assert "The spot is 0.035 deg off centre now." in [fact.sentence for fact in said]
 
 
 def test_a_unit_that_does_not_track_or_shows_no_spot_speaks_for_no() -> None:

@@ -86,6 +86,8 @@ def take_points(station: Station, points: int, every_min: float = 45.0) -> None:
     if station.session.initialised is None:
         station.initialise(confirmed=True)
     technician.take_points()
+    # A reference check ends the day; let the axes come back from it.
+    station.clock.wait(180.0)
     station.poll()
 
 

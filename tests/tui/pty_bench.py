@@ -137,8 +137,11 @@ class Terminal:
     # -- hands ---------------------------------------------------------------------------------
 
     def press(self, *keys: bytes | str) -> None:
+        strokes: list[bytes] = []
         for key in keys:
-            os.write(self._master, key.encode() if isinstance(key, str) else key)
+            strokes += [c.encode() for c in key] if isinstance(key, str) else [key]
+        for stroke in strokes:
+            os.write(self._master, stroke)
             # One key a read, as from a hand: an escape must not melt into the next key.
             self.read(0.02)
 

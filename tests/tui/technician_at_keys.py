@@ -81,10 +81,10 @@ def centre(terminal: Terminal) -> None:
     raise AssertionError(f"the spot cannot be centred:\n{terminal.text()}")
 
 
-def hurry(terminal: Terminal, presses: int = 5) -> None:
-    """Let the emulator's time run fast, on the workstation itself."""
-    terminal.press(*["+"] * presses)
-    terminal.shows({2: "time x5", 5: "time x60"}[presses])
+def hurry(terminal: Terminal, to: int = 60) -> None:
+    """Let the emulator's time run fast, from the pace of life on."""
+    terminal.press(*["+"] * (1, 2, 5, 10, 30, 60).index(to))
+    terminal.shows(f"time x{to} [")
 
 
 def set_clock(terminal: Terminal) -> None:
@@ -110,7 +110,7 @@ def set_sun_offset(terminal: Terminal) -> None:
     terminal.press(F6)
     terminal.shows("Set Sun Offset", "Arrow keys jog")
     # Seconds of life are long for a test: five times as fast still lets a jog be followed.
-    terminal.press("+", "+")
+    hurry(terminal, 5)
     terminal.until(lambda: spot(terminal))
     centre(terminal)
     terminal.press(ENTER)
@@ -133,7 +133,8 @@ def take_point(terminal: Terminal, kind: str = "") -> None:
         terminal.shows("a check point, or one more data point?")
         terminal.press(kind)
     terminal.shows("1. Did you do a reference check?")
-    terminal.press("+", "+", "+", "y")
+    hurry(terminal, 5)
+    terminal.press("y")
     terminal.shows("2. Did you do a 'Set Sun Offset'?")
     terminal.press("y")
     terminal.shows("3. Do you like the way it is tracking?")

@@ -1,4 +1,4 @@
-"""The workstation: one app, one conductor, screens told what the station says."""
+"""The workstation: its life, the line it opens, its keys."""
 
 import asyncio
 import threading
@@ -13,32 +13,19 @@ from textual.binding import BindingType
 from textual.screen import Screen
 
 from solarcal.config import Choice, Settings, save_settings
-from solarcal.errors import ConfigurationError, ProcedureRefused, SolarcalError
+from solarcal.errors import ConfigurationError, SolarcalError
 from solarcal.profiles import Profile
 from solarcal.tui.bindings import ACTIONS, STOP_EVERYWHERE, Action
-from solarcal.tui.fitting import Fitter
+from solarcal.tui.conducted import ConductedApp
 from solarcal.tui.keyboard import bound_actions, modified_f3
-from solarcal.tui.messages import (
-    FitReady,
-    LineFailed,
-    LineOpened,
-    Progress,
-    StateChanged,
-    StepDone,
-    StepFailed,
-    StepStarted,
-)
+from solarcal.tui.messages import LineFailed, LineOpened, StepFailed
 from solarcal.tui.performers import Performer
-from solarcal.tui.screens.base import StationModal, StationScreen
 from solarcal.tui.screens.start import StartScreen
 from solarcal.tui.themes import DEFAULT_THEME, OWN_THEMES, axis_colours
 
 if TYPE_CHECKING:
     from textual.command import Provider
 
-    from solarcal.station.procedure import Station
-    from solarcal.station.state import StationState
-    from solarcal.tui.conductor import Conductor
     from solarcal.tui.opening import OpenLine
 
 NOTICED_S = 20.0
@@ -51,8 +38,8 @@ def _action_provider() -> "type[Provider]":
     return ActionProvider
 
 
-class SolarcalApp(App[int]):
-    """Keys become station commands, ``StationState`` becomes widgets; nothing is calculated here.
+class SolarcalApp(ConductedApp):
+    """Choices become an open line, keys become what a performer does.
 
     Parameters
     ----------
@@ -64,9 +51,7 @@ class SolarcalApp(App[int]):
 
     Attributes
     ----------
-    conductor : talks to the station while a line is open, else ``None``.
-    line : the open line, else ``None``.
-    state, fit : the newest the conductor and the fitter have told.
+    line : the open line, else ``None``; and what ``ConductedApp`` has.
     """
 
     TITLE = "solarcal"
@@ -90,10 +75,7 @@ class SolarcalApp(App[int]):
         remember: bool = False,
     ) -> None:
         super().__init__()
-        self.conductor: Conductor | None = None
         self.line: OpenLine | None = None
-        self._state: StationState | None = None
-        self.fit: FitReady | None = None
         self.settings = settings or Settings()
         self.profile = profile or Profile()
         self.actions: tuple[Action, ...] = bound_actions(keymap or {})
@@ -102,22 +84,7 @@ class SolarcalApp(App[int]):
         self._output, self._trace = output, trace
         self._remember = remember
         self._keymap_given = dict(keymap or {})
-        self._fitter = Fitter(self.post_message)
-        self._fitted: object = None
         self._opening = False
-        self._leaving = False
-        self._path: Path | None = None
-        self.emulated_speed: float | None = None
-
-    @property
-    def state(self) -> "StationState":
-        """The newest state the conductor has told; an empty one before there is a conductor."""
-        if self._state is None:
-            # Numpy comes with it: not before the first paint.
-            from solarcal.station.state import StationState
-
-            self._state = StationState()
-        return self._state
 
     # -- life ----------------------------------------------------------------------------------
 
@@ -216,14 +183,13 @@ class SolarcalApp(App[int]):
         for sentence in message.line.noticed:
             self.notify(sentence, severity="warning", timeout=NOTICED_S)
 
-    def adopt(self, station: "Station") -> None:
-        """Conduct this station from now on."""
-        from solarcal.tui.conductor import Conductor
-
-        self.conductor = Conductor(station, self.post_message)
-        self.emulated_speed = 1.0 if station.tracker.emulation is not None else None
-        self.conductor.start()
-        self.on_state_changed(StateChanged(station.state))
+    def file_opened(self, path: Path) -> None:
+        """On which line each session was taken: after a crash it goes on there."""
+        if self.line is None:
+            return
+        plain = msgspec.structs.replace(self.line.choice, session="", start_utc="")
+        settings = msgspec.structs.replace(self.settings, last=plain)
+        self.remember(settings.with_line(path, plain))
 
     def _tell_start(self, sentence: str, *, error: bool = False) -> None:
         for screen in self.screen_stack:
@@ -277,102 +243,10 @@ class SolarcalApp(App[int]):
         if key is not None:
             self.simulate_key(key)
 
-    def station_conductor(self) -> "Conductor":
-        """The conductor of the open line."""
-        if self.conductor is None:
-            raise ProcedureRefused("no unit is connected; choose one on the start screen")
-        return self.conductor
-
     def keys_of(self, action_id: str | None) -> str:
         """The keys of an action as bound now, for a sentence; the first two."""
         action = next((a for a in self.actions if a.id == action_id), None)
         return " ".join(action.shown.split()[:2]) if action is not None else ""
-
-    # -- the station to screens ----------------------------------------------------------------
-
-    def _told(self) -> list[StationScreen | StationModal[Any]]:
-        if self._leaving:
-            # Screens are being taken down; what still comes is for the file, not for them.
-            return []
-        return [s for s in self.screen_stack if isinstance(s, (StationScreen, StationModal))]
-
-    def on_state_changed(self, message: StateChanged) -> None:
-        if message.state.generation < self.state.generation:
-            return
-        self._state = message.state
-        self._remember_file()
-        self._fit_if_needed(message.state)
-        for screen in self._told():
-            screen.show_state(message.state)
-
-    @property
-    def session_name(self) -> str:
-        """Name of the open session file."""
-        return self._path.name if self._path is not None else ""
-
-    def _remember_file(self) -> None:
-        """On which line each session was taken: after a crash it goes on there."""
-        path = self.conductor.station.session_path if self.conductor is not None else None
-        if path is None or path == self._path:
-            return
-        self._path = path
-        if self.line is None:
-            return
-        plain = msgspec.structs.replace(self.line.choice, session="", start_utc="")
-        settings = msgspec.structs.replace(self.settings, last=plain)
-        self.remember(settings.with_line(path, plain))
-
-    def _fit_if_needed(self, state: "StationState") -> None:
-        """A fit costs milliseconds, a status comes every second: only when the points changed."""
-        session = state.session
-        if session is None:
-            return
-        wanted = (session.header, session.points)
-        if wanted != self._fitted:
-            self._fitted = wanted
-            self._fitter.fit(state.generation, session)
-
-    def on_fit_ready(self, message: FitReady) -> None:
-        if self.fit is not None and message.generation < self.fit.generation:
-            return
-        self.fit = message
-        self._record_fit(message)
-        for screen in self._told():
-            screen.show_fit(message)
-
-    def _record_fit(self, fit: FitReady) -> None:
-        """Keep what the fit said after a point: the history of the coefficients."""
-        solution = fit.solution
-        if self.conductor is None or solution is None or fit.session.fit_recorded:
-            return
-
-        def record(station: "Station") -> None:
-            # Meanwhile another point may have come, or its own step has recorded the fit.
-            session = station.session
-            if not session.fit_recorded and solution.n_points == len(session.accepted):
-                station.record_fit(solution)
-
-        self.conductor.submit("fit", record)
-
-    def on_progress(self, message: Progress) -> None:
-        for screen in self._told():
-            screen.show_progress(message)
-
-    def on_step_started(self, message: StepStarted) -> None:
-        for screen in self._told():
-            screen.step_started(message.name)
-
-    def on_step_done(self, message: StepDone) -> None:
-        # A speed asked for while this one was on its way is the newer one.
-        newest = self.conductor is not None and not self.conductor.busy
-        if message.name == "speed" and isinstance(message.result, float) and newest:
-            self.emulated_speed = message.result
-        for screen in self._told():
-            screen.step_done(message.name, message.result)
-
-    def on_step_failed(self, message: StepFailed) -> None:
-        for screen in self._told():
-            screen.step_failed(message.name, message.error)
 
 
 def _prewarm() -> None:

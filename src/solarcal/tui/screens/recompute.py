@@ -28,7 +28,7 @@ from solarcal.tui.widgets.workstation_view import PLOTS, drawing
 if TYPE_CHECKING:
     from solarcal.tui.app import SolarcalApp
 
-WIDE = 120
+HIGH = 40
 
 
 def open_screen(app: "SolarcalApp") -> None:
@@ -81,8 +81,7 @@ class RecomputeScreen(StationScreen):
     RecomputeScreen #file { height: 1; background: $boost; text-style: bold; }
     RecomputeScreen #found { layout: vertical; height: 1fr; }
     RecomputeScreen #table { height: 10; }
-    RecomputeScreen.-wide #found { layout: horizontal; }
-    RecomputeScreen.-wide #table { width: 82; height: 1fr; }
+    RecomputeScreen.-high #table { height: 19; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("space", "step(1)", "Next file", show=False, priority=True),
@@ -126,7 +125,7 @@ class RecomputeScreen(StationScreen):
         )
 
     def on_resize(self, event: Resize) -> None:
-        self.set_class(self.app.size.width >= WIDE, "-wide")
+        self.set_class(self.app.size.height >= HIGH, "-high")
 
     # -- keys --------------------------------------------------------------------------------
 

@@ -1,0 +1,168 @@
+"""Set Sun Offset by the keys; the emulator's time is moved by hand, one renewal after the other."""
+
+import pytest
+from procedure_bench import Cable, bench, on_loop, screen_words, shows, until, workstation
+from textual.pilot import Pilot
+
+from solarcal.station.procedure import Station
+from solarcal.tui.screens.sun_offset import SunOffsetDialog
+from solarcal.tui.widgets.sunspot import Sunspot
+from solarcal.unit.drivers.solartrak import SolarTrakUnit
+from solarcal.unit.tracker import Mode, Spot
+
+
+async def pass_time(pilot: Pilot[int], cable: Cable, seconds: float) -> None:
+    """Emulated seconds, with a look of the dialog after each."""
+    dialog = pilot.app.screen
+    assert isinstance(dialog, SunOffsetDialog)
+    for _ in range(int(seconds)):
+        cable.emulator.advance(1.0)
+        seen = dialog._view
+        await until(pilot, lambda seen=seen: dialog._view is not seen)
+
+
+async def opened(pilot: Pilot[int]) -> SunOffsetDialog:
+    await pilot.press("f6")
+    await shows(pilot, "Nothing moves before one", "mode TRACK")
+    dialog = pilot.app.screen
+    assert isinstance(dialog, SunOffsetDialog)
+    return dialog
+
+
+def standing(station: Station) -> tuple[float, float]:
+    status = station.poll()
+    return status.reading1_deg - status.ideal1_deg, status.reading2_deg - status.ideal2_deg
+
+
+@on_loop
+async def test_arrows_jog_in_the_chosen_step_and_enter_sets_the_offset() -> None:
+    station, cable = bench()
+    async with workstation(station) as (_, pilot):
+        await opened(pilot)
+        before = standing(station)
+        await pilot.press("5", "left", "left", "down")
+        await pass_time(pilot, cable, 5)
+        after = standing(station)
+        assert after[0] - before[0] == pytest.approx(-0.2, abs=0.02)
+        assert after[1] - before[1] == pytest.approx(-0.1, abs=0.02)
+        await pilot.press("enter")
+        await shows(pilot, "SET and recorded")
+        offset = station.session.sun_offsets[-1].offsets
+        assert abs(offset.O1 - after[0]) < 0.02
+        assert abs(offset.O2 - after[1]) < 0.02
+        assert station.poll().mode is Mode.TRACK
+
+
+@on_loop
+async def test_going_backward_warns_until_b_has_gone_behind_and_forward() -> None:
+    station, cable = bench()
+    async with workstation(station) as (_, pilot):
+        await opened(pilot)
+        # The Sun goes towards smaller AX1 in the morning: right is backward.
+        await pilot.press("5", "right")
+        await pass_time(pilot, cable, 4)
+        await shows(pilot, "Axis 1 did NOT come from behind", "Press b")
+        await pilot.press("b")
+        await pass_time(pilot, cable, 10)
+        await shows(pilot, "Both axes came from behind")
+
+
+@on_loop
+async def test_escape_leaves_without_writing_and_the_unit_tracks_again() -> None:
+    station, cable = bench()
+    async with workstation(station) as (app, pilot):
+        await opened(pilot)
+        before = station.poll().offsets
+        await pilot.press("left")
+        await pass_time(pilot, cable, 3)
+        await pilot.press("escape")
+        await until(pilot, lambda: len(app.screen_stack) == 1)
+        assert station.session.sun_offsets == ()
+        status = station.poll()
+        assert (status.offsets, status.mode) == (before, Mode.TRACK)
+
+
+@on_loop
+async def test_stop_ends_the_jog_and_arrows_do_not_move_a_stopped_unit() -> None:
+    station, cable = bench()
+    async with workstation(station) as (_, pilot):
+        await opened(pilot)
+        await pilot.press("8", "left")
+        await pass_time(pilot, cable, 1)
+        await pilot.press("s")
+        await until(pilot, lambda: station.state.live.status.mode is Mode.STOP)
+        await pilot.press("left")
+        await shows(pilot, "track first")
+        cable.emulator.advance(10.0)
+        assert station.poll().moving == (0, 0)
+        await pilot.press("t")
+        await until(pilot, lambda: station.state.live.status.mode is Mode.TRACK)
+
+
+@on_loop
+async def test_a_lost_link_stops_the_jog_and_nothing_moves_when_it_is_back() -> None:
+    station, cable = bench()
+    async with workstation(station) as (app, pilot):
+        await opened(pilot)
+        await pilot.press("8", "left")
+        await pass_time(pilot, cable, 1)
+        cable.pulled = True
+        await shows(pilot, "LINK LOST")
+        cable.emulator.advance(20.0)
+        cable.pulled = False
+        app.station_conductor().reconnect_now()
+        await shows(pilot, "The link is back")
+        first = station.poll()
+        await until(pilot, lambda: "at rest" in screen_words(app))
+        cable.emulator.advance(20.0)
+        assert station.poll().reading1_deg == first.reading1_deg
+        assert first.mode is Mode.MANUAL
+
+
+@on_loop
+async def test_on_a_real_unit_the_calculator_turns_readings_into_jogs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """H 500, Do 4, Ds 13: an edge of 5.37 instead of 4.5 is 0.05 deg on the sky."""
+    station, cable = bench()
+    monkeypatch.setattr(SolarTrakUnit, "emulation", property(lambda unit: None))
+    async with workstation(station) as (_, pilot):
+        await opened(pilot)
+        await shows(pilot, "Sunspot calculator", "Jog by E")
+        before = standing(station)
+        await pilot.press("tab")
+        for text in ("500", "4", "13", "4.5", "5.3727"):
+            await pilot.press(*text, "tab")
+        await pilot.press("escape", "j")
+        await shows(pilot, "axis 1 by +0.000, axis 2 by +0.050")
+        await pass_time(pilot, cable, 4)
+        after = standing(station)
+        assert after[1] - before[1] == pytest.approx(0.05, abs=0.02)
+
+
+@on_loop
+async def test_a_field_of_the_calculator_that_is_empty_is_named(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    station, _ = bench()
+    monkeypatch.setattr(SolarTrakUnit, "emulation", property(lambda unit: None))
+    async with workstation(station) as (_, pilot):
+        await opened(pilot)
+        await pilot.press("j")
+        await shows(pilot, "H plate above mirror: '' is not a number")
+
+
+def test_the_spot_is_where_the_arrow_keys_have_to_go() -> None:
+    sight = Sunspot()
+    sight.show(Spot(True, 0.4, -0.2), 30.0)
+    assert sight.words() == "spot 0.200 right, 0.200 down (deg, sky)"
+    sight.show(Spot(False, 0.0, 0.0), 30.0)
+    assert sight.words() == "no spot on the plate"
+
+
+def test_the_plate_grows_with_the_spots_distance() -> None:
+    sight = Sunspot()
+    sight.show(Spot(True, 0.0, 0.1), 30.0)
+    near = sight.half_width_deg
+    sight.show(Spot(True, 0.0, 1.5), 30.0)
+    assert sight.half_width_deg > near

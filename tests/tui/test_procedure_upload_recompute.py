@@ -1,0 +1,146 @@
+"""Upload with its read-back and rollback, and recomputing another file beside the session."""
+
+import os
+from pathlib import Path
+
+import pytest
+from procedure_bench import (
+    LARGE,
+    bench,
+    on_loop,
+    screen_words,
+    shows,
+    take_points,
+    until,
+    workstation,
+)
+
+from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.session.reader import read_session
+from solarcal.session.records import UploadRecord
+from solarcal.unit.drivers.solartrak import SolarTrakUnit
+from solarcal.unit.tracker import Stored
+
+
+@on_loop
+async def test_too_few_points_offer_nothing_to_upload() -> None:
+    station, _ = bench()
+    station.initialise(confirmed=True)
+    async with workstation(station) as (app, pilot):
+        await pilot.press("u")
+        await shows(pilot, "0 accepted points")
+        await pilot.press("y")
+        assert "Write, store" not in screen_words(app)
+    assert station.session.uploads == ()
+
+
+@on_loop
+async def test_an_upload_is_read_back_and_rolled_back_and_each_is_recorded(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "day.jsonl"
+    station, _ = bench(path)
+    take_points(station, 5)
+    before = station.tracker.stored().coefficients
+    async with workstation(station) as (app, pilot):
+        await pilot.press("u")
+        await shows(pilot, "in force", "in sigmas", "5 points", "Upload?")
+        await pilot.press("y")
+        await shows(pilot, "read back EQUAL")
+        uploaded = station.session.uploads[-1].new_coefficients
+        assert station.tracker.stored().permanent_coefficients == uploaded
+        await pilot.press("b")
+        await shows(pilot, "Rolled back")
+        stored = station.tracker.stored()
+        assert stored.coefficients == stored.permanent_coefficients == before
+        await pilot.press("t")
+        await until(pilot, lambda: len(app.screen_stack) == 1)
+    uploads = [r for r in read_session(path).records if isinstance(r, UploadRecord)]
+    assert [(u.verified, u.rollback) for u in uploads] == [(True, False), (True, True)]
+
+
+@on_loop
+async def test_a_read_back_that_differs_is_cried_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    station, _ = bench()
+    take_points(station, 4)
+
+    def forgetful(unit: SolarTrakUnit, coefficients: Coefficients, offsets: Offsets) -> Stored:
+        del unit, coefficients
+        return Stored(Coefficients(), offsets, Coefficients(), offsets)
+
+    monkeypatch.setattr(SolarTrakUnit, "write_coefficients", forgetful)
+    async with workstation(station) as (_, pilot):
+        await pilot.press("f8")
+        await shows(pilot, "Upload?")
+        await pilot.press("y")
+        await shows(pilot, "READ BACK DIFFERS", "Roll back")
+    assert [u.verified for u in station.session.uploads] == [False]
+
+
+@on_loop
+async def test_a_link_lost_while_uploading_is_said_and_the_unit_read_anew() -> None:
+    station, cable = bench()
+    take_points(station, 4)
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f8")
+        await shows(pilot, "Upload?")
+        cable.pulled = True
+        await pilot.press("y")
+        await shows(pilot, "LINK LOST")
+        cable.pulled = False
+        app.station_conductor().reconnect_now()
+        await shows(pilot, "Upload?")
+        await pilot.press("y")
+        await shows(pilot, "read back EQUAL")
+
+
+@pytest.fixture
+def saved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a session of five points and a damaged one, the damaged one newer."""
+    monkeypatch.setenv("SOLARCAL_SESSIONS", str(tmp_path))
+    station, _ = bench(tmp_path / "earlier.jsonl")
+    take_points(station, 5)
+    station.close()
+    (tmp_path / "broken.jsonl").write_text("{}\n")
+    os.utime(tmp_path / "earlier.jsonl", (1.0, 1.0))
+    return tmp_path
+
+
+@pytest.mark.parametrize("size", [(80, 24), LARGE])
+@on_loop
+async def test_space_steps_the_names_and_enter_opens_without_touching_the_session(
+    saved: Path, size: tuple[int, int]
+) -> None:
+    station, _ = bench()
+    running = station.session
+    async with workstation(station, size) as (app, pilot):
+        await pilot.press("ctrl+f9")
+        await shows(pilot, "RECOMPUTE", "broken.jsonl (1 of 2")
+        await pilot.press("space")
+        await shows(pilot, "earlier.jsonl (2 of 2, Enter opens it)")
+        await pilot.press("enter")
+        await shows(pilot, "earlier.jsonl (2 of 2, OPEN)", "P1", "P6", "axis error, deg")
+        await pilot.press("v")
+        await shows(pilot, "residual")
+        await pilot.press("escape")
+        await until(pilot, lambda: len(app.screen_stack) == 1)
+    assert station.session == running
+
+
+@on_loop
+async def test_a_file_that_cannot_be_read_says_why(saved: Path) -> None:
+    station, _ = bench()
+    async with workstation(station) as (_, pilot):
+        await pilot.press("c")
+        await shows(pilot, "broken.jsonl")
+        await pilot.press("enter")
+        await shows(pilot, "broken.jsonl:1")
+
+
+@on_loop
+async def test_an_empty_folder_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SOLARCAL_SESSIONS", str(tmp_path / "none"))
+    station, _ = bench()
+    async with workstation(station) as (_, pilot):
+        await pilot.press("f9", "space", "enter")
+        await shows(pilot, "No saved sessions in")
