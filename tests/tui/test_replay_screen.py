@@ -101,5 +101,5 @@ async def test_no_key_of_the_procedure_reaches_a_unit_from_a_replay(recorded):
 async def test_a_file_that_cannot_be_read_is_said_on_the_start_screen(tmp_path):
     (tmp_path / "bad.jsonl").write_text("{\n")
     async with replaying(tmp_path / "bad.jsonl").run_test(size=SMALL) as pilot:
-        await shows(pilot, "bad.jsonl")
+        await shows(pilot, "no complete session header")
         assert not isinstance(pilot.app.screen, ReplayScreen)

@@ -31,7 +31,7 @@ class LogLine(HeadLine):
     LogLine { background: $background; }
     LogLine.-error {
         background: $error; color: $background; text-style: bold;
-        height: auto; max-height: 3; text-wrap: wrap;
+        height: auto; max-height: 4; text-wrap: wrap; text-overflow: fold;
     }
     """
 
