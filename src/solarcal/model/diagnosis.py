@@ -201,8 +201,8 @@ def _bad_point(bad: BadPoint, solution: MechanismSolution) -> Finding:
         sentence=(
             f"point {label} is off by {_small(bad.sky_deg)} from what the others say "
             f"({bad.sky_deg / bad.sigma_deg:.1f} sigma, studentised): dropping it takes the "
-            f"scatter from {_small(bad.rms_with_deg)} to {_small(bad.rms_without_deg)} and moves an "
-            f"even-handed fit by {moved:.3f} deg rms over the year; look what happened there"
+            f"scatter from {_small(bad.rms_with_deg)} to {_small(bad.rms_without_deg)} and moves "
+            f"an even-handed fit by {moved:.3f} deg rms over the year; look what happened there"
         ),
         number=bad.sky_deg,
         sigma=bad.sigma_deg,

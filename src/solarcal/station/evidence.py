@@ -1,49 +1,107 @@
-"""Direct evidence: what clocks, reference checks and read-outs say without any fit."""
+"""Direct evidence: what clocks, reference checks, settings and read-outs say without any fit."""
 
 from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from solarcal.model.clock_evidence import ClockSetting, clock_findings, laptop_finding
+from solarcal.model.finding import Finding
+from solarcal.model.losses import Loss, undo_losses
+from solarcal.model.read_out_evidence import frozen_findings, missed_counts_finding
 from solarcal.mount.drive import reading_deg
-from solarcal.session.records import ClockSet, PointRecord, UnitRecord
-from solarcal.station.branch_watch import branch_warning
+from solarcal.session.points import IMPORTED_MODEL
+from solarcal.session.records import PointRecord, RefCheck, UnitRecord
 from solarcal.station.state import SessionView
-from solarcal.timescale import SECONDS_PER_DAY, parse_utc
+from solarcal.station.unit_sun import check_unit_sun
+from solarcal.timescale import parse_utc
+from solarcal.unit.tracker import Mode, Status, UnitSite
 
-CLOCK_SCATTER_S = 0.05
-"""Differences are read to the millisecond over a line that takes tens of them."""
+if TYPE_CHECKING:
+    from solarcal.model.mechanism_solution import MechanismSolution
 
-SECONDS_PER_SUN_DEG = 240.0
-LAPTOP_CLOCK = (
-    "a constant error of the laptop's own clock cannot be found from points: 24 s of it is a "
-    "rotation of 0.1 deg about the celestial pole and hides in the coefficients; compare the "
-    "laptop with a time signal"
-)
+SITE_AGREEMENT_DEG = 0.005
+"""A site wrong by this much moves the Sun by as much."""
+
+SUN_AGREEMENT_DEG = 0.01
+"""The clocks were compared minutes after the angles were read: 2 s of drift lie between at most."""
 
 
-def clock_drift_s_per_day(
-    clock_sets: Sequence[ClockSet], points: Sequence[PointRecord]
-) -> tuple[float, float] | None:
-    """Drift of the unit's clock against the laptop's since it was last set, and its sigma.
+def evidence(session: SessionView) -> tuple[str, ...]:
+    """Sentences, each with its number; empty where nothing stands out."""
+    return tuple(finding.sentence for finding in direct_findings(session))
 
-    A straight line through unit - laptop at every point after the last setting; ``None`` with fewer
-    than three points or less than half an hour.
-    """
-    since = parse_utc(clock_sets[-1].utc) if clock_sets else -np.inf
-    rows = [
-        (parse_utc(p.utc), p.unit_minus_laptop_s)
-        for p in points
-        if p.unit_minus_laptop_s is not None and parse_utc(p.utc) >= since
+
+def direct_findings(
+    session: SessionView, solution: "MechanismSolution | None" = None
+) -> tuple[Finding, ...]:
+    """Clocks, counts, site and Sun, read-outs; a fit of the points dates missed counts."""
+    if session.header.unit.model == IMPORTED_MODEL:
+        return ()
+    taken = session.accepted
+    timed = [p for p in taken if p.unit_minus_laptop_s is not None]
+    said = [
+        *clock_findings(
+            [parse_utc(p.utc) for p in timed],
+            [p.unit_minus_laptop_s for p in timed if p.unit_minus_laptop_s is not None],
+            [ClockSetting(parse_utc(c.utc), c.before_s, c.after_s) for c in session.clock_sets],
+            [p.seq for p in timed],
+        ),
+        *_missed(session, solution),
+        *_site_and_sun(session),
+        *_frozen(taken),
     ]
-    if len(rows) < 3 or rows[-1][0] - rows[0][0] < 1800.0:
-        return None
-    t_s, difference_s = np.array(rows, dtype=float).T
-    days = (t_s - t_s.mean()) / SECONDS_PER_DAY
-    spread = float(days @ days)
-    slope = float(days @ difference_s) / spread
-    rest = difference_s - difference_s.mean() - slope * days
-    scatter = max(float(np.sqrt(rest @ rest / (len(rows) - 2))), CLOCK_SCATTER_S)
-    return slope, scatter / float(np.sqrt(spread))
+    if taken:
+        ticks = [c for c in session.clock_sets if c.tick_minus_laptop_s is not None]
+        newest = ticks[-1] if ticks else None
+        said.append(
+            laptop_finding(
+                newest.tick_minus_laptop_s if newest else None,
+                newest.tick_sigma_s if newest else None,
+            )
+        )
+    return tuple(said)
+
+
+def losses(session: SessionView) -> tuple[tuple[RefCheck, int, Loss], ...]:
+    """What each complete check but the first found on each axis: check, counts, loss.
+
+    The first check finds whatever the register held at power-up; only later ones are evidence.
+    """
+    found = []
+    complete = [check for check in session.ref_checks if check.complete]
+    for before, check in pairwise(complete):
+        labels = tuple(p.seq for p in session.accepted if before.seq < p.seq < check.seq)
+        for axis, counts in enumerate(check.difference_counts):
+            angle = _counts_as_deg(session.header.unit, axis, counts)
+            found.append((check, counts, Loss(axis + 1, angle, labels)))
+    return tuple(found)
+
+
+def real_losses(session: SessionView) -> tuple[Loss, ...]:
+    """Those that are more than the play of a switch."""
+    return tuple(
+        loss
+        for check, counts, loss in losses(session)
+        if missed_counts_finding(check.number, counts, loss) is not None
+    )
+
+
+def _missed(session: SessionView, solution: "MechanismSolution | None") -> list[Finding]:
+    real = real_losses(session)
+    when: tuple[int | None, ...] = (None,) * len(real)
+    if solution is not None and real:
+        _, when = undo_losses(solution.points, solution.context, solution.posterior.mean, real)
+    dated = dict(zip(real, when, strict=True))
+    said = []
+    for check, counts, loss in losses(session):
+        known = solution is not None and loss in dated
+        told = loss if known else Loss(loss.axis, loss.reading_deg, ())
+        finding = missed_counts_finding(check.number, counts, told, dated.get(loss))
+        if finding is not None:
+            said.append(finding)
+    return said
 
 
 def _counts_as_deg(unit: UnitRecord, axis: int, counts: int) -> float:
@@ -52,49 +110,95 @@ def _counts_as_deg(unit: UnitRecord, axis: int, counts: int) -> float:
     return float(reading_deg(drive, reference, counts)) - reference
 
 
-def evidence(session: SessionView) -> tuple[str, ...]:
-    """Sentences, each with its number; empty where nothing stands out."""
-    said: list[str] = []
-    taken = [p for p in session.points if p.status == "accepted"]
-    drift = clock_drift_s_per_day(session.clock_sets, taken)
-    if drift is not None and abs(drift[0]) > max(3.0 * drift[1], 2.0):
-        said.append(
-            f"the unit's clock drifts {drift[0]:+.1f} +- {drift[1]:.1f} s/day against the "
-            f"laptop's: "
-            f"{abs(drift[0]) / SECONDS_PER_SUN_DEG:.3f} deg of Sun after a day"
+def _site_and_sun(session: SessionView) -> list[Finding]:
+    header = session.header
+    told, ours = header.unit.site, header.site
+    said = [
+        Finding(
+            kind="unit_sun",
+            subject="unit site",
+            sentence=f"the unit's {name} is {theirs:.4f}, ours {here:.4f}{remark}",
+            number=theirs - here,
+            direct=True,
         )
-    differences = [p.unit_minus_laptop_s for p in taken if p.unit_minus_laptop_s is not None]
-    if differences and max(map(abs, differences)) > 1.0:
-        worst = max(differences, key=abs)
-        said.append(
-            f"unit and laptop clocks differed by up to {worst:+.1f} s at a point "
-            f"({abs(worst) / SECONDS_PER_SUN_DEG:.3f} deg of Sun)"
+        for name, theirs, here, remark in (
+            (
+                "latitude",
+                told.latitude_deg,
+                ours.latitude_deg,
+                ": the other hemisphere"
+                if abs(told.latitude_deg + ours.latitude_deg) < 2.0 * SITE_AGREEMENT_DEG
+                else "",
+            ),
+            ("longitude", told.longitude_deg, ours.longitude_deg, " (positive east)"),
         )
-    # The first check finds whatever the register held at power-up; only later ones are evidence.
-    for check in session.ref_checks[1:]:
-        for axis, counts in enumerate(check.difference_counts):
-            angle = _counts_as_deg(session.header.unit, axis, counts)
-            if check.complete and abs(counts) >= 5 and abs(angle) > 0.01:
-                said.append(
-                    f"reference check {check.number} found {counts:+d} counts on axis {axis + 1} "
-                    f"({angle:+.3f} deg): counts were missed since the check before"
-                )
-    said.extend(_frozen(taken))
-    if taken:
-        if warning := branch_warning(session.header, parse_utc(taken[0].utc)):
-            said.append(warning)
-        said.append(LAPTOP_CLOCK)
-    return tuple(said)
-
-
-def _frozen(points: Sequence[PointRecord]) -> list[str]:
-    said = []
-    for axis in (0, 1):
-        readings = [p.reading_deg[axis] for p in points if p.reading_deg is not None]
-        ideals = [p.ideal_deg[axis] for p in points if p.ideal_deg is not None]
-        if len(readings) >= 3 and len(set(readings)) == 1 and np.ptp(ideals) > 0.5:
-            said.append(
-                f"axis {axis + 1} read exactly {readings[0]:.5f} deg at every point while the Sun "
-                f"moved {np.ptp(ideals):.1f} deg: its read-out is frozen"
+        if abs(theirs - here) > SITE_AGREEMENT_DEG
+    ]
+    if header.sun_model != "solartrak":
+        return said
+    strange: dict[str, list[tuple[int, float]]] = {}
+    for point in session.accepted:
+        status = _status_at(point)
+        if status is not None and point.read_utc is not None:
+            told_site = UnitSite(
+                told, header.unit.zone_west_h, header.geometry, header.ax1_centre_deg
             )
+            sun = check_unit_sun(told_site, ours, status, parse_utc(point.read_utc))
+            if sun.difference_deg > SUN_AGREEMENT_DEG:
+                strange.setdefault(sun.explanation, []).append((point.seq, sun.difference_deg))
+    for words, points in strange.items():
+        worst = max(off for _, off in points)
+        said.append(
+            Finding(
+                kind="unit_sun",
+                subject="unit Sun",
+                sentence=f"the unit's Sun was {worst:.3f} deg from ours for the clock and site it "
+                f"reports, at {len(points)} point{'s' if len(points) > 1 else ''}: {words}",
+                number=worst,
+                direct=True,
+                labels=tuple(seq for seq, _ in points),
+            )
+        )
     return said
+
+
+def _status_at(point: PointRecord) -> Status | None:
+    """What the unit said when a point's angles were read, as far as the point has kept it."""
+    if (
+        point.unit_minus_laptop_s is None
+        or point.read_utc is None
+        or point.ideal_deg is None
+        or point.reading_deg is None
+        or point.counts is None
+        or point.offsets is None
+    ):
+        return None
+    return Status(
+        mode=Mode.TRACK,
+        unit_utc_s=parse_utc(point.read_utc) + point.unit_minus_laptop_s,
+        ideal1_deg=point.ideal_deg[0],
+        ideal2_deg=point.ideal_deg[1],
+        reading1_deg=point.reading_deg[0],
+        reading2_deg=point.reading_deg[1],
+        counts1=point.counts[0],
+        counts2=point.counts[1],
+        target1_deg=point.reading_deg[0],
+        target2_deg=point.reading_deg[1],
+        offsets=point.offsets,
+        moving=(0, 0),
+        approach=point.approach or (0, 0),
+        update_phase=0.0,
+        referenced=True,
+        unlocked_s=0.0,
+    )
+
+
+def _frozen(points: Sequence[PointRecord]) -> tuple[Finding, ...]:
+    whole = [p for p in points if p.reading_deg is not None and p.ideal_deg is not None]
+    if len(whole) < 2:
+        return ()
+    return frozen_findings(
+        [p.seq for p in whole],
+        np.array([p.reading_deg for p in whole]),
+        np.array([p.ideal_deg for p in whole]),
+    )

@@ -1,0 +1,282 @@
+"""Several sessions of one unit as one calibration, and whether the tower moved between them.
+
+Two things change between sessions: zeros (a reference switch, a new encoder: P2, P4) and the lean
+of the tower (P1, P3). Gears stay. Each is tested against the residuals, Holm-corrected, beside
+single bad points. Where something changed, the earlier sessions keep what still holds of them:
+their own shifts of P1..P4 are fitted along, counted from the last session, whose numbers are
+uploaded.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from solarcal.errors import FitError
+from solarcal.model.exact_errors import axis_errors_deg, errors_and_slopes
+from solarcal.model.extended_mechanism import ExtendedMechanism
+from solarcal.model.finding import Finding, listed
+from solarcal.model.known_physics import LOWEST_ELEVATION_DEG, SkyContext, true_points
+from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
+from solarcal.model.points import PointSet
+from solarcal.model.posterior import MechanismPosterior
+from solarcal.model.prior import Prior
+from solarcal.model.session_changes import (
+    LEAN,
+    ZEROS,
+    SessionIndex,
+    shift_columns,
+    weakest_change_deg,
+    what_changed,
+)
+from solarcal.model.year_grid import coefficients_jacobian, year_grid
+from solarcal.units import FloatArray, wrap_deg
+
+Change = Literal["same", "zeros", "tower"]
+
+MATTERS_DEG = 0.1
+
+_TURNS = 4
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Merged:
+    """One solution from all sessions, valid for the last of them.
+
+    Attributes
+    ----------
+    solution
+        Its residuals are counted after each session's own shift.
+    change
+        ``same``; ``zeros`` changed; ``tower``: the lean changed, and zeros may have, too.
+    shifts, shift_sigmas : (s - 1, 4)
+        P1..P4 of each earlier session less those of the last, degrees; zero where not allowed.
+    findings
+        On what changed, or what could have without showing.
+    sentence
+        The outcome of the test.
+    """
+
+    solution: MechanismSolution
+    change: Change
+    shifts: FloatArray
+    shift_sigmas: FloatArray
+    findings: tuple[Finding, ...]
+    sentence: str
+
+
+def merge_sessions(
+    parts: Sequence[PointSet],
+    context: SkyContext,
+    *,
+    prior: Prior = DEFAULT_PRIOR,
+    names: Sequence[str] = (),
+) -> Merged:
+    """Fit sessions of one unit together, testing for changes between them.
+
+    Parameters
+    ----------
+    parts
+        The sessions in order of time. The tower may have moved between any two.
+    context
+        Common to all.
+    names
+        What the sessions are called; default ``session 1``...
+
+    Raises
+    ------
+    FitError
+        No session, or one without a point high enough.
+    """
+    if not parts:
+        raise FitError("no session to merge; give at least one file")
+    parts = [_high_enough(part, context) for part in parts]
+    called = list(names) or [f"session {k + 1}" for k in range(len(parts))]
+    joint = _joined(parts)
+    session = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
+    solution = fit_exact(joint, context, prior=prior)
+    nothing = np.zeros((len(parts) - 1, 4))
+    if len(parts) == 1:
+        return Merged(solution, "same", nothing, nothing, (), "one session: nothing to compare")
+    taken = what_changed(joint, session, context, solution.posterior.mean)
+    if not taken:
+        weakest = weakest_change_deg(joint, session, solution)
+        finding, sentence = _no_change(called, weakest)
+        return Merged(solution, "same", nothing, nothing, finding, sentence)
+    change: Change = "tower" if LEAN in taken else "zeros"
+    allowed = (*LEAN, *ZEROS) if change == "tower" else ZEROS
+    solution, shifts, sigmas = _fit_shifted(joint, session, context, prior, sorted(allowed))
+    findings = tuple(
+        _moved(change, called[k], called[-1], shifts[k], sigmas[k]) for k in range(len(parts) - 1)
+    )
+    sentence = "; ".join(finding.sentence for finding in findings)
+    return Merged(solution, change, shifts, sigmas, findings, sentence)
+
+
+def _high_enough(points: PointSet, context: SkyContext) -> PointSet:
+    high = true_points(points, context).elevation_deg >= LOWEST_ELEVATION_DEG
+    if not high.any():
+        raise FitError(
+            f"a session has no point above {LOWEST_ELEVATION_DEG:g} deg of elevation; leave it out"
+        )
+    return points if high.all() else points.subset(high)
+
+
+def _joined(parts: Sequence[PointSet]) -> PointSet:
+    def column(name: str) -> FloatArray:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    def optional(name: str) -> FloatArray | None:
+        return None if any(getattr(part, name) is None for part in parts) else column(name)
+
+    return PointSet(
+        geometry=parts[0].geometry,
+        ax1_deg=column("ax1_deg"),
+        ax2_deg=column("ax2_deg"),
+        err1_deg=column("err1_deg"),
+        err2_deg=column("err2_deg"),
+        sigma_deg=optional("sigma_deg"),
+        labels=tuple(label for part in parts for label in part.labels),
+        utc_s=optional("utc_s"),
+    )
+
+
+def _no_change(called: Sequence[str], weakest_deg: float) -> tuple[tuple[Finding, ...], str]:
+    between = listed(list(called))
+    if weakest_deg <= MATTERS_DEG:
+        return (), (
+            f"{between} agree: nothing moved between them that exceeds {weakest_deg:.2f} deg"
+        )
+    less = f"less than {weakest_deg:.2g} deg" if np.isfinite(weakest_deg) else "any move at all"
+    sentence = (
+        f"no sign that the tower moved between {between}, but it cannot be told with these "
+        f"points: {less} might not show"
+    )
+    finding = Finding(
+        kind="moved",
+        subject="tower",
+        sentence=sentence,
+        certainty="cannot_be_told",
+        number=weakest_deg if np.isfinite(weakest_deg) else None,
+    )
+    return (finding,), sentence
+
+
+def _moved(
+    change: Change, earlier: str, last: str, shift: FloatArray, sigma: FloatArray
+) -> Finding:
+    by = f"by {-shift[1]:+.3f} +- {sigma[1]:.3f} and {-shift[3]:+.3f} +- {sigma[3]:.3f} deg"
+    if change == "zeros":
+        worst = 1 if abs(shift[1]) * sigma[3] >= abs(shift[3]) * sigma[1] else 3
+        number, spread = float(-shift[worst]), float(sigma[worst])
+        sentence = (
+            f"between {earlier} and {last} the zeros of axis 1 and 2 changed {by}; the tower's "
+            "lean did not: each session has its own zeros now, the last one's are given"
+        )
+    else:
+        number = float(np.hypot(shift[0], shift[2]))
+        along = np.array([shift[0], shift[2]]) / max(number, 1e-12)
+        spread = float(np.hypot(along[0] * sigma[0], along[1] * sigma[2]))
+        sentence = (
+            f"between {earlier} and {last} the tower moved: its lean changed by {number:.3f} +- "
+            f"{spread:.3f} deg (P1 {-shift[0]:+.3f}, P3 {-shift[2]:+.3f}), the zeros of "
+            f"axis 1 and 2 {by}; the last session's numbers are given; look at the foundation"
+        )
+    return Finding(
+        kind="moved",
+        subject="tower" if change == "tower" else "zeros",
+        sentence=sentence,
+        number=number,
+        sigma=spread,
+    )
+
+
+def _fit_shifted(
+    points: PointSet,
+    session: SessionIndex,
+    context: SkyContext,
+    prior: Prior,
+    allowed: Sequence[int],
+) -> tuple[MechanismSolution, FloatArray, FloatArray]:
+    """With shifts of these numbers for every session but the last; solution, shifts, sigmas."""
+    s = int(session.max())
+    shifts, sigmas = np.zeros((s, 4)), np.zeros((s, 4))
+    unit = prior.sigma_array()
+    solution = fit_exact(points, context, prior=prior)
+    for turn in range(_TURNS):
+        if turn:
+            shifted = _as_the_last(points, session, context, solution.posterior.mean, shifts)
+            solution = fit_exact(shifted, context, prior=prior)
+        # In units of the prior, weighted by what the robust fit thinks of each point.
+        root = np.sqrt(solution.point_weights)[:, np.newaxis]
+        six = (solution.slopes * unit * root[..., np.newaxis]).reshape(-1, 6)
+        more = shift_columns(six, session, allowed)
+        at = ExtendedMechanism.of(solution.points, context).rows(solution.posterior.mean, {})
+        weights = ExtendedMechanism.of(solution.points, context).weights[:, np.newaxis]
+        left = (at.residuals.reshape(-1, 2) / weights * root).reshape(-1)
+        both = np.hstack((six, more))
+        held = shifts[:, list(allowed)].reshape(-1) / np.tile(unit[list(allowed)], s)
+        away = (prior.mean_array() - solution.posterior.mean) / unit
+        normal = both.T @ both + np.eye(both.shape[1])
+        step = np.linalg.solve(normal, both.T @ left + np.concatenate((away, -held)))
+        shifts[:, list(allowed)] += (step[6:] * np.tile(unit[list(allowed)], s)).reshape(s, -1)
+        covariance = np.linalg.inv(normal)
+        spread = np.sqrt(np.diag(covariance))[6:] * np.tile(unit[list(allowed)], s)
+        sigmas[:, list(allowed)] = spread.reshape(s, -1)
+    alone = np.asarray(np.linalg.inv(six.T @ six + np.eye(6)), dtype=np.float64)
+    together = np.asarray(covariance[:6, :6], dtype=np.float64)
+    return _widened(solution, alone, together, unit), shifts, sigmas
+
+
+def _as_the_last(
+    points: PointSet,
+    session: SessionIndex,
+    context: SkyContext,
+    values: FloatArray,
+    shifts: FloatArray,
+) -> PointSet:
+    """The points as they would have been in the last session's state."""
+    seen = true_points(points, context)
+    geometry = points.geometry
+    now = axis_errors_deg(values, geometry, seen.ax1_deg, seen.ax2_deg)
+    err = np.stack((points.err1_deg, points.err2_deg))
+    for k, shift in enumerate(shifts):
+        then = values + np.array([*shift, 0.0, 0.0])
+        change = now - axis_errors_deg(then, geometry, seen.ax1_deg, seen.ax2_deg)
+        change[0] = wrap_deg(change[0])
+        err += change * (session == k)
+    return PointSet(
+        geometry=geometry,
+        ax1_deg=points.ax1_deg,
+        ax2_deg=points.ax2_deg,
+        err1_deg=err[0],
+        err2_deg=err[1],
+        sigma_deg=points.sigma_deg,
+        labels=points.labels,
+        utc_s=points.utc_s,
+    )
+
+
+def _widened(
+    solution: MechanismSolution, alone: FloatArray, together: FloatArray, unit: FloatArray
+) -> MechanismSolution:
+    """The posterior with the shifts' uncertainty in it: widened as the joint covariance says."""
+    stretch = np.linalg.cholesky(together) @ np.linalg.inv(np.linalg.cholesky(alone))
+    stretch = stretch * unit[:, np.newaxis] / unit
+    old = solution.posterior
+    posterior = MechanismPosterior(
+        weights=old.weights,
+        means=old.means,
+        covariances=stretch @ old.covariances @ stretch.T,
+        noise_deg=old.noise_deg,
+    )
+    grid = year_grid(solution.context)
+    _, slopes = errors_and_slopes(
+        posterior.mean, grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg
+    )
+    carried = coefficients_jacobian(slopes, solution.context, solution.prior)
+    return replace(
+        solution, posterior=posterior, covariance=carried @ posterior.covariance @ carried.T
+    )
