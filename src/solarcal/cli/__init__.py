@@ -28,6 +28,7 @@ COMMANDS: dict[str, str] = {
     "day": "sunrise, noon and sunset, solar time, when the Sun is within limits",
     "year": "the Sun month by month, hours within limits, a collector's energy",
     "energy": "what a collector catches at a moment, over a day, over a year",
+    "two-mirror": "two-mirror altazimuth trackers: axes, diode, base, a simulated day",
     "ports": "what is plugged in",
     "keys": "what this terminal sends, and which action it would be",
     "doctor": "is this laptop ready",
@@ -48,7 +49,9 @@ def build_parser(asked: str | None = None) -> argparse.ArgumentParser:
     for name, help_line in COMMANDS.items():
         command = commands.add_parser(name, help=help_line, description=help_line)
         if name == asked:
-            module = importlib.import_module(f"solarcal.cli.{_MODULES.get(name, name)}")
+            # A module's name has no hyphen.
+            module_name = _MODULES.get(name, name.replace("-", "_"))
+            module = importlib.import_module(f"solarcal.cli.{module_name}")
             module.add_arguments(command)
             command.set_defaults(run=module.run)
     return parser

@@ -136,7 +136,7 @@ def fit_base(points: MirrorPoints) -> BaseSolution:
 def _require_usable(points: MirrorPoints) -> None:
     if len(points) < FEWEST_POSITIONS:
         raise FitError(
-            f"{len(points)} positions: the Euler angles of the base need at least "
+            f"too few positions ({len(points)}): the Euler angles of the base need at least "
             f"{FEWEST_POSITIONS}"
         )
     columns = (points.sun1_deg, points.sun2_deg, points.axis1_deg, points.axis2_deg)

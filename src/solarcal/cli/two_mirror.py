@@ -1,0 +1,222 @@
+"""``solarcal two-mirror``: two 45-degree mirrors on an altazimuth mount.
+
+The subcommands and the keys of their JSON documents are in docs/two-mirror.md.
+"""
+
+import argparse
+from collections.abc import Callable
+from typing import Any
+
+from solarcal.cli.output import print_json
+
+HELP = "two-mirror altazimuth trackers: axes, diode, base, field of view, a simulated day"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The subcommands and their options."""
+    kinds = parser.add_subparsers(dest="kind", metavar="WHAT", required=True)
+
+    def kind(name: str, help_line: str) -> argparse.ArgumentParser:
+        one = kinds.add_parser(name, help=help_line, description=help_line)
+        one.add_argument("--json", action="store_true", help="one JSON document on stdout")
+        return one
+
+    point = kind("point", "axis angles that look at the Sun, and the matrix of the mirrors")
+    point.add_argument("--azimuth", type=float, metavar="DEG", help="of the Sun, North over East")
+    point.add_argument("--zenith", type=float, metavar="DEG", help="its zenith angle")
+    point.add_argument("--lat", type=float, metavar="DEG", help="instead: latitude, north positive")
+    point.add_argument("--lon", type=float, metavar="DEG", help="longitude, EAST positive")
+    point.add_argument("--elevation", type=float, default=0.0, metavar="M", help="above sea")
+    point.add_argument("--at", metavar="ISO", help="date and time (UTC where it has no offset)")
+    _add_base(point)
+
+    trace = kind("trace", "the diode's four signals traced back to axis corrections")
+    trace.add_argument("--signals", type=float, nargs=4, required=True, metavar=tuple("ABCD"))
+    trace.add_argument("--t1", type=float, required=True, metavar="DEG", help="axis 1 (AX1)")
+    trace.add_argument("--t2", type=float, required=True, metavar="DEG", help="axis 2 (AX2)")
+    trace.add_argument(
+        "--mirror",
+        action="append",
+        default=[],
+        metavar="X,Y,Z",
+        help="normal of a fixed mirror, the tracker's side first (repeatable); "
+        "write --mirror=-1,0,1 where it begins with a minus",
+    )
+    trace.add_argument("--set-point", type=float, nargs=2, default=(0.0, 0.0), metavar=("E1", "E2"))
+    trace.add_argument(
+        "--gain", type=float, metavar="K", help="signal per radian (default: 4/(pi r) of the Sun)"
+    )
+
+    fit = kind("fit", "Euler angles of the base from points (CSV, azel)")
+    fit.add_argument("file", metavar="FILE", help="points CSV: axis angles on the Sun")
+
+    fov = kind("fov", "field of view of diode and tracker against the Sun's 9 mrad")
+    for option, default, unit, text in (
+        ("--diode-diameter", 6.0, "MM", "of the diode"),
+        ("--focal-length", 200.0, "MM", "of the lens before it"),
+        ("--tracker-diameter", 0.1, "M", "of the tracker's mirrors as seen along the beam"),
+        ("--distance", 5.0, "M", "from tracker to instrument"),
+        ("--sun", 9.3, "MRAD", "the Sun's diameter"),
+    ):
+        fov.add_argument(
+            option, type=float, default=default, metavar=unit, help=f"{text} (default {default:g})"
+        )
+
+    for name, text in (
+        ("simulate", "a clear day in closed loop; the base is fitted back from its log"),
+        ("tune", "Ziegler-Nichols gains by experiment on the simulated loop"),
+    ):
+        one = kind(name, text)
+        one.add_argument("--scenario", default="maido", metavar="NAME|FILE")
+        one.add_argument(
+            "--set",
+            dest="settings",
+            action="append",
+            default=[],
+            metavar="KEY=VALUE",
+            help="change a key of the scenario, e.g. loop.control=step (repeatable)",
+        )
+        one.add_argument("--day", metavar="DATE", help="the local date, like 2026-11-25")
+        one.add_argument("--seed", type=int, default=0, help="of all that is random (default 0)")
+        if name == "simulate":
+            one.add_argument("--log", metavar="FILE", help="write the log as a points CSV")
+        else:
+            one.add_argument("--axis", type=int, choices=(1, 2), default=2)
+
+    from solarcal.cli.two_mirror_follow import add_follow_arguments
+
+    add_follow_arguments(kind("follow", "let a unit's sun sensor take calibration points itself"))
+
+
+def _add_base(parser: argparse.ArgumentParser) -> None:
+    for name, axis in (("alpha", "z"), ("beta", "y"), ("gamma", "x")):
+        parser.add_argument(
+            f"--{name}",
+            type=float,
+            default=0.0,
+            metavar="DEG",
+            help=f"turn of the base about {axis} (default 0)",
+        )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compute, and print text or the document; 1 when a simulated loop had to stop itself."""
+    from solarcal.cli.two_mirror_field import fov, point, trace
+    from solarcal.cli.two_mirror_follow import follow
+
+    kinds: dict[str, Callable[[argparse.Namespace], tuple[dict[str, Any], list[str]]]] = {
+        "point": point,
+        "trace": trace,
+        "fit": _fit,
+        "fov": fov,
+        "simulate": _simulate,
+        "tune": _tune,
+        "follow": follow,
+    }
+    document, lines = kinds[args.kind](args)
+    if args.json:
+        print_json(document)
+    else:
+        print("\n".join(lines))
+    return 1 if document.get("stopped") else 0
+
+
+def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
+    from solarcal.cli.two_mirror_field import base_document
+    from solarcal.errors import ConfigurationError
+    from solarcal.optics.two_mirror_base import MirrorPoints, fit_base
+    from solarcal.session.interchange.csv_points import read_points_csv
+
+    table = read_points_csv(args.file, geometry=None)
+    if table.geometry != "azel":
+        raise ConfigurationError(
+            f"{args.file}: geometry {table.geometry}; a two-mirror tracker's points are azel"
+        )
+    table = table.rows([row for row, status in enumerate(table.status) if status == "accepted"])
+    solution = fit_base(
+        MirrorPoints(
+            table.ax1_deg,
+            table.ax2_deg,
+            table.ax1_deg + table.err1_deg,
+            table.ax2_deg + table.err2_deg,
+            table.labels,
+        )
+    )
+    document = {
+        "file": str(args.file),
+        "points": solution.n_points,
+        "base": base_document(solution.base),
+        "sigma_deg": solution.sigma_deg,
+        "start": base_document(solution.start),
+        "sky_rms_deg": solution.sky_rms_deg,
+        "sky_max_deg": solution.sky_max_deg,
+        "worst_line": solution.worst_label,
+        "warnings": list(table.warnings),
+    }
+    base, start = solution.base, solution.start
+    sigmas = solution.sigma_deg or (None, None, None)
+    lines = [*table.warnings, f"{solution.n_points} points of {args.file}"]
+    for name, value, begun, sigma in (
+        ("alpha", base.alpha_deg, start.alpha_deg, sigmas[0]),
+        ("beta ", base.beta_deg, start.beta_deg, sigmas[1]),
+        ("gamma", base.gamma_deg, start.gamma_deg, sigmas[2]),
+    ):
+        known = "" if sigma is None else f" +- {sigma:.4f}"
+        lines.append(f"  {name} {value:+9.4f}{known} deg   (from three points {begun:+9.4f})")
+    lines.append(
+        f"left on the sky: rms {solution.sky_rms_deg:.4f}, at most {solution.sky_max_deg:.4f} deg "
+        f"(line {solution.worst_label})"
+    )
+    return document, lines
+
+
+def _simulate(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
+    from solarcal.cli.two_mirror_day import day_document, day_lines, day_table
+    from solarcal.emulator.two_mirror_day import simulate_day
+
+    day = simulate_day(_scenario(args), seed=args.seed)
+    if args.log:
+        from solarcal.session.interchange.csv_points import write_points_csv
+
+        write_points_csv(day_table(day), args.log)
+    return day_document(day), day_lines(day)
+
+
+def _tune(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
+    from solarcal.emulator.two_mirror_tuning import tune
+
+    tuning = tune(_scenario(args), seed=args.seed, axis=args.axis)
+    gains = tuning.gains
+    document = {
+        "axis": tuning.axis,
+        "critical_gain_per_s": tuning.critical_gain,
+        "critical_period_s": tuning.critical_period_s,
+        "kp_per_s": gains.kp,
+        "ki_per_s2": gains.ki,
+        "kd": gains.kd,
+        "trials": [{"gain_per_s": gain, "growth": growth} for gain, growth in tuning.trials],
+    }
+    lines = [f"axis {tuning.axis}: the swing after a knock of 1 mrad, by proportional gain"]
+    lines += [
+        f"  {gain:8.4f} 1/s  {'lost' if growth == float('inf') else f'{growth:.3f} times'}"
+        for gain, growth in sorted(tuning.trials)
+    ]
+    lines += [
+        f"critical gain Kc {tuning.critical_gain:.4f} 1/s, period Tc "
+        f"{tuning.critical_period_s:.3f} s",
+        f"Kp = 0.6 Kc = {gains.kp:.4f} 1/s, Ki = 2 Kp/Tc = {gains.ki:.4f} 1/s2, "
+        f"Kd = Kp Tc/8 = {gains.kd:.4f}",
+    ]
+    return document, lines
+
+
+def _scenario(args: argparse.Namespace) -> Any:
+    from solarcal.emulator.two_mirror_scenario import load_mirror_scenario
+    from solarcal.errors import ConfigurationError
+
+    if args.seed < 0:
+        raise ConfigurationError(f"seed {args.seed} must not be negative")
+    settings = list(args.settings)
+    if args.day:
+        settings.append(f'day="{args.day}"')
+    return load_mirror_scenario(args.scenario, settings)

@@ -1,0 +1,83 @@
+"""`solarcal two-mirror follow`: points that take themselves, by a unit's sun sensor.
+
+Typing the command is the explicit command. Today only an emulator's wire tells what its sensor
+sees; a real unit is refused.
+"""
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from solarcal.cli.calibrate import add_emulator_arguments, journal_creator, tracker_for
+from solarcal.cli.output import say
+
+if TYPE_CHECKING:
+    from solarcal.unit.tracker import Tracker
+
+
+def add_follow_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the subcommand."""
+    from pathlib import Path
+
+    where = parser.add_mutually_exclusive_group(required=True)
+    where.add_argument("--scenario", metavar="NAME|FILE", help="an emulated tracker, in process")
+    where.add_argument("--port", metavar="URL", help="an emulator on a line")
+    parser.add_argument("--driver", default="solartrak", help="how to talk to the unit")
+    parser.add_argument("--trace", metavar="FILE", help="write what goes over the line")
+    add_emulator_arguments(parser)
+    parser.add_argument("--points", type=int, default=12, help="points to take (default 12)")
+    parser.add_argument("--every", type=float, default=30.0, metavar="MINUTES", help="(default 30)")
+    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="the session file")
+
+
+def follow(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
+    """Prepare the unit as the procedure asks, then let the sensor take the points."""
+    with tracker_for(args) as (tracker, name, noise_deg):
+        return _followed(args, tracker, name, noise_deg)
+
+
+def _followed(
+    args: argparse.Namespace, tracker: "Tracker", name: str, noise_deg: float | None
+) -> tuple[dict[str, Any], list[str]]:
+    from solarcal.errors import ConfigurationError
+    from solarcal.station.emulated_clock import EmulatedClock
+    from solarcal.station.procedure import Station
+    from solarcal.station.sensor_following import FollowPlan, follow_sensor
+    from solarcal.station.technician import AutomaticTechnician, Schedule
+
+    plan = FollowPlan(args.points, args.every)
+    identity = tracker.open()
+    emulation = tracker.emulation
+    if emulation is None:
+        tracker.close()
+        raise ConfigurationError(
+            f"{identity.model} {identity.serial} does not tell what a sun sensor sees; "
+            "take points by eye with `solarcal run`"
+        )
+    sky = emulation.sky()
+    station = Station(
+        tracker,
+        EmulatedClock(emulation),
+        weather=sky.weather,
+        true_sun=sky.sun,
+        operator="sun sensor",
+        pointing_device="emulated sun sensor",
+    )
+    station.connect()
+    path = station.open_session(journal_creator(args.output, name)).path
+    AutomaticTechnician(station, emulation.spot, Schedule(), say=say).prepare()
+    followed = follow_sensor(
+        station,
+        emulation.spot,
+        plan,
+        commanded=True,
+        sensor_sigma_deg=0.02 if noise_deg is None else noise_deg,
+        say=say,
+    )
+    taken = len(followed.points)
+    lines = [f"{taken} points by the sun sensor"]
+    if followed.stopped:
+        lines.append(f"STOPPED: {followed.stopped}")
+    lines.append(f"session: {path}")
+    station.close("following the sun sensor finished")
+    document = {"session": str(path), "points": taken, "stopped": followed.stopped or None}
+    return document, lines

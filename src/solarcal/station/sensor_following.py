@@ -1,0 +1,286 @@
+"""Follow the sensor: with a sun sensor in place of the technician's eye, points take themselves.
+
+Only on explicit command. Each point goes the technician's way: onto the Sun by jogging, from
+behind, Set Sun Offset, a minute and an update watched, the three questions answered by what was
+seen. Every motion is bounded, and at any doubt the unit is stopped and the reason said and noted:
+nobody may be standing beside it.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from solarcal.errors import ProcedureRefused
+from solarcal.optics.two_mirror_control import REVERSED, GrowthWatch
+from solarcal.session.records import PointRecord
+from solarcal.station.fitting import solve
+from solarcal.station.jogging import JogView, SunOffsetJog
+from solarcal.station.point_judgement import judge_point
+from solarcal.station.procedure import Station
+from solarcal.station.technician import AutomaticTechnician, Schedule
+from solarcal.unit.tracker import Mode, Spot
+
+GAIN = 0.6
+"""The part of an error that one correction takes away: with less than all of it, noise and the
+unit's own motion do not add up."""
+
+SETTLE_S = 3.0
+LONGEST_SLEW_S = 1200.0
+LOOKS = 4
+LOOK_EVERY_S = 0.5
+MAX_CORRECTIONS = 40
+LARGEST_CORRECTION_DEG = 2.0
+"""On sky, from where it began. More than this is not an offset but a mistake."""
+
+LEAST_ELEVATION_DEG = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class FollowPlan:
+    """How many points, and how far apart."""
+
+    points: int = 12
+    every_min: float = 30.0
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.points <= 200:
+            raise ProcedureRefused(f"{self.points} points: ask for 1 to 200")
+        if not 5.0 <= self.every_min <= 240.0:
+            raise ProcedureRefused(
+                f"a point every {self.every_min:g} minutes: give 5 to 240 minutes"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class Followed:
+    """What came of it. ``stopped``: the doubt that ended it, "" when there was none."""
+
+    points: tuple[PointRecord, ...]
+    stopped: str = ""
+
+
+class SensorDoubt(ProcedureRefused):
+    """Something is not as it should be; the unit is to be stopped."""
+
+
+def follow_sensor(
+    station: Station,
+    look: Callable[[], Spot],
+    plan: FollowPlan,
+    *,
+    commanded: bool,
+    sensor_sigma_deg: float = 0.02,
+    say: Callable[[str], None] = lambda sentence: None,
+) -> Followed:
+    """Take points by the sun sensor until the plan is done, the Sun is low, or a doubt arises.
+
+    Parameters
+    ----------
+    station : connected, session initialised, a complete reference check in it, the unit tracking.
+    look : what the sensor shows now: by how much each axis must move, axis degrees.
+    commanded : whether the technician asked for it in so many words; nothing else starts it.
+    sensor_sigma_deg : noise of one look, one sigma per axis on the sky.
+
+    Raises
+    ------
+    ProcedureRefused
+        It was not asked for, or the station is not ready for points.
+    LinkError
+        The line was lost.
+    """
+    _demand_ready(station, commanded)
+    station.note(
+        f"following the sun sensor from here: {plan.points} points, every {plan.every_min:g} min"
+    )
+    follower = _Follower(station, look, sensor_sigma_deg, say)
+    taken: list[PointRecord] = []
+    slot_utc_s = station.clock.utc_s()
+    while len(taken) < plan.points:
+        station.clock.wait(max(0.0, round(slot_utc_s - station.clock.utc_s(), 3)))
+        slot_utc_s += 60.0 * plan.every_min
+        if station.sun_elevation_deg() < LEAST_ELEVATION_DEG:
+            say(f"the Sun is below {LEAST_ELEVATION_DEG:g} deg: no more points")
+            break
+        try:
+            taken.append(follower.take_point())
+        except ProcedureRefused as doubt:
+            return Followed(tuple(taken), follower.stop(str(doubt)))
+    station.note(f"following the sun sensor ended with {len(taken)} points")
+    return Followed(tuple(taken))
+
+
+def _demand_ready(station: Station, commanded: bool) -> None:
+    if not commanded:
+        raise ProcedureRefused(
+            "following the sensor moves the unit by itself; it starts only on explicit command"
+        )
+    session = station.session
+    if session.initialised is None:
+        raise ProcedureRefused("initialise the data file first (Alt-F3), once per calibration")
+    if not session.ref_checks or not session.ref_checks[-1].complete:
+        raise ProcedureRefused("do a reference check first; without one no point would count")
+    mode = station.poll().mode
+    if mode is not Mode.TRACK:
+        raise ProcedureRefused(f"the unit is in mode {mode}; let it track first")
+
+
+class _Follower:
+    """The sensor's eye and the jogging hand, for one station."""
+
+    def __init__(
+        self,
+        station: Station,
+        look: Callable[[], Spot],
+        sensor_sigma_deg: float,
+        say: Callable[[str], None],
+    ) -> None:
+        self._station = station
+        self._look = look
+        self._mean_sigma_deg = sensor_sigma_deg / math.sqrt(LOOKS)
+        self._say = say
+        self._watcher = AutomaticTechnician(
+            station, look, Schedule(), eye_sigma_deg=sensor_sigma_deg, say=say
+        )
+
+    def take_point(self) -> PointRecord:
+        """One point, stored.
+
+        Raises
+        ------
+        SensorDoubt, ProcedureRefused
+            Something speaks against it; the unit is where that was noticed.
+        """
+        self._await_tracking()
+        jog = SunOffsetJog(self._station)
+        try:
+            self._centre(jog)
+            jog.set_here()
+        finally:
+            jog.release()
+        if not self._watcher.watch():
+            raise SensorDoubt("after a minute and an update the sensor shows it off the Sun")
+        self._station.begin_point()
+        # Reference check, Set Sun Offset and the watch are behind us, else we were not here.
+        for _ in range(3):
+            self._station.answer(True)
+        candidate = self._station.gather_point()
+        assert isinstance(candidate, PointRecord)  # no check point was begun
+        judgement = judge_point(self._station.session, candidate)
+        if judgement.suspicious:
+            self._station.store(False, judgement.sentence)
+            raise SensorDoubt(judgement.sentence)
+        stored = self._station.store(True)
+        assert isinstance(stored, PointRecord)
+        solution = solve(self._station.session)
+        if solution is not None:
+            self._station.record_fit(solution)
+        self._say(f"point {stored.seq} stored")
+        return stored
+
+    def stop(self, doubt: str) -> str:
+        """Stop the unit, give up an attempt in progress, note and return why."""
+        self._station.stop()
+        if self._station.state.attempt is not None:
+            self._station.abort_attempt(doubt)
+        self._station.note(f"following the sun sensor was stopped: {doubt}")
+        self._say(f"stopped: {doubt}")
+        return doubt
+
+    def _await_tracking(self) -> None:
+        """Let a unit that comes from elsewhere reach where it believes the Sun is."""
+        near_deg = 2.0 * self._station.session.header.unit.update_range_deg
+        for _ in range(math.ceil(LONGEST_SLEW_S / SETTLE_S)):
+            status = self._station.poll()
+            if status.mode is not Mode.TRACK:
+                raise SensorDoubt(f"the unit went to mode {status.mode}; somebody stopped it")
+            off1_deg = abs(status.reading1_deg - status.target1_deg)
+            if max(off1_deg, abs(status.reading2_deg - status.target2_deg)) <= near_deg:
+                return
+            self._station.clock.wait(SETTLE_S)
+        raise SensorDoubt(
+            f"the axes did not reach their targets in {LONGEST_SLEW_S / 60.0:.0f} minutes"
+        )
+
+    def _centre(self, jog: SunOffsetJog) -> None:
+        """Onto the Sun, both axes from behind, within what the sensor can tell."""
+        watch = GrowthWatch()
+        tolerance_deg = 0.005 + 2.0 * self._mean_sigma_deg
+        view = jog.look()
+        began = _apart(view)
+        for _ in range(MAX_CORRECTIONS):
+            spot = self._mean_look(jog)
+            view = jog.look()
+            self._demand_jogging(view)
+            error_deg = _on_sky_deg((spot.error1_deg, spot.error2_deg), view)
+            if watch.growing(1e3 * math.radians(error_deg)):
+                raise SensorDoubt(watch.sentence())
+            moved = _apart(view)
+            moved_deg = _on_sky_deg((moved[0] - began[0], moved[1] - began[1]), view)
+            if moved_deg > LARGEST_CORRECTION_DEG:
+                raise SensorDoubt(
+                    f"the sensor asked for {moved_deg:.2f} deg, more than "
+                    f"{LARGEST_CORRECTION_DEG:g}: {REVERSED}"
+                )
+            if error_deg > tolerance_deg:
+                jog.nudge(GAIN * spot.error1_deg, GAIN * spot.error2_deg)
+                self._renew(jog, SETTLE_S)
+            elif all(view.watch.from_behind):
+                return
+            else:
+                self._from_behind(jog)
+                watch.forget()
+        raise SensorDoubt(f"the Sun could not be centred in {MAX_CORRECTIONS} corrections")
+
+    def _from_behind(self, jog: SunOffsetJog) -> None:
+        """Behind the Sun and forward to the same aim, the slack taken up."""
+        jog.go_behind()
+        for _ in range(MAX_CORRECTIONS):
+            view = self._renew(jog, 1.0)
+            going = view.aim is not None and any(view.aim.behind)
+            if not going and view.status.moving == (0, 0) and all(view.watch.from_behind):
+                return
+        raise SensorDoubt("the axes do not come forward from behind the Sun; look what holds them")
+
+    def _renew(self, jog: SunOffsetJog, seconds: float) -> JogView:
+        """Let the axes move, the target renewed before it expires."""
+        for _ in range(math.ceil(seconds)):
+            self._station.clock.wait(1.0)
+            view = jog.look()
+            self._demand_jogging(view)
+        return view
+
+    def _mean_look(self, jog: SunOffsetJog) -> Spot:
+        """The mean of a few looks; while jogging the aim keeps the spot where it is."""
+        spots = []
+        for number in range(LOOKS):
+            if number:
+                self._station.clock.wait(LOOK_EVERY_S)
+                if jog.jogging:
+                    jog.look()
+            spot = self._look()
+            if not spot.visible:
+                raise SensorDoubt("the sensor sees no Sun: clouds, or it was lost while centring")
+            if not (math.isfinite(spot.error1_deg) and math.isfinite(spot.error2_deg)):
+                raise SensorDoubt("the sensor gives something that is not a number")
+            spots.append(spot)
+        return Spot(
+            True,
+            sum(spot.error1_deg for spot in spots) / LOOKS,
+            sum(spot.error2_deg for spot in spots) / LOOKS,
+        )
+
+    @staticmethod
+    def _demand_jogging(view: JogView) -> None:
+        if view.status.mode not in (Mode.TRACK, Mode.JOG, Mode.MANUAL):
+            raise SensorDoubt(f"the unit went to mode {view.status.mode}; somebody stopped it")
+
+
+def _apart(view: JogView) -> tuple[float, float]:
+    """Where the axes stand from where the unit believes the Sun is, axis degrees."""
+    status = view.status
+    return status.reading1_deg - status.ideal1_deg, status.reading2_deg - status.ideal2_deg
+
+
+def _on_sky_deg(axes_deg: tuple[float, float], view: JogView) -> float:
+    across = axes_deg[0] * math.sin(math.radians(view.status.ideal2_deg))
+    return math.hypot(across, axes_deg[1])
