@@ -1,0 +1,339 @@
+"""Forecast, plan, report, upload and rollback as a shell meets them."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from solarcal.cli import run_command
+from solarcal.emulator.emulation import Emulator
+from solarcal.emulator.scenario import load_scenario
+from solarcal.emulator.server import serve_pty, serve_tcp
+from solarcal.errors import LinkError
+from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.session.journal import Journal
+from solarcal.session.reader import read_session
+from solarcal.session.records import PointRecord, UploadRecord
+from solarcal.unit.drivers import open_tracker
+from solarcal.unit.drivers.solartrak import SolarTrakUnit
+from solarcal.unit.tracker import Stored
+
+
+@pytest.fixture(scope="module")
+def day(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("day") / "day.jsonl"
+    words = ["calibrate", "--points", "12", "--seed", "3", "--noise-deg", "0.01"]
+    assert run_command([*words, "-o", str(path)]) == 0
+    return path
+
+
+@pytest.fixture
+def session(day, tmp_path) -> Path:
+    """A copy of the day, to append to."""
+    path = tmp_path / "s.jsonl"
+    path.write_bytes(day.read_bytes())
+    return path
+
+
+@pytest.fixture
+def misfit(day, tmp_path) -> Path:
+    """Points of the same unit whose errors are no tracker's."""
+    told = read_session(day)
+    path = tmp_path / "misfit.jsonl"
+    random = np.random.default_rng(1)
+    with Journal.create(path, told.header) as journal:
+        for record in told.records:
+            if isinstance(record, PointRecord) and record.error_deg is not None:
+                wrong = tuple(e + float(random.normal(0.0, 1.0)) for e in record.error_deg)
+                journal.append(
+                    msgspec.structs.replace(record, seq=journal.next_seq, error_deg=wrong)
+                )
+    return path
+
+
+def emulator(*settings: str) -> Emulator:
+    return Emulator(load_scenario("tijeras-azel", list(settings)), seed=3)
+
+
+@pytest.fixture
+def port() -> Iterator[str]:
+    with serve_tcp(emulator(), "127.0.0.1", 0) as address:
+        yield address
+
+
+def stored_in(port: str) -> Stored:
+    tracker = open_tracker(port)
+    try:
+        return tracker.stored()
+    finally:
+        tracker.close()
+
+
+def uploads_of(path: Path) -> list[UploadRecord]:
+    return [r for r in read_session(path).records if isinstance(r, UploadRecord)]
+
+
+def said(capsys, *words: str, code: int = 0) -> dict:
+    capsys.readouterr()
+    assert run_command([*map(str, words), "--json"]) == code
+    return json.loads(capsys.readouterr().out)
+
+
+# -- forecast, plan, verdict -----------------------------------------------------------------
+
+
+def test_fit_forecast_and_plan_of_one_file_tell_one_verdict(day, capsys):
+    fit = said(capsys, "fit", day)
+    forecast = said(capsys, "forecast", day)
+    plan = said(capsys, "plan", day)
+    assert fit["forecast"] == forecast["forecast"]
+    assert fit["verdict"] == forecast["verdict"] == plan["verdict"]
+    assert {"lean_deg", "lean_bearing_deg", "offsets_deg", "scales"} <= set(fit["mechanism"])
+    assert 0.0 < fit["forecast"]["year_rms_deg"] < fit["forecast"]["year_p95_deg"]
+    rms = np.array(forecast["map"]["rms_deg"], dtype=float)
+    assert rms.shape == (len(forecast["map"]["days_utc_s"]), len(forecast["map"]["solar_hours"]))
+    assert np.sqrt(np.nanmean(rms**2)) == pytest.approx(forecast["forecast"]["year_rms_deg"])
+
+
+def test_terms_a_controller_does_not_have_get_no_forecast_and_no_stop(day, capsys):
+    fit = said(capsys, "fit", day, "--terms", "IA,IE,AN,AW")
+    assert fit["forecast"] is None
+    assert fit["verdict"] is None
+    assert fit["mechanism"] is None
+    said(capsys, "fit", day, "--terms", "IA,IE,AN,AW", "--require", "stop", code=1)
+
+
+def test_require_stop_leaves_with_1_until_the_verdict_is_stop(day, misfit, capsys):
+    assert said(capsys, "fit", day, "--require", "stop")["verdict"]["state"] == "stop"
+    strict = said(capsys, "fit", day, "--tolerance", "0.001", "--require", "stop", code=1)
+    assert strict["verdict"]["state"] != "stop"
+    assert said(capsys, "fit", misfit, "--require", "stop", code=1)["verdict"]["state"] == (
+        "does_not_fit"
+    )
+
+
+def test_a_plan_begins_ends_and_leaves_out_what_it_is_told(day, capsys):
+    plan = said(
+        capsys, "plan", day, "--at", "2026-06-02T16:00:00Z", "--until", "19:30", "--points", "3",
+        "--strike", "16:30-18:00", "--strike", "15:00-16:10", "--tolerance", "0.001",
+    )  # fmt: skip
+    assert plan["at"] == "2026-06-02T16:00:00Z"
+    assert plan["stops"][-1]["stop"] <= "2026-06-02T19:30:00Z"
+    for stop in plan["stops"]:
+        for time in stop["points"]:
+            clock = time[11:16]
+            assert "16:10" <= clock <= "16:30" or "18:00" <= clock <= "19:30"
+    assert plan["stops"][-1]["year_p95_deg"] <= plan["now"]["year_p95_deg"]
+    assert len(plan["stops"][-1]["points"]) == 3
+
+
+def test_a_plan_begins_at_the_newest_point_of_itself(day, capsys):
+    newest = max(
+        r.read_utc
+        for r in read_session(day).records
+        if isinstance(r, PointRecord) and r.status == "accepted"
+    )
+    assert said(capsys, "plan", day)["at"][:16] == newest[:16]
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--until", "25:00"], "time of day"),
+        (["--strike", "12:00"], "time of day"),
+        (["--points", "0"], "at least one"),
+        (["--at", "noon"], "not a date and time"),
+    ],
+)
+def test_a_plan_that_cannot_be_is_refused_in_one_line(day, capsys, words, told):
+    assert run_command(["plan", str(day), *words]) == 2
+    assert told in capsys.readouterr().err
+
+
+def test_texts_name_the_verdict(day, capsys):
+    for command in ("fit", "forecast", "plan"):
+        assert run_command([command, str(day)]) == 0
+        out = capsys.readouterr().out
+        assert "STOP: good for the year" in out
+        assert max(map(len, out.splitlines())) <= 100
+
+
+# -- report ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ending", ["html", "md", "svg", "txt"])
+def test_a_report_is_written_with_its_zip_beside(session, tmp_path, capsys, ending):
+    before = session.read_bytes()
+    told = said(capsys, "report", session, "-o", tmp_path / f"c.{ending}", "--zip")
+    assert told["signed_off"] is True
+    assert (tmp_path / f"c.{ending}").stat().st_size > 5000
+    assert (tmp_path / "c.zip").exists()
+    assert session.read_bytes() == before
+
+
+def test_a_report_of_another_ending_is_refused_before_anything_is_written(session, capsys):
+    assert run_command(["report", str(session), "-o", str(session.with_suffix(".pdf"))]) == 2
+    assert ".html, .md, .svg, .txt" in capsys.readouterr().err
+    assert not session.with_suffix(".pdf").exists()
+
+
+# -- upload and rollback ---------------------------------------------------------------------
+
+
+def test_upload_writes_what_fit_says_and_rollback_takes_it_back(session, port, capsys):
+    before = session.read_bytes()
+    was = stored_in(port)
+    fit = said(capsys, "fit", session)
+    up = said(capsys, "upload", session, "--port", port)
+    unit = read_session(session).header.unit
+    fitted = Coefficients(**{name: c["value"] for name, c in fit["coefficients"].items()})
+    rounded = fitted.rounded(unit.tilt_decimals, unit.scale_decimals)
+    now = stored_in(port)
+    assert now.coefficients == now.permanent_coefficients == rounded
+    assert now.offsets == Offsets()
+    assert up["verified"] is True
+    assert up["new_coefficients"] == msgspec.to_builtins(rounded)
+    assert up["forecast"]["rounded"]["year_rms_deg"] == pytest.approx(
+        fit["forecast"]["year_rms_deg"], abs=1e-3
+    )
+    assert session.read_bytes().startswith(before)
+    assert uploads_of(session)[-1].new_coefficients == rounded
+    back = said(capsys, "rollback", session, "--port", port)
+    assert back["restores"] == up["seq"]
+    assert back["rollback"] is True
+    assert stored_in(port).coefficients == was.coefficients
+    assert stored_in(port).offsets == was.offsets
+
+
+def test_the_rounding_and_its_effect_are_shown(session, capsys):
+    with serve_pty(emulator()) as port:
+        assert run_command(["upload", str(session), "--port", port, "--method", "manual"]) == 0
+    out = capsys.readouterr().out
+    assert "as the unit keeps it" in out
+    assert "over the year, 95 %" in out
+    assert "read back exactly" in out
+    assert uploads_of(session)[-1].method == "manual"
+
+
+def test_what_does_not_fit_is_uploaded_only_for_a_reason(misfit, port, capsys):
+    before, was = misfit.read_bytes(), stored_in(port)
+    assert run_command(["upload", str(misfit), "--port", port]) == 1
+    assert "--force REASON" in capsys.readouterr().err
+    assert misfit.read_bytes() == before
+    assert stored_in(port) == was
+    assert run_command(["upload", str(misfit), "--port", port, "--force", " "]) == 2
+    assert said(capsys, "upload", misfit, "--port", port, "--force", "test")["forced"] == "test"
+    assert uploads_of(misfit)[-1].forced == "test"
+
+
+def test_a_reason_nobody_asked_for_is_not_recorded(session, port, capsys):
+    assert said(capsys, "upload", session, "--port", port, "--force", "why")["forced"] == ""
+
+
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        (["unit.serial=0002"], "0002 is connected"),
+        (["unit.ax1_centre_deg=10"], "centre of the branch"),
+        (["unit.latitude_deg=36"], "latitude"),
+    ],
+)
+def test_a_unit_that_is_not_the_files_is_refused(session, capsys, settings, told):
+    before = session.read_bytes()
+    with serve_tcp(emulator(*settings), "127.0.0.1", 0) as port:
+        was = stored_in(port)
+        assert run_command(["upload", str(session), "--port", port]) == 1
+        assert told in capsys.readouterr().err
+        assert stored_in(port) == was
+    assert session.read_bytes() == before
+
+
+def test_a_locked_session_is_refused_before_the_unit_is_touched(session, port, capsys):
+    was = stored_in(port)
+    with Journal.resume(session):
+        assert run_command(["upload", str(session), "--port", port]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert "is being written by" in line
+    assert stored_in(port) == was
+
+
+def test_a_read_back_that_differs_leaves_with_1_and_is_recorded(session, port, capsys, monkeypatch):
+    write = SolarTrakUnit.write_coefficients
+
+    def forgetful(self, coefficients, offsets):
+        held = write(self, coefficients, offsets)
+        lost = msgspec.structs.replace(held.coefficients, P1=held.coefficients.P1 + 0.0001)
+        return msgspec.structs.replace(held, coefficients=lost)
+
+    monkeypatch.setattr(SolarTrakUnit, "write_coefficients", forgetful)
+    assert said(capsys, "upload", session, "--port", port, code=1)["verified"] is False
+    assert uploads_of(session)[-1].verified is False
+
+
+def test_a_line_lost_while_writing_leaves_what_a_rollback_needs(session, port, capsys, monkeypatch):
+    was = stored_in(port)
+    write = SolarTrakUnit.write_coefficients
+
+    def cut(self, coefficients, offsets):
+        write(self, coefficients, offsets)
+        raise LinkError("the cable is out")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(SolarTrakUnit, "write_coefficients", cut)
+        assert run_command(["upload", str(session), "--port", port]) == 3
+    assert uploads_of(session)[-1].verified is False
+    assert uploads_of(session)[-1].old_coefficients == was.coefficients
+    assert run_command(["rollback", str(session), "--port", port]) == 0
+    assert stored_in(port).coefficients == was.coefficients
+
+
+def test_nobody_on_the_line_is_link_trouble(session, capsys):
+    assert run_command(["upload", str(session), "--port", "/dev/ttyNOPE"]) == 3
+    assert run_command(["rollback", str(session), "--port", "/dev/ttyNOPE"]) == 3
+
+
+def test_rollback_finds_the_newest_upload_of_the_unit_itself(
+    day, tmp_path, port, capsys, monkeypatch
+):
+    monkeypatch.setenv("SOLARCAL_SESSIONS", str(tmp_path))
+    was = stored_in(port)
+    header = read_session(day).header
+    other = msgspec.structs.replace(header.unit, serial="0002")
+    for name, unit, utc, p1 in (
+        ("a", header.unit, "2026-06-04", 0.1),
+        ("b", header.unit, "2026-06-05", 0.2),
+        ("c", other, "2026-06-06", 0.3),
+    ):
+        with Journal.create(
+            tmp_path / f"{name}.jsonl", msgspec.structs.replace(header, unit=unit)
+        ) as journal:
+            journal.append(
+                UploadRecord(
+                    seq=1,
+                    utc=f"{utc}T12:00:00.000Z",
+                    old_coefficients=Coefficients(P1=p1),
+                    old_offsets=Offsets(),
+                    new_coefficients=was.coefficients,
+                    new_offsets=Offsets(),
+                    verified=True,
+                )
+            )
+    (tmp_path / "damaged.jsonl").write_text("no session\n")
+    assert run_command(["rollback", "--port", port]) == 0
+    assert "passed over" in capsys.readouterr().err
+    assert stored_in(port).coefficients == Coefficients(P1=0.2)
+    assert [u.rollback for u in uploads_of(tmp_path / "b.jsonl")] == [False, True]
+    assert len(uploads_of(tmp_path / "a.jsonl")) == 1
+
+
+def test_without_an_upload_there_is_nothing_to_roll_back(misfit, port, capsys):
+    assert run_command(["rollback", str(misfit), "--port", port]) == 1
+    assert "no upload" in capsys.readouterr().err
+
+
+def test_points_without_a_session_cannot_be_uploaded(tmp_path, port, capsys):
+    assert run_command(["upload", str(tmp_path / "p.csv"), "--port", port]) == 2
+    assert "name a .jsonl" in capsys.readouterr().err

@@ -1,0 +1,259 @@
+"""The certificate: one content, four formats, nothing from outside, nothing by colour alone."""
+
+import hashlib
+import io
+import re
+import xml.etree.ElementTree as ET
+import zipfile
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from made_up_session import TRUTH, YES, header_of, hourly, points_at
+
+from solarcal.config import read_toml
+from solarcal.errors import ConfigurationError
+from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.profiles import Profile
+from solarcal.report.certificate import (
+    WRITERS,
+    SourceFile,
+    certificate_text,
+    make_certificate,
+    read_sources,
+)
+from solarcal.report.forecast_map import GLYPHS, forecast_map, level
+from solarcal.report.office import office_zip
+from solarcal.report.svg_figures import forecast_figure
+from solarcal.session.journal import Journal
+from solarcal.session.records import CheckRecord, UploadRecord, Void
+from solarcal.station.judged_files import JudgedFiles, judge_files
+from solarcal.station.sign_off import forecast_with, sign_off
+
+NASTY = '<script>alert("x")</script> | `a` \x1b[31m & "q"'
+
+
+def upload_of(seq: int, **changes) -> UploadRecord:
+    record = UploadRecord(
+        seq=seq,
+        utc="2026-06-22T02:00:00.000Z",
+        old_coefficients=Coefficients(),
+        old_offsets=Offsets(0.1, -0.2),
+        new_coefficients=TRUTH,
+        new_offsets=Offsets(),
+        verified=True,
+        method="robust",
+    )
+    return msgspec.structs.replace(record, **changes)
+
+
+def check_of(seq: int, sky_deg: float, status: str = "accepted") -> CheckRecord:
+    return CheckRecord(
+        seq=seq,
+        utc="2026-06-22T02:30:00.000Z",
+        read_utc="2026-06-22T02:29:30.000Z",
+        status=status,  # type: ignore[arg-type]
+        answers=YES,
+        ideal_deg=(-60.0, 40.0),
+        error_deg=(0.0, sky_deg),
+        sky_error_deg=sky_deg,
+    )
+
+
+def write_session(path: Path, *after_the_points, operator: str = "A. Person") -> Path:
+    """Twelve points of a June day, then the records given."""
+    header = msgspec.structs.replace(
+        header_of(), operator=operator, pointing_device="plate, 1 m", software="solarcal 0.0.9"
+    )
+    with Journal.create(path, header) as journal:
+        journal.append_all(
+            [
+                msgspec.structs.replace(point, seq=number)
+                for number, point in enumerate(
+                    points_at(header, hourly("2026-06-21", 14, 25)), start=1
+                )
+            ]
+        )
+        for record in after_the_points:
+            journal.append(record)
+    return path
+
+
+@pytest.fixture(scope="module")
+def judged(tmp_path_factory) -> JudgedFiles:
+    path = tmp_path_factory.mktemp("certificate") / "day.jsonl"
+    return judge_files([write_session(path, upload_of(13), check_of(14, 0.031))], {})
+
+
+def texts(judged: JudgedFiles) -> dict[str, str]:
+    certificate = make_certificate(judged, read_sources(judged.paths))
+    return {ending: certificate_text(certificate, ending) for ending in WRITERS}
+
+
+def read_by_eye(ending: str, text: str) -> str:
+    """What a reader sees: without markup, and spaces as one."""
+    if ending in (".html", ".svg"):
+        body = text.partition("</style>")[2] or text
+        text = re.sub(r"<[^>]*>", " ", body)
+    if ending == ".md":
+        text = re.sub(r"\\(.)", r"\1", text)
+    return " ".join(text.split())
+
+
+@pytest.mark.parametrize("ending", WRITERS)
+def test_every_format_says_everything(judged, ending):
+    text = texts(judged)[ending]
+    seen = read_by_eye(ending, text)
+    digest = hashlib.sha256(judged.paths[0].read_bytes()).hexdigest()
+    for said in (
+        "SolarTrak 1", "A. Person", "plate, 1 m", "35.0500 N 106.4800 W", "2026-06-21",
+        "SIGNED OFF: 1 check point after the upload", "0.031", digest, "solarcal 0.0.9",
+        "robust, 12 points", "as found when the session began", "Signature",
+        "Expected error by day of the year and solar hour",
+        "Error of the axes at every point, and the model",
+    ):  # fmt: skip
+        assert said in seen or said in text, said
+    for value, sigma in zip(judged.solution.values, judged.solution.sigmas, strict=True):
+        assert any(f"{value:+.{d}f}" in seen and f"{sigma:.{d}f}" in seen for d in (4, 6)), value
+    for reason in judged.of_the_controller().verdict.reasons:
+        assert reason[:40] in seen
+
+
+@pytest.mark.parametrize("ending", WRITERS)
+def test_the_same_files_give_the_same_certificate(judged, ending):
+    again = judge_files(judged.paths, {})
+    assert texts(judged)[ending] == texts(again)[ending]
+
+
+def test_html_and_svg_need_nothing_from_outside(judged):
+    for ending in (".html", ".svg"):
+        text = texts(judged)[ending].replace("http://www.w3.org/2000/svg", "")
+        assert not re.search(r"https?:|\bsrc=|\bhref=|@import|<script|<link|url\((?!#)", text)
+
+
+def test_svg_is_well_formed_and_names_what_it_refers_to(judged):
+    root = ET.fromstring(texts(judged)[".svg"])
+    ids = {element.get("id") for element in root.iter()} - {None}
+    fills = {element.get("fill", "") for element in root.iter()}
+    assert {f"url(#{name})" for name in ids} >= {fill for fill in fills if fill.startswith("url")}
+    assert float(root.get("height")) > 1500.0
+
+
+@pytest.mark.parametrize("ending", WRITERS)
+def test_what_a_file_says_never_becomes_markup(tmp_path, ending):
+    path = write_session(tmp_path / "s.jsonl", upload_of(13, forced=NASTY), operator=NASTY)
+    text = texts(judge_files([path], {}))[ending]
+    assert "\x1b" not in text
+    if ending in (".html", ".svg"):
+        assert "<script" not in text
+        assert "&lt;script&gt;" in text
+    if ending == ".md":
+        assert r"\<script\>" in text
+        (row,) = [line for line in text.splitlines() if line.startswith("| operator")]
+        assert len(re.findall(r"(?<!\\)\|", row)) == 3
+
+
+@pytest.mark.parametrize(
+    ("records", "signed_off", "said"),
+    [
+        ([], False, "nothing was uploaded"),
+        ([upload_of(13)], False, "no check point"),
+        ([upload_of(13), check_of(14, 0.05)], True, "1 check point"),
+        ([upload_of(13), check_of(14, 0.05), check_of(15, 0.12)], False, "1 of 2 check points"),
+        ([upload_of(13), check_of(14, 0.12, "rejected"), check_of(15, 0.05)], True, "1 check"),
+        ([check_of(13, 0.05), upload_of(14)], False, "no check point"),
+        ([upload_of(13), check_of(14, 0.05), upload_of(15, rollback=True)], False, "rolled back"),
+        ([upload_of(13, verified=False), check_of(14, 0.05)], False, "did not read back"),
+        (
+            [
+                upload_of(13),
+                check_of(14, 0.05),
+                check_of(15, 0.2),
+                Void(seq=16, utc="2026-06-22T03:00:00.000Z", voids=15, reason="cloud"),
+            ],
+            True,
+            "1 check point",
+        ),
+    ],
+)
+def test_signed_off_means_checked_after_the_newest_upload(tmp_path, records, signed_off, said):
+    path = write_session(tmp_path / "s.jsonl", *records)
+    after = sign_off(judge_files([path], {}).sessions, 0.1)
+    assert after.signed_off is signed_off
+    assert said in after.reason
+
+
+def test_as_found_is_the_year_with_what_the_unit_held(judged):
+    judgement = judged.of_the_controller()
+    nothing = forecast_with(judgement, Coefficients(), Offsets())
+    assert nothing.year_rms_deg > 0.4
+    shifted = Coefficients(TRUTH.P1, 0.0, TRUTH.P3, 0.0, TRUTH.P5, TRUTH.P6)
+    same = forecast_with(judgement, shifted, Offsets(TRUTH.P2, TRUTH.P4))
+    assert same.year_rms_deg == forecast_with(judgement, TRUTH, Offsets()).year_rms_deg
+    assert same.year_rms_deg < 0.1
+
+
+def test_the_map_grows_darker_with_the_error_and_keeps_the_worst_of_a_cell(judged):
+    expected = judged.of_the_controller().forecast
+    assert [level(x, 0.1) for x in (0.02, 0.04, 0.09, 0.15, 0.5)] == [0, 1, 2, 3, 4]
+    assert level(np.nan, 0.1) is None
+    worst = level(float(np.nanmax(expected.map_rms_deg)), 0.02)
+    for width, height in ((40, 10), (80, 24), (130, 45)):
+        drawn = forecast_map(expected, width, height, colour=False, tolerance_deg=0.02)
+        lines = drawn.split("\n")
+        assert len(lines) <= height
+        assert max(map(len, lines)) <= width
+        body = "\n".join(lines[1:-2])
+        assert GLYPHS[worst] in body
+        assert all(glyph in lines[0] for glyph in GLYPHS)
+    assert "\x1b" not in drawn
+
+
+def test_colour_only_repeats_what_the_glyphs_say(judged, monkeypatch):
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    expected = judged.of_the_controller().forecast
+    plain = forecast_map(expected, 80, 24, colour=False)
+    tinted = re.sub(r"\x1b\[[0-9;]*m", "", forecast_map(expected, 80, 24, colour=True))
+    assert [line.rstrip() for line in tinted.split("\n")] == plain.split("\n")
+
+
+def test_beyond_the_tolerance_the_drawn_map_is_hatched(judged):
+    expected = judged.of_the_controller().forecast
+    least, most = np.nanmin(expected.map_rms_deg), np.nanmax(expected.map_rms_deg)
+
+    def cells(tolerance_deg: float) -> list[str]:
+        drawn = re.findall(r'<rect [^>]*fill="([^"]*)"/>', forecast_figure(expected, tolerance_deg))
+        return [fill for fill in drawn if fill not in ("none", "#fff")]
+
+    assert not any(fill.startswith("url") for fill in cells(1.01 * float(most)))
+    assert all(fill.startswith("url") for fill in cells(0.99 * float(least)))
+
+
+def test_the_office_zip_checks_itself_and_is_always_the_same(judged, tmp_path):
+    source = read_sources(judged.paths)[0]
+    twin = SourceFile(source.name, source.content + b" ")
+    certificate = SourceFile("c.html", b"<html>")
+    packed = office_zip(certificate, [source, twin], judged.header)
+    assert packed == office_zip(certificate, [source, twin], judged.header)
+    archive = zipfile.ZipFile(io.BytesIO(packed))
+    names = archive.namelist()
+    assert len(names) == len(set(names)) == 6
+    sums = dict(
+        reversed(line.split("  ")) for line in archive.read("SHA256SUMS").decode().splitlines()
+    )
+    assert set(sums) == set(names) - {"SHA256SUMS"}
+    for name, digest in sums.items():
+        assert hashlib.sha256(archive.read(name)).hexdigest() == digest
+    assert archive.read(source.name) == source.content
+    (tmp_path / "p.toml").write_bytes(archive.read("profile.toml"))
+    profile = read_toml(tmp_path / "p.toml", Profile)
+    assert profile.operator == "A. Person"
+    assert profile.site == judged.header.site
+
+
+def test_points_of_other_terms_get_no_certificate(judged):
+    free = judge_files(judged.paths, {}, terms=("P1", "P2", "P3", "P4"))
+    assert free.judgement is None
+    with pytest.raises(ConfigurationError, match="six terms"):
+        make_certificate(free, ())
