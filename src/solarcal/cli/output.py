@@ -31,3 +31,30 @@ def print_json(document: Any) -> None:
 def say(sentence: str) -> None:
     """Progress for a person; stderr, so that stdout stays the result."""
     print(sentence, file=sys.stderr, flush=True)
+
+
+def require(value: float | None, option: str) -> float:
+    """The value of an option that this use of a calculator cannot do without.
+
+    Raises
+    ------
+    ConfigurationError
+        It was not given, or is no number.
+    """
+    import math
+
+    from solarcal.errors import ConfigurationError
+
+    if value is None:
+        raise ConfigurationError(f"{option} is missing; --help says what belongs together")
+    if not math.isfinite(value):
+        raise ConfigurationError(f"{option} must be a number, not {value:g}")
+    return value
+
+
+def terminal_size() -> tuple[int, bool]:
+    """Columns for a drawing, and whether it may have colours."""
+    import shutil
+
+    columns = min(100, max(40, shutil.get_terminal_size((80, 24)).columns))
+    return columns, sys.stdout.isatty()

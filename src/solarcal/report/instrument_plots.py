@@ -1,0 +1,141 @@
+"""Drawings for the field calculators: heliostats, screwjacks, the sunspot device.
+
+Any size from 40 x 10 on; nothing is said by colour alone. Draw on one thread only (``canvas``).
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from solarcal.report import scales
+from solarcal.report.canvas import Canvas, HeaderPart
+from solarcal.report.scales import Scale, Theme
+from solarcal.units import FloatArray
+
+_CIRCLE_POINTS = 240
+_CELL_ASPECT = 2.0
+"""A character cell is about twice as high as wide."""
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """One quantity over the x ruler, (n,), with its glyph and name; at most two in one plot."""
+
+    name: str
+    y: FloatArray
+    glyph: str
+
+
+def curve_plot(
+    title: str,
+    x: FloatArray,
+    curves: Sequence[Curve],
+    x_label: str,
+    width: int,
+    height: int,
+    colour: bool = True,
+    theme: Theme = "phosphor",
+    *,
+    hours: bool = False,
+    marks: Sequence[tuple[float, str]] = (),
+) -> str:
+    """Curves over one ruler. ``marks``: x values of which columns are shaded, with their names.
+
+    ``hours``: x is solar time, its ruler whole hours.
+    """
+    canvas = Canvas(width, height, colour, theme, x_label)
+    palette = canvas.palette
+    values = np.concatenate([curve.y for curve in curves])
+    values = values[np.isfinite(values)]
+    spread = float(np.ptp(values)) if values.size else 0.0
+    smallest = spread or max(1e-6, 1e-3 * float(np.abs(values).max(initial=0.0)))
+    low, high = scales.error_range([values], [], smallest=smallest)
+    places = np.concatenate([x, np.array([mark for mark, _ in marks])])
+    ruler = (
+        scales.hour_scale([x], canvas.columns)
+        if hours
+        else _plain_scale(float(places.min()), float(places.max()), canvas.columns)
+    )
+    canvas.frame(ruler, scales.value_scale(low, high, 2 * canvas.rows, signed=low < 0.0))
+    half_column = 0.5 * (ruler.high - ruler.low) / max(1, canvas.columns - 1)
+    for place, _ in marks:
+        canvas.shade(place - half_column, place + half_column)
+    if low < 0.0 < high:
+        canvas.level(0.0, scales.ZERO)
+    tones = (palette.axis1, palette.axis2)
+    for curve, tone in zip(curves, tones, strict=False):
+        canvas.dots(x, curve.y, curve.glyph, tone, bold=True)
+    head: list[HeaderPart] = [(title, palette.text)]
+    for curve, tone in zip(curves, tones, strict=False):
+        head.append((f"  {curve.glyph} {curve.name}", tone))
+    names = ", ".join(dict.fromkeys(name for _, name in marks))
+    if names:
+        head.append((f"  {scales.SHADE} {names}", palette.text))
+    return canvas.finish(head)
+
+
+def directions_plot(
+    places: Sequence[tuple[str, str, float, float]],
+    latitude_deg: float,
+    width: int,
+    height: int,
+    colour: bool = True,
+    theme: Theme = "phosphor",
+) -> str:
+    """Sun, mirror normal and target in the sky: (letter, name, azimuth, elevation), degrees."""
+    canvas = Canvas(width, height, colour, theme, "azimuth")
+    palette = canvas.palette
+    azimuth = scales.on_bearing_branch(np.array([place[2] for place in places]), latitude_deg)
+    elevation = np.array([place[3] for place in places])
+    low = min(0.0, 10.0 * math.floor(float(elevation.min()) / 10.0))
+    top = min(90.0, max(30.0, 10.0 * math.ceil(float(elevation.max()) / 10.0 + 0.5)))
+    canvas.frame(
+        scales.bearing_scale(azimuth), scales.value_scale(low, top, canvas.rows, signed=low < 0.0)
+    )
+    canvas.level(0.0, scales.ZERO)
+    head: list[HeaderPart] = [("elevation, deg", palette.text)]
+    tones = (palette.axis1, palette.axis2, palette.text)
+    for index, (letter, name, _, _) in enumerate(places):
+        tone = tones[index % len(tones)]
+        canvas.dots(azimuth[index : index + 1], elevation[index : index + 1], letter, tone, True)
+        head.append((f"  {letter} {name}", tone))
+    return canvas.finish(head)
+
+
+def plate_drawing(
+    hole_diameter: float,
+    spot_diameter: float,
+    across: float,
+    up: float,
+    width: int,
+    height: int,
+    colour: bool = True,
+    theme: Theme = "phosphor",
+) -> str:
+    """The orifice plate seen from the mirror: the hole, and the spot moved by (across, up)."""
+    canvas = Canvas(width, height, colour, theme, "")
+    palette = canvas.palette
+    turn = np.linspace(0.0, 2.0 * math.pi, _CIRCLE_POINTS)
+    reach = 1.15 * (0.5 * max(spot_diameter, hole_diameter) + math.hypot(across, up))
+    rows = max(1, canvas.rows)
+    wide = reach * canvas.columns / (_CELL_ASPECT * rows)
+    canvas.frame(Scale(-wide, wide, (0.0,), ("0",)), Scale(-reach, reach, (0.0,), ("0",)))
+    for diameter, x, y, glyph, tone in (
+        (hole_diameter, 0.0, 0.0, "#", palette.text),
+        (spot_diameter, across, up, "o", palette.axis1),
+    ):
+        radius = 0.5 * diameter
+        canvas.dots(x + radius * np.cos(turn), y + radius * np.sin(turn), glyph, tone, bold=True)
+    return canvas.finish(
+        [("the plate from the mirror", palette.text), ("  # hole", palette.text),
+         ("  o spot", palette.axis1)]
+    )  # fmt: skip
+
+
+def _plain_scale(low: float, high: float, columns: int) -> Scale:
+    """A ruler of plain numbers, about one label every ten columns."""
+    margin = 0.02 * max(high - low, 1e-9)
+    found = scales.value_scale(low - margin, high + margin, 3 * max(2, columns // 10))
+    return Scale(found.low, found.high, found.ticks, tuple(t.strip() for t in found.labels))
