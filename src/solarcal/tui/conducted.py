@@ -59,8 +59,12 @@ class ConductedApp(App[int]):
         from solarcal.tui.conductor import Conductor
 
         self.conductor = Conductor(station, self.post_message)
-        self.emulated_speed = 1.0 if station.tracker.emulation is not None else None
         self.conductor.start()
+        emulation = station.tracker.emulation
+        if emulation is not None:
+            self.emulated_speed = 1.0
+            # Another process may have been told another speed; only the unit knows.
+            self.conductor.submit("speed", lambda station: emulation.speed())
         self.on_state_changed(StateChanged(station.state))
 
     def station_conductor(self) -> "Conductor":

@@ -102,7 +102,7 @@ class WorkstationScreen(StationScreen):
         speed = self.station_app.emulated_speed
         if speed is None:
             return self.station_app.profile.operator
-        return f"time x{speed:g} [+ - w]"
+        return f"time x{speed:g} [+ - w]" if speed else "time stands [+ w]"
 
     def _log_newest(self, state: StationState) -> None:
         """A record that has just come is told; what is in the log is in the file."""
@@ -127,6 +127,8 @@ class WorkstationScreen(StationScreen):
         self.query_one("#log", LogLine).say(f"{progress.words}{share}")
 
     def step_done(self, name: str, result: object) -> None:
+        if name == "speed":
+            self._show_lines(self.station_app.state)
         if name == "stop":
             self.query_one("#log", LogLine).say("STOP: every motion was told to end")
 
