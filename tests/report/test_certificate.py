@@ -24,6 +24,7 @@ from solarcal.report.certificate import (
     read_sources,
 )
 from solarcal.report.forecast_map import GLYPHS, forecast_map, level
+from solarcal.report.markdown_certificate import paragraph
 from solarcal.report.office import office_zip
 from solarcal.report.svg_figures import forecast_figure
 from solarcal.session.journal import Journal
@@ -257,3 +258,20 @@ def test_points_of_other_terms_get_no_certificate(judged):
     assert free.judgement is None
     with pytest.raises(ConfigurationError, match="six terms"):
         make_certificate(free, ())
+
+
+@pytest.mark.parametrize(
+    ("typed", "written"),
+    [
+        ("P1 +0.25 (one)", "P1 +0.25 (one)"),
+        ("a|b <i> `c` *d* _e_ [f](g) &lt; ~~h~~ \\",
+         r"a\|b \<i\> \`c\` \*d\* \_e\_ \[f\](g) \&lt; \~\~h\~\~ \\"),
+        ("see https://x.y or www.z", r"see https:/\/x.y or www\.z"),
+        ("- no list", r"\- no list"),
+        ("12. no list", r"12\. no list"),
+        ("# no heading", r"\# no heading"),
+        ("two\nlines\x07", "two lines\N{REPLACEMENT CHARACTER}"),
+    ],
+)  # fmt: skip
+def test_markdown_shows_what_was_typed(typed, written):
+    assert paragraph(typed) == written

@@ -13,15 +13,18 @@ from solarcal.report.renderables import (
     printable,
 )
 
-_SPECIAL = re.compile(r"([\\`*_{}\[\]<>()#+!|&~-])")
-_AS_IT_IS = re.compile(r"[A-Za-z0-9 .,:;/%='\"?]*")
+_SPECIAL = re.compile(r"([\\`*_\[\]<>#|&~])")
+_FIRST = re.compile(r"^(\d*)([-+=.)])")
+"""What would begin a list or a heading at the start of a line."""
+_LINKED = re.compile(r"(://|www\.)", re.IGNORECASE)
+"""What GitHub makes a link of by itself."""
 
 
 def markdown_text(certificate: Certificate) -> str:
     """The certificate; nothing a file contains can become markup."""
     parts = [
         f"# {escaped(certificate.title)}",
-        escaped(certificate.subject),
+        paragraph(certificate.subject),
         f"**{escaped(certificate.status)}**",
     ]
     for section in certificate.sections:
@@ -31,9 +34,14 @@ def markdown_text(certificate: Certificate) -> str:
 
 
 def escaped(text: str) -> str:
-    """A text that Markdown shows as it is."""
-    shown = printable(text)
-    return shown if _AS_IT_IS.fullmatch(shown) else _SPECIAL.sub(r"\\\1", shown)
+    """A text that Markdown shows as it is, within a line."""
+    shown = _SPECIAL.sub(r"\\\1", printable(text))
+    return _LINKED.sub(lambda found: f"{found[0][:-1]}\\{found[0][-1]}", shown)
+
+
+def paragraph(text: str) -> str:
+    """The same at the start of a line, where more means something."""
+    return _FIRST.sub(r"\1\\\2", escaped(text))
 
 
 def _block(block: Block) -> str:
@@ -43,9 +51,9 @@ def _block(block: Block) -> str:
         case Table():
             return _table(block.headings, block.rows, block.align)
         case Sentences():
-            return "\n".join(f"- {escaped(sentence)}" for sentence in block.sentences)
+            return "\n".join(f"- {paragraph(sentence)}" for sentence in block.sentences)
         case Figure():
-            return f"{escaped(block.caption)}\n\n```text\n{block.text}\n```"
+            return f"{paragraph(block.caption)}\n\n```text\n{block.text}\n```"
         case Signatures():
             rows = tuple((role, "", "", "") for role in block.roles)
             return _table(("", "Name", "Date", "Signature"), rows, "<<<<")

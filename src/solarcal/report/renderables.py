@@ -73,8 +73,7 @@ class Certificate:
 
 def printable(text: str) -> str:
     """A text without control characters: they are no XML, and a terminal would obey them."""
-    spaced = " ".join(text.split("\n"))
     return "".join(
-        char if char.isprintable() or char == " " else "\N{REPLACEMENT CHARACTER}"
-        for char in spaced
+        char if char.isprintable() else " " if char.isspace() else "\N{REPLACEMENT CHARACTER}"
+        for char in text
     )
