@@ -1,11 +1,14 @@
 """Follow the sensor: points take themselves, only when asked for, and stop at any doubt."""
 
+import json
 import math
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from emulated_station import emulated_station
 
+from solarcal.cli import run_command
 from solarcal.errors import ProcedureRefused
 from solarcal.session.records import Note
 from solarcal.station.procedure import Station
@@ -144,3 +147,15 @@ def test_a_plan_beyond_reason_is_refused() -> None:
         FollowPlan(0)
     with pytest.raises(ProcedureRefused, match="minutes"):
         FollowPlan(3, 1.0)
+
+
+def test_the_command_writes_an_ordinary_session(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "followed.jsonl"
+    words = ["--scenario", "tijeras-azel", "--points", "3", "-o", str(path), "--json"]
+    assert run_command(["two-mirror", "follow", *words]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told == {"session": str(path), "points": 3, "stopped": None}
+    assert run_command(["fit", str(path), "--method", "manual", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["points"]["used"] == 3

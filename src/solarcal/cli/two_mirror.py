@@ -194,6 +194,7 @@ def _tune(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
         "kp_per_s": gains.kp,
         "ki_per_s2": gains.ki,
         "kd": gains.kd,
+        "reduced": tuning.reduced,
         "trials": [{"gain_per_s": gain, "growth": growth} for gain, growth in tuning.trials],
     }
     lines = [f"axis {tuning.axis}: the swing after a knock of 1 mrad, by proportional gain"]
@@ -207,6 +208,11 @@ def _tune(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
         f"Kp = 0.6 Kc = {gains.kp:.4f} 1/s, Ki = 2 Kp/Tc = {gains.ki:.4f} 1/s2, "
         f"Kd = Kp Tc/8 = {gains.kd:.4f}",
     ]
+    if tuning.reduced < 1.0:
+        lines[-1] = (
+            f"Ziegler and Nichols' gains make this sampled loop swing; it settles with "
+            f"{tuning.reduced:.2f} of them: Kp {gains.kp:.4f}, Ki {gains.ki:.4f}, Kd {gains.kd:.4f}"
+        )
     return document, lines
 
 

@@ -76,7 +76,9 @@ def day_lines(day: MirrorDay) -> list[str]:
         day.tuning,
         day.zenith,
     )
-    lines = [f"{day.scenario.name}, {day.scenario.day}: {day.scenario.summary}".rstrip(": ")]
+    lines = [f"{day.scenario.name}, {day.scenario.day}"]
+    if day.scenario.summary:
+        lines.append(day.scenario.summary)
     if tuning is not None:
         lines.append(
             f"Loop: Kc {tuning.critical_gain:.3f} 1/s, Tc {tuning.critical_period_s:.2f} s -> Kp "

@@ -35,6 +35,7 @@ LOST_AGAIN = 2
 WAIT_S = 60.0
 """A spot that went is waited for at its calculated place before it is searched."""
 
+KNOWN_SEARCH_DEG = 1.5
 LEAD_DEG = 0.25
 NEAR_LOOK_S = 5.0
 """The Sun moves 0.02 deg meanwhile."""
@@ -201,11 +202,14 @@ class MirrorController:
 
     def _next_arm(self) -> None:
         """The next look of the spiral; after the last one the spiral begins anew."""
-        if self._spiral is None:
-            self._spiral = spiral_deg(self._field_radius_deg, self.loop.search_deg)
-        following = next(self._spiral, None)
+        following = next(self._spiral, None) if self._spiral is not None else None
         if following is None:
-            self._spiral = spiral_deg(self._field_radius_deg, self.loop.search_deg)
+            limit_deg = self.loop.search_deg
+            if self.belief.log:
+                # It has been found before: behind a cloud it is where it is calculated, and the
+                # search must be back there soon.
+                limit_deg = min(limit_deg, KNOWN_SEARCH_DEG)
+            self._spiral = spiral_deg(self._field_radius_deg, limit_deg)
             following = next(self._spiral)
         self._beside_deg = following
 

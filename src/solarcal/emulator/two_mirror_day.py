@@ -37,10 +37,10 @@ class MirrorTrack:
     spot_mrad: FloatArray
     modes: tuple[LoopMode, ...]
 
-    def outside(self, near_deg: float) -> FloatArray:
+    def outside(self, near_deg: float, since_utc_s: float = -math.inf) -> FloatArray:
         """``spot_mrad`` between that distance from the zenith and elevation 5 deg."""
         chosen = (self.zenith_deg > near_deg) & (self.zenith_deg < 90.0 - LEAST_ELEVATION_DEG)
-        return self.spot_mrad[chosen]
+        return self.spot_mrad[chosen & (self.utc_s >= since_utc_s)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,9 +77,10 @@ class MirrorDay:
 
     @property
     def largest_mrad(self) -> float | None:
-        """Largest spot error between the near-zenith zone and elevation 5 deg."""
-        near_deg = self.scenario.loop.near_zenith_deg
-        outside = self.track.outside(near_deg)
+        """Largest spot error between the near-zenith zone and elevation 5 deg, once found."""
+        if self.found_utc_s is None:
+            return None
+        outside = self.track.outside(self.scenario.loop.near_zenith_deg, self.found_utc_s)
         return float(outside.max()) if outside.size else None
 
 

@@ -1,5 +1,6 @@
 """Scenarios of the two-mirror tracker: its hidden truth and what its loop is told, as TOML."""
 
+import math
 import tomllib
 from importlib import resources
 from pathlib import Path
@@ -9,7 +10,7 @@ import msgspec
 from solarcal.emulator.scenario import SiteSettings
 from solarcal.emulator.settings import checked, refuse_unknown, with_setting
 from solarcal.errors import ConfigurationError
-from solarcal.optics.two_mirror import EulerBase
+from solarcal.optics.two_mirror import EulerBase, fixed_mirrors_matrix
 from solarcal.timescale import parse_utc
 
 DEFAULT_SCENARIO = "maido"
@@ -87,6 +88,12 @@ class MirrorTruth(msgspec.Struct, frozen=True, kw_only=True):
         ):
             if not low <= value <= high:
                 raise ConfigurationError(f"truth.{name} must lie between {low:g} and {high:g}")
+        out = fixed_mirrors_matrix(self.fixed_mirrors)[:, 2]
+        if out[2] < 1.0 - 1e-9:
+            raise ConfigurationError(
+                "truth.fixed_mirrors: the diode must look along the tracker's axis; behind these "
+                f"it looks {math.degrees(math.acos(max(-1.0, out[2]))):.2f} deg beside it"
+            )
 
     def base(self) -> EulerBase:
         return EulerBase(self.alpha_deg, self.beta_deg, self.gamma_deg)

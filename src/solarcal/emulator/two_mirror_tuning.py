@@ -13,7 +13,7 @@ from solarcal.emulator.two_mirror_scenario import MirrorScenario
 from solarcal.emulator.two_mirror_world import MirrorWorld
 from solarcal.errors import ConfigurationError
 from solarcal.optics.two_mirror import EulerBase
-from solarcal.optics.two_mirror_control import PidGains, ziegler_nichols
+from solarcal.optics.two_mirror_control import Pid, PidGains, ziegler_nichols
 from solarcal.optics.two_mirror_diode import QuadrantDiode, quadrant_errors
 from solarcal.sun.day import daylight
 from solarcal.units import FloatArray
@@ -22,20 +22,30 @@ KNOCK_MRAD = 1.0
 HOLDING_PARTS = 0.1
 """The other axis is held by this part of one period's whole correction."""
 
+SETTLED = 0.6
+"""A knock that has fallen to this part of itself is over."""
+
+REDUCTION = 0.8
 UPDATES = 80
 EARLY, LATE = 12, 24
+RATE_SPAN_S = 60.0
 TRIALS = 24
 
 
 @dataclass(frozen=True, slots=True)
 class LoopTuning:
-    """What the experiment found on one axis. ``trials``: (gain, growth of the swing)."""
+    """What the experiment found on one axis. ``trials``: (gain, growth of the swing).
+
+    ``reduced``: 1, or the part of Ziegler and Nichols' gains with which the loop settles. Their
+    rules are of continuous control; sampled slowly a loop can swing with them.
+    """
 
     axis: int
     critical_gain: float
     critical_period_s: float
     gains: PidGains
     trials: tuple[tuple[float, float], ...]
+    reduced: float = 1.0
 
 
 def tune(scenario: MirrorScenario, *, seed: int = 0, axis: int = 2) -> LoopTuning:
@@ -57,7 +67,7 @@ def tune(scenario: MirrorScenario, *, seed: int = 0, axis: int = 2) -> LoopTunin
     trials = []
     for _ in range(TRIALS):
         gain = math.sqrt(low * high)
-        growth = _growth(_swing_deg(scenario, up[0], gain, axis, seed))
+        growth = _growth(_swing_deg(scenario, up[0], PidGains(gain), axis, seed))
         trials.append((gain, growth))
         low, high = (gain, high) if growth < 1.0 else (low, gain)
     critical = math.sqrt(low * high)
@@ -69,22 +79,24 @@ def tune(scenario: MirrorScenario, *, seed: int = 0, axis: int = 2) -> LoopTunin
         )
     if max(growths) < 1.0:
         raise ConfigurationError("no gain makes this loop swing; its lag is too short to matter")
-    critical_period_s = _period_s(_swing_deg(scenario, up[0], critical, axis, seed), period_s)
-    return LoopTuning(
-        axis,
-        critical,
-        critical_period_s,
-        ziegler_nichols(critical, critical_period_s),
-        tuple(trials),
-    )
+    swing_deg = _swing_deg(scenario, up[0], PidGains(critical), axis, seed)
+    critical_period_s = _period_s(swing_deg, period_s)
+    full = ziegler_nichols(critical, critical_period_s)
+    gains, reduced = full, 1.0
+    while _growth(_swing_deg(scenario, up[0], gains, axis, seed)) > SETTLED:
+        reduced *= REDUCTION
+        gains = PidGains(reduced * full.kp, reduced**2 * full.ki, reduced * full.kd)
+        if reduced < 0.05:
+            raise ConfigurationError("with no PID gains does this loop settle; sample it faster")
+    return LoopTuning(axis, critical, critical_period_s, gains, tuple(trials), reduced)
 
 
 def _swing_deg(
-    scenario: MirrorScenario, begin_utc_s: float, gain: float, axis: int, seed: int
+    scenario: MirrorScenario, begin_utc_s: float, gains: PidGains, axis: int, seed: int
 ) -> FloatArray:
     """The error of the knocked axis by the diode, (updates,) degrees; cut short when it is lost."""
     period_s = scenario.loop.period_s
-    last_utc_s = begin_utc_s + (UPDATES + 2) * period_s
+    last_utc_s = begin_utc_s + max(UPDATES * period_s, RATE_SPAN_S)
     world = MirrorWorld(
         scenario.truth, scenario.site.place(), begin_utc_s, last_utc_s, 0.0, 0.0, seed
     )
@@ -97,8 +109,9 @@ def _swing_deg(
     # The experiment is the swing about the Sun's motion, which is no part of it: both axes get the
     # Sun's own rate.
     rates = _sun_rates_deg_s(world.base, world, begin_utc_s)
-    gains = [HOLDING_PARTS / period_s] * 2
-    gains[axis - 1] = gain
+    truth = scenario.truth
+    pids = [Pid(PidGains(HOLDING_PARTS / period_s), period_s, truth.axis1_deg_s)] * 2
+    pids[axis - 1] = Pid(gains, period_s, (truth.axis1_deg_s, truth.axis2_deg_s)[axis - 1])
     errors = []
     for number in range(UPDATES):
         signals = world.signals(begin_utc_s + number * period_s)
@@ -106,12 +119,16 @@ def _swing_deg(
             break
         to_go = diode.corrections_deg(*quadrant_errors(signals), *world.readings_deg())
         errors.append(to_go[axis - 1])
-        world.run(gains[0] * to_go[0] + rates[0], gains[1] * to_go[1] + rates[1], period_s)
+        world.run(
+            pids[0].rate_deg_s(to_go[0]) + rates[0],
+            pids[1].rate_deg_s(to_go[1]) + rates[1],
+            period_s,
+        )
     return np.array(errors)
 
 
 def _sun_rates_deg_s(
-    base: EulerBase, world: MirrorWorld, utc_s: float, span_s: float = 60.0
+    base: EulerBase, world: MirrorWorld, utc_s: float, span_s: float = RATE_SPAN_S
 ) -> tuple[float, float]:
     before = base.axes_deg(*world.sun_deg(utc_s))
     after = base.axes_deg(*world.sun_deg(utc_s + span_s))

@@ -116,6 +116,7 @@ class GrowthWatch:
 
 
 REVERSED = (
-    "they drive the spot away; a quadrant's sign or an axis' sense is reversed, or an axis does "
-    "not move. Stopped; check the wiring of A, B, C, D and the sense of both axes"
+    "they drive the spot away; a quadrant's sign or an axis' sense is reversed, an axis does not "
+    "move, or the gains are far too high. Stopped; check the wiring of the four quadrants and the "
+    "sense of both axes"
 )
