@@ -13,6 +13,7 @@ from solarcal.session.interchange.csv_points import write_points_csv
 from solarcal.session.journal import Journal
 from solarcal.session.points import ephemeris_warnings
 from solarcal.station.curves import session_plot_data
+from solarcal.station.evidence import evidence
 from solarcal.station.fitting import session_table, solve, solve_table
 from solarcal.station.headless import calibrate
 from solarcal.station.technician import Schedule
@@ -67,6 +68,13 @@ def test_the_suns_place_is_shown_and_not_the_normals(day):
     ]
     # Half of ten minutes of the Sun from a dot of its path.
     assert max(near) < 1.3
+
+
+def test_no_evidence_speaks_against_it(day):
+    """The unit's Sun is ours through the mirror, and its normals cross no edge of the branch."""
+    said = " ".join(evidence(day.session))
+    assert "unit's Sun" not in said
+    assert "branch" not in said
 
 
 def test_its_points_survive_a_csv_file(day, tmp_path: Path):

@@ -140,9 +140,9 @@ class ExtendedMechanism:
         )
         lifted1, lifted2 = ax1, ax2
         if amounts.get(AIR):
-            azimuth, zenith = geometry.horizontal_from_axes(ax1, ax2)
+            azimuth, zenith = self.context.sun_of_axes_deg(ax1, ax2)
             air = zenith - apparent_zenith_deg(zenith, self.context.refraction, self.context.air)
-            lifted1, lifted2 = geometry.axes_from_horizontal(azimuth, zenith - held(AIR) * air)
+            lifted1, lifted2 = self.context.true_axes_deg(azimuth, zenith - held(AIR) * air)
         errors = np.stack(built.errors_deg(geometry, lifted1, lifted2))
         errors[0] += wrap_deg(lifted1 - ax1)
         errors[1] += lifted2 - ax2

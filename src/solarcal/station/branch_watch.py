@@ -6,6 +6,7 @@ import numpy as np
 
 from solarcal.mount.geometry import MountGeometry, crosses_branch
 from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.optics.aiming import Heliostat
 from solarcal.session.records import Header
 from solarcal.site import Site
 from solarcal.sun.appendix_a import horizontal_deg
@@ -35,15 +36,20 @@ def branch_warning(header: Header, utc_s: float) -> str | None:
     geometry = MountGeometry(header.geometry, header.site.latitude_deg, header.ax1_centre_deg)
     # From one mean solar midnight to the next: a quarter of an hour off the apparent one at most.
     day = np.floor(utc_s / SECONDS_PER_DAY + header.site.longitude_deg / 360.0)
-    return _warning(geometry, header.site, header.unit.limits, float(day))
+    return _warning(geometry, header.site, header.unit.limits, float(day), header.unit.heliostat)
 
 
 @lru_cache(maxsize=32)
-def _warning(geometry: MountGeometry, site: Site, limits: Limits, day: float) -> str | None:
+def _warning(
+    geometry: MountGeometry, site: Site, limits: Limits, day: float, heliostat: Heliostat | None
+) -> str | None:
     midnight_s = (day - site.longitude_deg / 360.0) * SECONDS_PER_DAY
     utc_s = midnight_s + np.arange(0.0, SECONDS_PER_DAY, _STEP_S)
     azimuth, zenith = horizontal_deg(utc_s, site.latitude_deg, site.longitude_deg)
-    ax1, ax2 = geometry.axes_from_horizontal(azimuth, zenith)
+    aim = (azimuth, zenith)
+    if heliostat is not None:
+        aim = heliostat.controller_normal_deg(azimuth, zenith)
+    ax1, ax2 = geometry.axes_from_horizontal(*aim)
     high = (90.0 - zenith > LOWEST_DEG) & _inside(limits.axis2, ax2)
     path = np.where(high, ax1, np.nan)
     centre_deg = geometry.ax1_centre_deg

@@ -8,7 +8,7 @@ import numpy as np
 
 from solarcal.model.clock_evidence import ClockSetting, clock_findings, laptop_finding
 from solarcal.model.finding import Finding
-from solarcal.model.losses import Loss, undo_losses
+from solarcal.model.losses import Loss, Moment, undo_losses
 from solarcal.model.read_out_evidence import frozen_findings, missed_counts_finding
 from solarcal.mount.drive import reading_deg
 from solarcal.session.points import IMPORTED_MODEL
@@ -89,19 +89,16 @@ def real_losses(session: SessionView) -> tuple[Loss, ...]:
 
 
 def _missed(session: SessionView, solution: "MechanismSolution | None") -> list[Finding]:
+    dated: dict[Loss, Moment] = {}
     real = real_losses(session)
-    when: tuple[int | None, ...] = (None,) * len(real)
     if solution is not None and real:
         _, when = undo_losses(solution.points, solution.context, solution.posterior.mean, real)
-    dated = dict(zip(real, when, strict=True))
-    said = []
-    for check, counts, loss in losses(session):
-        known = solution is not None and loss in dated
-        told = loss if known else Loss(loss.axis, loss.reading_deg, ())
-        finding = missed_counts_finding(check.number, counts, told, dated.get(loss))
-        if finding is not None:
-            said.append(finding)
-    return said
+        dated = dict(zip(real, when, strict=True))
+    findings = [
+        missed_counts_finding(check.number, counts, loss, dated.get(loss))
+        for check, counts, loss in losses(session)
+    ]
+    return [finding for finding in findings if finding is not None]
 
 
 def _counts_as_deg(unit: UnitRecord, axis: int, counts: int) -> float:
@@ -141,7 +138,11 @@ def _site_and_sun(session: SessionView) -> list[Finding]:
         status = _status_at(point)
         if status is not None and point.read_utc is not None:
             told_site = UnitSite(
-                told, header.unit.zone_west_h, header.geometry, header.ax1_centre_deg
+                told,
+                header.unit.zone_west_h,
+                header.geometry,
+                header.ax1_centre_deg,
+                header.unit.heliostat,
             )
             sun = check_unit_sun(told_site, ours, status, parse_utc(point.read_utc))
             if sun.difference_deg > SUN_AGREEMENT_DEG:
