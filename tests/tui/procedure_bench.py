@@ -138,6 +138,19 @@ async def shows(pilot: Pilot[int], *words: str) -> None:
     await until(pilot, lambda: all(word in screen_words(pilot.app) for word in words))
 
 
+async def settled_text(pilot: Pilot[int]) -> str:
+    """The screen's text once nothing in it changes any more: layout follows words by a turn."""
+    before, same = "", 0
+    for _ in range(PATIENCE):
+        await pilot.pause(0.02)
+        now = screen_text(pilot.app)
+        same = same + 1 if now == before else 0
+        if same == 10:
+            return now
+        before = now
+    raise AssertionError(f"never at rest:\n{before}")
+
+
 def screen_text(app: object) -> str:
     """What the terminal would show, line by line, without colours."""
     screen = app.screen  # type: ignore[attr-defined]

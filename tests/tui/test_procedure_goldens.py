@@ -15,7 +15,7 @@ from procedure_bench import (
     bench,
     offset_set,
     on_loop,
-    screen_text,
+    settled_text,
     shows,
     take_points,
     until,
@@ -47,14 +47,14 @@ async def test_questions(size: tuple[int, int]) -> None:
     station, _ = bench()
     station.initialise(confirmed=True)
     offset_set(station)
-    async with workstation(station, size) as (app, pilot):
+    async with workstation(station, size) as (_, pilot):
         await pilot.press("f7")
         await shows(pilot, "1. Did")
         await pilot.press("y")
         await shows(pilot, "2. Did")
         await pilot.press("y")
         await shows(pilot, "3. Do", "The spot is")
-        compare("questions", size, only_dialog(screen_text(app)))
+        compare("questions", size, only_dialog(await settled_text(pilot)))
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -63,13 +63,13 @@ async def test_result(size: tuple[int, int]) -> None:
     station, _ = bench()
     take_points(station, 4)
     offset_set(station)
-    async with workstation(station, size) as (app, pilot):
+    async with workstation(station, size) as (_, pilot):
         await pilot.press("f7")
         for words in ("1. Did", "2. Did", "3. Do"):
             await shows(pilot, words)
             await pilot.press("y")
         await shows(pilot, "Store it?")
-        compare("result", size, only_dialog(screen_text(app)))
+        compare("result", size, only_dialog(await settled_text(pilot)))
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -82,7 +82,7 @@ async def test_sun_offset(size: tuple[int, int]) -> None:
         dialog = app.screen
         assert isinstance(dialog, SunOffsetDialog)
         await until(pilot, lambda: not dialog._waiting)
-        compare("sun-offset", size, only_dialog(screen_text(app)))
+        compare("sun-offset", size, only_dialog(await settled_text(pilot)))
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -90,22 +90,22 @@ async def test_sun_offset(size: tuple[int, int]) -> None:
 async def test_upload(size: tuple[int, int]) -> None:
     station, _ = bench()
     take_points(station, 5)
-    async with workstation(station, size) as (app, pilot):
+    async with workstation(station, size) as (_, pilot):
         await pilot.press("f8")
         await shows(pilot, "Upload?")
-        compare("upload", size, only_dialog(screen_text(app)))
+        compare("upload", size, only_dialog(await settled_text(pilot)))
 
 
 @pytest.mark.parametrize("size", SIZES)
 @on_loop
 async def test_link_lost(size: tuple[int, int]) -> None:
     station, cable = bench()
-    async with workstation(station, size) as (app, pilot):
+    async with workstation(station, size) as (_, pilot):
         await pilot.press("f5")
         await shows(pilot, "Watch both axes")
         cable.pulled = True
         await shows(pilot, "LINK LOST")
-        compare("link-lost", size, only_dialog(screen_text(app)))
+        compare("link-lost", size, only_dialog(await settled_text(pilot)))
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -116,11 +116,11 @@ async def test_recompute(
     monkeypatch.setenv("SOLARCAL_SESSIONS", str(tmp_path))
     station, _ = bench(tmp_path / "tijeras.jsonl")
     take_points(station, 7)
-    async with workstation(station, size) as (app, pilot):
+    async with workstation(station, size) as (_, pilot):
         await pilot.press("f9", "enter")
         await shows(pilot, "OPEN", "P6", "axis error, deg")
         # Where a point falls in its cell may differ by a rounding: the plot has goldens of its own.
-        text = screen_text(app).splitlines()
+        text = (await settled_text(pilot)).splitlines()
         compare("recompute", size, "\n".join(text[: 11 if size is SMALL else 20]))
 
 
