@@ -65,6 +65,23 @@ def test_the_calculated_mode_then_stays_within_the_diodes_20_mrad() -> None:
     assert calculated.max() < 5.35
 
 
+def test_a_day_in_calculated_mode_with_the_fitted_angles() -> None:
+    """The loop itself, with its motors, never looking at the diode."""
+    solution = day().solution
+    assert solution is not None
+    base = solution.base
+    calculated = day(
+        "loop.control=calculated",
+        "loop.period_s=4",
+        f"loop.believed_alpha_deg={base.alpha_deg!r}",
+        f"loop.believed_beta_deg={base.beta_deg!r}",
+        f"loop.believed_gamma_deg={base.gamma_deg!r}",
+    )
+    assert set(calculated.track.modes) == {LoopMode.CALCULATED}
+    assert calculated.largest_mrad is not None
+    assert calculated.largest_mrad < 2.0
+
+
 def test_before_the_fit_it_would_not() -> None:
     """With the base as believed in the morning the spot is ten degrees off: it was searched."""
     modes = day().track.modes

@@ -78,9 +78,12 @@ class MirrorDay:
     @property
     def largest_mrad(self) -> float | None:
         """Largest spot error between the near-zenith zone and elevation 5 deg, once found."""
-        if self.found_utc_s is None:
+        loop = self.scenario.loop
+        # The calculated mode looks for nothing: all of its day counts.
+        since_utc_s = -math.inf if loop.control == "calculated" else self.found_utc_s
+        if since_utc_s is None:
             return None
-        outside = self.track.outside(self.scenario.loop.near_zenith_deg, self.found_utc_s)
+        outside = self.track.outside(loop.near_zenith_deg, since_utc_s)
         return float(outside.max()) if outside.size else None
 
 
