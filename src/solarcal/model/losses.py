@@ -11,6 +11,21 @@ from solarcal.model.known_physics import SkyContext
 from solarcal.model.points import PointSet
 from solarcal.units import FloatArray
 
+CLEARLY_WORSE = 9.0
+"""By so much of the noise's square another moment must explain the points worse."""
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """``first_after``: the first point after a loss, None where it came after all of them.
+
+    ``sure``: the next best moment fits clearly worse. An azimuth that jumps at noon looks like a
+    scale, so there the points hardly tell.
+    """
+
+    first_after: int | None
+    sure: bool
+
 
 @dataclass(frozen=True, slots=True)
 class Loss:
@@ -26,21 +41,24 @@ class Loss:
 
 def undo_losses(
     points: PointSet, context: SkyContext, values: FloatArray, losses: Sequence[Loss]
-) -> tuple[PointSet, tuple[int | None, ...]]:
-    """The points as they would read without the losses, and the first point after each.
+) -> tuple[PointSet, tuple[Moment, ...]]:
+    """The points as they would read without the losses, and the moment of each.
 
-    Each loss is put where the six numbers explain the points best; None: after the last of its
-    points. ``values`` (6,): about which the mechanism is linearised.
+    Each loss is put where the six numbers explain the points best. ``values`` (6,): about which
+    the mechanism is linearised.
     """
     place = {label: i for i, label in enumerate(points.labels)}
-    when: list[int | None] = []
+    when: list[Moment] = []
     for loss in losses:
         between = [place[label] for label in loss.labels if label in place]
         trials = [_shifted(points, loss, between[k:]) for k in range(len(between) + 1)]
-        squares = [_squares(trial, context, values) for trial in trials]
+        squares = np.array([_squares(trial, context, values) for trial in trials])
         best = int(np.argmin(squares))
         points = trials[best]
-        when.append(points.labels[between[best]] if best < len(between) else None)
+        label = points.labels[between[best]] if best < len(between) else None
+        variance = squares[best] / max(2 * len(points) - 6, 1)
+        worse = np.delete(squares, best) - squares[best]
+        when.append(Moment(label, bool((worse > CLEARLY_WORSE * variance).all())))
     return points, tuple(when)
 
 

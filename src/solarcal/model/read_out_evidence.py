@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from solarcal.model.finding import Finding, points_named
-from solarcal.model.losses import Loss
+from solarcal.model.losses import Loss, Moment
 from solarcal.units import FloatArray
 
 FEWEST_COUNTS = 5
@@ -17,11 +17,11 @@ MOVED_DEG = 0.5
 
 
 def missed_counts_finding(
-    check_number: int, counts: int, loss: Loss, first_after: int | None = None
+    check_number: int, counts: int, loss: Loss, moment: Moment | None = None
 ) -> Finding | None:
     """What a reference check after the first one found; None where that is nothing.
 
-    ``first_after``: the first point taken after the counts were missed, if the points tell.
+    ``moment``: what the points say of when.
     """
     if abs(counts) < FEWEST_COUNTS or abs(loss.reading_deg) <= SMALLEST_LOSS_DEG:
         return None
@@ -30,11 +30,19 @@ def missed_counts_finding(
         f"({loss.reading_deg:+.3f} deg): counts were missed since the check before"
     )
     concerned = loss.labels
-    if first_after is not None:
-        concerned = loss.labels[loss.labels.index(first_after) :]
-        sentence += f", most likely before point {first_after}; {points_named(concerned)} "
+    if moment is not None and not moment.sure and loss.labels:
+        likely = (
+            f"after point {loss.labels[-1]}"
+            if moment.first_after is None
+            else f"before point {moment.first_after}"
+        )
+        sentence += f", perhaps {likely}, but the points hardly tell when: doubt "
+        sentence += points_named(concerned)
+    elif moment is not None and moment.first_after is not None:
+        concerned = loss.labels[loss.labels.index(moment.first_after) :]
+        sentence += f", most likely before point {moment.first_after}; {points_named(concerned)} "
         sentence += f"read{'s' if len(concerned) == 1 else ''} wrong by as much"
-    elif loss.labels:
+    elif moment is not None and loss.labels:
         sentence += f", most likely after point {loss.labels[-1]}"
         concerned = ()
     return Finding(

@@ -18,10 +18,10 @@ from solarcal.model.prior import Prior
 from solarcal.units import FloatArray
 
 FAMILY_LEVEL = 0.05
-SURE_LEVEL = 2e-4
+SURE_LEVEL = 5e-5
 """A cause is told from its rival when it is needed beside it at this level: a name sends somebody
 to a bolt, and a wrong one to the wrong bolt."""
-LARGE_LEVEL = 0.01
+LARGE_LEVEL = 0.03
 """Enough for an effect so large that somebody will look anyway."""
 LARGE = {"C": 0.45, "N": 0.45, "SAG": 0.2, "REFRACTION": 0.5, "BACKLASH1": 0.1, "BACKLASH2": 0.1}
 RIVAL_SHARE = 0.5

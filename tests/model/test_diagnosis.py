@@ -1,0 +1,186 @@
+"""Residual tests name what is there, and only that; a day says what it cannot tell."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import made_up_trackers  # noqa: F401  (puts the benchmarks on the path)
+import numpy as np
+import pytest
+from benchmarks.diagnosis import (
+    DECEMBER,
+    EQUINOX,
+    JUNE,
+    backlash_found,
+    bad_point_found,
+    changed,
+    clean_fires,
+    cross_axis_named,
+    made_up_day,
+    missed_counts_found,
+    rate,
+)
+
+from solarcal.model.diagnosis import diagnose
+from solarcal.model.finding import Finding
+from solarcal.model.known_physics import SkyContext
+from solarcal.model.losses import Loss, undo_losses
+from solarcal.model.methods import fit_exact
+from solarcal.model.points import PointSet
+from solarcal.mount.geometry import MountGeometry
+from solarcal.session.interchange import read_table
+
+TPOINT = Path(__file__).parents[2].parent / "shared" / "data" / "tpoint"
+MARCH = "auxtel-2020-Mar-15-UTC-2-27-13.dat"
+SEEDS = 12
+
+
+def of_kind(findings: tuple[Finding, ...], kind: str) -> Finding:
+    (found,) = [finding for finding in findings if finding.kind == kind]
+    return found
+
+
+@pytest.mark.parametrize("geometry", ["azel", "tiltroll-ew"])
+@pytest.mark.parametrize("day", [JUNE, EQUINOX, DECEMBER])
+def test_a_clean_day_rarely_fires(geometry: str, day: int) -> None:
+    # 5 % are allowed; of these seeds at most one day fires in one of twenty runs.
+    assert clean_fires(geometry, (day,), 20) <= 0.05
+
+
+@pytest.mark.parametrize("geometry", ["azel", "tiltroll-ew"])
+def test_backlash_and_a_bad_point_are_named(geometry: str) -> None:
+    assert rate(lambda seed: backlash_found(geometry, (EQUINOX,), seed), SEEDS) >= 0.9
+    assert rate(lambda seed: bad_point_found(geometry, (DECEMBER,), seed), SEEDS) >= 0.9
+
+
+@pytest.mark.parametrize("geometry", ["azel", "tiltroll-ew"])
+def test_missed_counts_are_named_dated_and_explain_everything(geometry: str) -> None:
+    results = np.array([missed_counts_found(geometry, (JUNE,), seed) for seed in range(SEEDS)])
+    named, alone = results.mean(axis=0)
+    assert named == 1.0
+    assert alone >= 0.7
+
+
+@pytest.mark.parametrize("cause", ["C", "N"])
+def test_a_large_cross_axis_error_is_named_a_small_one_is_not(cause: str) -> None:
+    large = np.mean([cross_axis_named(cause, 0.6, seed) for seed in range(SEEDS)], axis=0)
+    small = np.mean([cross_axis_named(cause, 0.3, seed) for seed in range(SEEDS)], axis=0)
+    # The benchmark counts a hundred.
+    assert large[0] >= 0.8
+    assert small[1] >= 0.8
+
+
+def test_a_cross_axis_term_says_what_each_cause_would_leave() -> None:
+    day = made_up_day("azel", (EQUINOX,), 3, cause="C", amount=0.4)
+    finding = of_kind(day.diagnose(), "cross_axis")
+    assert finding.subject == "cross-axis term"
+    assert set(finding.causes) == {"collimation", "nonperpendicularity"}
+    assert len(finding.leaves_deg) == 2
+    assert "cannot be told apart" in finding.sentence
+    assert finding.as_json()["certainty"] == "found"
+
+
+def test_backlash_has_its_amount_axis_and_cure() -> None:
+    day = made_up_day("azel", (DECEMBER,), 1, backlash_deg=0.15)
+    found = [f for f in day.found() if f.kind == "backlash"]
+    assert {f.subject for f in found} == {"axis 1", "axis 2"}
+    for finding in found:
+        assert finding.number is not None
+        assert finding.sigma is not None
+        assert abs(finding.number - 0.15) < 4.0 * finding.sigma
+        assert "same side" in finding.sentence
+
+
+def test_backlash_is_not_looked_for_where_every_point_came_from_one_side() -> None:
+    day = made_up_day("azel", (JUNE,), 1)
+    assert not any(f.kind == "backlash" for f in day.diagnose())
+
+
+def test_dropping_a_bad_point_says_what_it_changes() -> None:
+    day = made_up_day("azel", (EQUINOX,), 4)
+    more = np.zeros((2, len(day.points)))
+    more[1, 5] = 0.5
+    points = changed(day.points, *more)
+    finding = of_kind(diagnose(fit_exact(points, day.context)), "bad_point")
+    assert finding.labels == (6,)
+    assert finding.number == pytest.approx(0.5, abs=0.15)
+    assert "studentised" in finding.sentence
+    assert "over the year" in finding.sentence
+
+
+def test_what_a_december_day_cannot_decide_is_neither_found_nor_excluded() -> None:
+    day = made_up_day("azel", (DECEMBER,), 2)
+    findings = day.diagnose()
+    assert not [f for f in findings if f.certainty == "found"]
+    for kind in ("collimation", "sag", "refraction"):
+        finding = of_kind(findings, kind)
+        assert finding.certainty == "cannot_be_told"
+        assert "cannot be told with these points" in finding.sentence
+
+
+def test_three_points_tell_nothing_of_what_is_not_in_the_six_numbers() -> None:
+    day = made_up_day("azel", (JUNE,), 2)
+    few = fit_exact(day.points.subset([0, 5, 11]), day.context)
+    finding = of_kind(diagnose(few), "unmodelled")
+    assert finding.certainty == "cannot_be_told"
+
+
+def test_a_degeneracy_is_named_with_its_cure_and_the_cure_cures() -> None:
+    day = made_up_day("azel", (EQUINOX,), 5)
+    early = fit_exact(day.points.subset(range(2, 8)), day.context)
+    named = [f for f in diagnose(early) if f.kind == "degeneracy"]
+    assert all("r = " in f.sentence for f in named)
+    assert any(" would" in f.sentence for f in named)
+    assert all(abs(f.number or 0.0) > 0.9 for f in named)
+    cured = {f.subject for f in named if "a point before" in f.sentence}
+    assert cured
+    with_it = fit_exact(day.points.subset([0, *range(2, 8)]), day.context)
+    assert not cured & {f.subject for f in diagnose(with_it) if f.kind == "degeneracy"}
+
+
+def test_counts_missed_after_the_last_point_change_nothing() -> None:
+    day = made_up_day("azel", (EQUINOX,), 6)
+    place = fit_exact(day.points, day.context).posterior.mean
+    loss = Loss(1, 0.3, day.points.labels)
+    points, when = undo_losses(day.points, day.context, place, [loss])
+    assert when[0].first_after is None
+    np.testing.assert_array_equal(points.err1_deg, day.points.err1_deg)
+
+
+def march(centre_deg: float | None) -> PointSet:
+    path = TPOINT / MARCH
+    if not path.exists():
+        pytest.skip("the TPOINT reference files are not beside the project")
+    table = read_table(path)
+    if centre_deg is not None:
+        table = replace(table, ax1_centre_deg=centre_deg)
+    assert table.latitude_deg is not None
+    return PointSet(
+        geometry=MountGeometry(table.geometry, table.latitude_deg, table.ax1_centre_deg),
+        ax1_deg=table.ax1_deg,
+        ax2_deg=table.ax2_deg,
+        err1_deg=table.err1_deg,
+        err2_deg=table.err2_deg,
+    )
+
+
+@pytest.mark.parametrize(
+    ("centre_deg", "without", "collimation", "squareness"),
+    # P5 acts about another place on the reader's own branch.
+    [(0.0, 29.1, 19.7, 19.6), (None, 28.9, 19.9, 19.9)],
+)
+def test_a_real_telescope_lacks_a_cross_axis_term_and_it_does_not_matter(
+    centre_deg: float | None, without: float, collimation: float, squareness: float
+) -> None:
+    points = march(centre_deg)
+    finding = of_kind(diagnose(fit_exact(points, SkyContext.for_points(points))), "cross_axis")
+    assert finding.number is not None
+    assert finding.sigma is not None
+    assert abs(finding.number) > 5.0 * finding.sigma
+    left = dict(zip(finding.causes, finding.leaves_deg, strict=True))
+    assert left["collimation"] * 3600.0 == pytest.approx(collimation, abs=0.1)
+    assert left["nonperpendicularity"] * 3600.0 == pytest.approx(squareness, abs=0.1)
+    assert f"against {without} arcsec with the six numbers" in finding.sentence
+    assert "r = -0.99" in finding.sentence
+    assert "does not matter against 0.1 deg" in finding.sentence
+    assert finding.effect_deg is not None
+    assert finding.effect_deg < 0.01

@@ -1,0 +1,102 @@
+"""Clocks, reference checks and read-outs speak for themselves."""
+
+import made_up_trackers  # noqa: F401  (puts the benchmarks on the path)
+import numpy as np
+import pytest
+from benchmarks.diagnosis import drift_found
+
+from solarcal.model.clock_evidence import ClockSetting, clock_findings, laptop_finding
+from solarcal.model.losses import Loss, Moment
+from solarcal.model.read_out_evidence import frozen_findings, missed_counts_finding
+
+HOURS = 3600.0 * np.arange(10.0)
+
+
+def kinds(difference_s: list[float], settings: list[ClockSetting] | None = None) -> dict[str, str]:
+    found = clock_findings(HOURS.tolist(), difference_s, settings or [], range(1, 11))
+    return {finding.kind: finding.sentence for finding in found}
+
+
+def test_a_drift_of_40_s_per_day_is_named_and_a_steady_clock_is_not() -> None:
+    assert all(drift_found(seed) for seed in range(20))
+    assert all(drift_found(seed, 0.0) for seed in range(20))
+
+
+def test_a_step_is_named_with_the_point_it_precedes_and_is_no_drift() -> None:
+    said = kinds([0.1] * 6 + [3.1] * 4)
+    assert set(said) == {"clock_step", "clock_offset"}
+    assert "+3.0 s before point 7" in said["clock_step"]
+
+
+def test_a_step_on_top_of_a_drift_leaves_both() -> None:
+    drift = 40.0 * HOURS / 86400.0
+    said = kinds((drift + 5.0 * (HOURS > 4.5 * 3600.0)).tolist())
+    assert "+40.0 +-" in said["clock_drift"]
+    assert "+5.0 s before point 6" in said["clock_step"]
+
+
+def test_setting_the_clock_is_neither_step_nor_drift() -> None:
+    setting = ClockSetting(4.5 * 3600.0, 60.0, 0.0)
+    said = kinds([60.0] * 5 + [0.0] * 5, [setting])
+    assert set(said) == {"clock_offset"}
+
+
+def test_a_whole_hour_is_said_to_be_one() -> None:
+    assert "+1 h" in kinds([3600.2] * 10)["clock_offset"]
+
+
+@pytest.mark.parametrize("n", [0, 1, 2])
+def test_too_few_readings_tell_no_drift(n: int) -> None:
+    assert not clock_findings(HOURS[:n].tolist(), [0.1, 0.9][:n])
+
+
+def test_the_laptop_clock_is_known_by_a_time_signal_only() -> None:
+    assert laptop_finding(None, None).certainty == "cannot_be_told"
+    assert laptop_finding(-30.0, 0.5).certainty == "found"
+    assert "set the laptop right" in laptop_finding(-30.0, 0.5).sentence
+    assert laptop_finding(0.2, 0.5).certainty == "cannot_be_told"
+
+
+def test_missed_counts_name_check_axis_and_points() -> None:
+    finding = missed_counts_finding(3, -412, Loss(2, -0.302, (4, 5, 6)), Moment(5, True))
+    assert finding is not None
+    assert finding.labels == (5, 6)
+    for words in ("check 3", "-412 counts", "axis 2", "before point 5", "points 5 and 6"):
+        assert words in finding.sentence
+
+
+def test_points_that_hardly_tell_when_leave_all_between_the_checks_in_doubt() -> None:
+    finding = missed_counts_finding(3, 412, Loss(1, 0.3, (4, 5, 6)), Moment(5, False))
+    assert finding is not None
+    assert finding.labels == (4, 5, 6)
+    assert "hardly tell when" in finding.sentence
+
+
+@pytest.mark.parametrize(("counts", "angle"), [(3, 0.3), (400, 0.004)])
+def test_a_switch_is_found_again_to_a_few_counts(counts: int, angle: float) -> None:
+    assert missed_counts_finding(2, counts, Loss(1, angle, (1, 2))) is None
+
+
+def read_outs(axis1: list[float]) -> tuple[np.ndarray, np.ndarray]:
+    ideal = np.column_stack((np.linspace(-30.0, 30.0, 5), np.linspace(40.0, 30.0, 5)))
+    reading = ideal + 0.1
+    reading[:, 0] = axis1
+    return reading, ideal
+
+
+def test_a_dead_read_out_is_exactly_zero_all_day() -> None:
+    (finding,) = frozen_findings(range(1, 6), *read_outs([0.0] * 5))
+    assert finding.subject == "axis 1"
+    assert "exactly zero" in finding.sentence
+    assert "dead" in finding.sentence
+
+
+def test_a_read_out_that_froze_for_two_points_names_them() -> None:
+    (finding,) = frozen_findings(range(1, 6), *read_outs([-30.0, -15.0, 0.02, 0.02, 30.0]))
+    assert finding.labels == (3, 4)
+    assert "frozen" in finding.sentence
+
+
+def test_an_axis_that_had_nothing_to_follow_is_not_frozen() -> None:
+    ideal = np.column_stack((np.full(5, 12.0), np.linspace(40.0, 30.0, 5)))
+    assert not frozen_findings(range(1, 6), ideal, ideal)

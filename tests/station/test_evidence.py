@@ -1,0 +1,129 @@
+"""Records brought to the tests: direct evidence of a session, and its diagnosis."""
+
+import msgspec
+import numpy as np
+import pytest
+from emulated_station import emulated_station
+
+from solarcal.session.records import RefCheck
+from solarcal.station.diagnosing import diagnose_session, diagnose_table, solve_merged
+from solarcal.station.evidence import direct_findings, evidence
+from solarcal.station.fitting import session_table, solve
+from solarcal.station.state import SessionView, view_session
+from solarcal.station.technician import AutomaticTechnician, Schedule
+
+
+@pytest.fixture(scope="module")
+def day() -> SessionView:
+    """Eight points of an emulated tracker whose unit knows the true Sun but for the air."""
+    station, _ = emulated_station("tijeras-azel", start="2026-06-03T13:30:00Z")
+    emulation = station.tracker.emulation
+    assert emulation is not None
+    technician = AutomaticTechnician(
+        station, emulation.spot, Schedule(points=8), eye_sigma_deg=0.02
+    )
+    technician.prepare()
+    for _ in range(8):
+        assert technician.take_point() is not None
+        station.clock.wait(4200.0)
+    return station.session
+
+
+def with_points(session: SessionView, change) -> SessionView:
+    """The session with every point put through ``change(index, point)``."""
+    index = iter(range(1000))
+    records = tuple(change(next(index), r) if r in session.points else r for r in session.records)
+    return view_session(session.header, records)
+
+
+def kinds(session: SessionView, certainty: str = "found") -> set[str]:
+    return {f.kind for f in direct_findings(session) if f.certainty == certainty}
+
+
+def test_a_good_day_has_nothing_but_the_laptop_clock_to_say(day):
+    assert kinds(day) == set()
+    assert kinds(day, "cannot_be_told") == {"laptop_clock"}
+    assert any("laptop's own clock cannot be found" in sentence for sentence in evidence(day))
+
+
+def test_a_diagnosis_of_a_good_day_finds_nothing_and_says_what_it_cannot_tell(day):
+    findings = diagnose_session(day, solve(day))
+    assert not [f.sentence for f in findings if f.certainty == "found"]
+    assert "laptop_clock" in {f.kind for f in findings}
+    # Whatever the method of the fit on the screen.
+    assert diagnose_session(day, solve(day, "manual")) == findings
+
+
+def test_a_clock_that_drifts_is_found(day):
+    late = with_points(
+        day, lambda i, p: msgspec.structs.replace(p, unit_minus_laptop_s=0.05 * i + 0.01)
+    )
+    assert "clock_step" not in kinds(late)
+    fast = with_points(day, lambda i, p: msgspec.structs.replace(p, unit_minus_laptop_s=2.0 * i))
+    assert "clock_drift" in kinds(fast)
+
+
+def test_a_unit_an_hour_wrong_in_its_own_sums_is_explained(day):
+    wrong = with_points(
+        day,
+        lambda i, p: msgspec.structs.replace(p, unit_minus_laptop_s=p.unit_minus_laptop_s - 3600.0),
+    )
+    (sun,) = [f for f in direct_findings(wrong) if f.kind == "unit_sun"]
+    assert "+1 h" in sun.sentence
+    assert len(sun.labels) == len(day.accepted)
+
+
+def test_the_other_hemisphere_is_named(day):
+    unit = day.header.unit
+    south = msgspec.structs.replace(unit.site, latitude_deg=-unit.site.latitude_deg)
+    header = msgspec.structs.replace(day.header, unit=msgspec.structs.replace(unit, site=south))
+    said = [f.sentence for f in direct_findings(view_session(header, day.records))]
+    assert any("the other hemisphere" in sentence for sentence in said)
+
+
+def test_a_frozen_axis_is_found(day):
+    still = day.accepted[0].reading_deg[0]
+    frozen = with_points(
+        day, lambda i, p: msgspec.structs.replace(p, reading_deg=(still, p.reading_deg[1]))
+    )
+    (finding,) = [f for f in direct_findings(frozen) if f.kind == "frozen"]
+    assert finding.subject == "axis 1"
+
+
+def test_missed_counts_are_dated_by_the_points_and_then_nothing_else_fires(day):
+    drive, reference = day.header.unit.drive2, day.header.unit.reference2_deg
+    counts = round(drive.counts(reference + 0.3) - drive.counts(reference))
+    lost = with_points(
+        day,
+        lambda i, p: (
+            msgspec.structs.replace(p, error_deg=(p.error_deg[0], p.error_deg[1] + 0.3))
+            if i >= 5
+            else p
+        ),
+    )
+    last = lost.records[-1]
+    check = RefCheck(
+        seq=last.seq + 1,
+        utc=last.utc,
+        number=lost.ref_checks[-1].number + 1,
+        complete=True,
+        difference_counts=(1, counts),
+    )
+    session = view_session(lost.header, (*lost.records, check))
+    found = [f for f in diagnose_session(session, solve(session)) if f.certainty == "found"]
+    (missed,) = found
+    assert missed.kind == "missed_counts"
+    assert missed.number == pytest.approx(0.3, abs=0.01)
+    assert missed.labels == tuple(p.seq for p in day.accepted[5:])
+
+
+def test_a_table_brings_its_sides_and_sessions_merge(day):
+    table = session_table(day)
+    findings = diagnose_table(table, solve(day), day.header)
+    assert not [f for f in findings if f.certainty == "found"]
+    half = len(table) // 2
+    first, second = table.rows(range(half)), table.rows(range(half, len(table)))
+    assert np.nanmin(first.utc_s) < np.nanmin(second.utc_s)
+    merged = solve_merged([second, first], day.header)
+    assert merged.solution.n_points == len(day.accepted)
+    assert merged.change == "same"
