@@ -2,22 +2,28 @@
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
+from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.optics.aiming import Heliostat
+from solarcal.optics.heliostat import Target
 from solarcal.session.interchange import read_table
 from solarcal.session.interchange.csv_points import write_points_csv
 from solarcal.session.journal import Journal
 from solarcal.session.points import ephemeris_warnings
+from solarcal.station.branch_watch import branch_warning
 from solarcal.station.curves import session_plot_data
 from solarcal.station.evidence import evidence
 from solarcal.station.fitting import session_table, solve, solve_table
 from solarcal.station.headless import calibrate
 from solarcal.station.technician import Schedule
 from solarcal.station.unit_sun import ideal_axes_deg
+from solarcal.timescale import parse_utc
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 
 
@@ -72,9 +78,19 @@ def test_the_suns_place_is_shown_and_not_the_normals(day):
 
 def test_no_evidence_speaks_against_it(day):
     """The unit's Sun is ours through the mirror, and its normals cross no edge of the branch."""
-    said = " ".join(evidence(day.session))
-    assert "unit's Sun" not in said
-    assert "branch" not in said
+    assert "unit's Sun" not in " ".join(evidence(day.session))
+    header = day.session.header
+    noon_s = parse_utc("2026-06-10T19:00:00Z")
+    assert branch_warning(header, noon_s) is None
+    # The same target in the North: the normals pass where a branch about the South ends.
+    target = Target(0.0, 85.0, 120.0)
+    unit = msgspec.structs.replace(
+        header.unit,
+        heliostat=Heliostat(target),
+        limits=Limits(AxisLimits(-180.0, 180.0), AxisLimits(2.0, 88.0)),
+    )
+    north = msgspec.structs.replace(header, unit=unit)
+    assert "crosses the edge" in (branch_warning(north, noon_s) or "")
 
 
 def test_its_points_survive_a_csv_file(day, tmp_path: Path):
