@@ -23,6 +23,7 @@ Kind = Literal[
     "bad_point",
     "degeneracy",
     "moved",
+    "branch",
 ]
 
 

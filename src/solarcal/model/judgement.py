@@ -8,7 +8,8 @@ from solarcal.model.forecast import TOLERANCE_DEG, Forecast, forecast
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_METHOD, DEFAULT_PRIOR, fit, posterior_without_prior
-from solarcal.model.plan import Plan, plan
+from solarcal.model.plan import plan
+from solarcal.model.planned_day import Plan
 from solarcal.model.points import PointSet
 from solarcal.model.prior import Prior
 from solarcal.model.solution import Solution

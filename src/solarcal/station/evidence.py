@@ -13,6 +13,7 @@ from solarcal.model.read_out_evidence import frozen_findings, missed_counts_find
 from solarcal.mount.drive import reading_deg
 from solarcal.session.points import IMPORTED_MODEL
 from solarcal.session.records import PointRecord, RefCheck, UnitRecord
+from solarcal.station.branch_watch import branch_warning
 from solarcal.station.state import SessionView
 from solarcal.station.unit_sun import check_unit_sun
 from solarcal.timescale import parse_utc
@@ -53,6 +54,8 @@ def direct_findings(
         *_frozen(taken),
     ]
     if taken:
+        if warning := branch_warning(session.header, parse_utc(taken[0].utc)):
+            said.append(Finding(kind="branch", subject="axis 1", sentence=warning, direct=True))
         ticks = [c for c in session.clock_sets if c.tick_minus_laptop_s is not None]
         newest = ticks[-1] if ticks else None
         said.append(
