@@ -57,13 +57,37 @@ def judge_points(
     if context is None:
         context = SkyContext.for_points(points)
     solution = fit(points, context, method=method, prior=prior, terms=terms)
+    return judge_solution(
+        solution,
+        context,
+        tolerance_deg=tolerance_deg,
+        at_utc_s=at_utc_s,
+        until_utc_s=until_utc_s,
+        points_left=points_left,
+        struck=struck,
+        bolt_circle=bolt_circle,
+    )
+
+
+def judge_solution(
+    solution: Solution,
+    context: SkyContext,
+    *,
+    tolerance_deg: float = TOLERANCE_DEG,
+    at_utc_s: float | None = None,
+    until_utc_s: float | None = None,
+    points_left: int | None = None,
+    struck: Sequence[tuple[float, float]] = (),
+    bolt_circle: BoltCircle | None = None,
+) -> Judgement:
+    """The same for points already fitted."""
     expected = forecast(solution, context)
     planned = None
     if at_utc_s is not None:
         posterior = (
             solution.posterior
             if isinstance(solution, MechanismSolution)
-            else posterior_without_prior(points, context)
+            else posterior_without_prior(solution.points, context)
         )
         planned = plan(
             posterior,

@@ -14,7 +14,7 @@ from solarcal.session.points import PointTable
 from solarcal.session.reader import Session
 from solarcal.session.records import Header
 from solarcal.station.fitting import FittedFiles, fit_files
-from solarcal.station.judging import judge_table
+from solarcal.station.judging import judge_fit
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ def judge_files(
 ) -> JudgedFiles:
     """Read, merge, fit and judge, planning from the newest point.
 
-    Raises as ``fit_files`` and ``judge_table``.
+    Raises as ``fit_files`` and ``judge_fit``.
     """
     files = [Path(path) for path in paths]
     fitted = fit_files(files, fill_in, method=method, terms=terms)
@@ -96,10 +96,10 @@ def judge_fitted(
         tolerance_deg = TOLERANCE_DEG if header is None else header.tolerance_deg
     if fitted.solution.terms != COEFFICIENT_NAMES:
         return JudgedFiles(files, fitted, None, tolerance_deg)
-    judgement = judge_table(
+    judgement = judge_fit(
         fitted.table,
+        fitted.solution,
         header,
-        fitted.solution.method,
         tolerance_deg=tolerance_deg,
         at_utc_s=at_utc_s,
         until_utc_s=until_utc_s,

@@ -2,16 +2,18 @@
 
 from collections.abc import Sequence
 
-from solarcal.model.judgement import Judgement, judge_points
+from solarcal.model.forecast import TOLERANCE_DEG
+from solarcal.model.judgement import Judgement, judge_solution
 from solarcal.model.methods import DEFAULT_METHOD
+from solarcal.model.solution import Solution
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header
 from solarcal.station.fitting import (
     fewest_points,
     newest_point_utc_s,
-    point_set,
     session_table,
     sky_context,
+    solve_table,
 )
 from solarcal.station.state import SessionView
 
@@ -54,12 +56,35 @@ def judge_table(
     struck: Sequence[tuple[float, float]] = (),
 ) -> Judgement:
     """What a table's accepted points come to; ``header`` is that of the session they are from."""
+    return judge_fit(
+        table,
+        solve_table(table, method, header=header),
+        header,
+        tolerance_deg=tolerance_deg,
+        at_utc_s=at_utc_s,
+        until_utc_s=until_utc_s,
+        points_left=points_left,
+        struck=struck,
+    )
+
+
+def judge_fit(
+    table: PointTable,
+    solution: Solution,
+    header: Header | None = None,
+    *,
+    tolerance_deg: float | None = None,
+    at_utc_s: float | None = None,
+    until_utc_s: float | None = None,
+    points_left: int | None = None,
+    struck: Sequence[tuple[float, float]] = (),
+) -> Judgement:
+    """The same for a table already fitted."""
     if tolerance_deg is None:
-        tolerance_deg = 0.1 if header is None else header.tolerance_deg
-    return judge_points(
-        point_set(table),
+        tolerance_deg = TOLERANCE_DEG if header is None else header.tolerance_deg
+    return judge_solution(
+        solution,
         sky_context(table, header),
-        method=method,
         tolerance_deg=tolerance_deg,
         at_utc_s=newest_point_utc_s(table) if at_utc_s is None else at_utc_s,
         until_utc_s=until_utc_s,
