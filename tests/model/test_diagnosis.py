@@ -79,6 +79,12 @@ def test_a_cross_axis_term_says_what_each_cause_would_leave() -> None:
     assert finding.as_json()["certainty"] == "found"
 
 
+def test_a_collimation_too_large_to_reach_every_point_is_still_found() -> None:
+    day = made_up_day("tiltroll-ew", (JUNE,), 0, cause="C", amount=4.0)
+    named = {cause for finding in day.found() for cause in finding.causes}
+    assert "collimation" in named
+
+
 def test_backlash_has_its_amount_axis_and_cure() -> None:
     day = made_up_day("azel", (DECEMBER,), 1, backlash_deg=0.15)
     found = [f for f in day.found() if f.kind == "backlash"]

@@ -12,6 +12,7 @@ from math import comb
 
 import numpy as np
 
+from solarcal.errors import ConfigurationError
 from solarcal.model.extended_mechanism import ExtendedMechanism, Rows
 from solarcal.model.f_tests import ColumnFit, basis_of, norm_beside, t_limit
 from solarcal.model.prior import Prior
@@ -199,11 +200,16 @@ class _Search:
             fit = self._fit()
             noise = fit.noise
             step = self._step(tuple(self.amounts), self._kept_points(), noise)
-            self.values = self.values + step[:6]
-            self.amounts = {
+            values = self.values + step[:6]
+            amounts = {
                 name: float(amount) for name, amount in zip(self.amounts, step[6:], strict=True)
             }
-            self.rows = self.model.rows(self.values, self.amounts)
+            try:
+                self.rows = self.model.rows(values, amounts)
+            except ConfigurationError:
+                # A mechanism so bent reaches not every point: the linear answer has to do.
+                return
+            self.values, self.amounts = values, amounts
 
     def _step(self, names: Sequence[str], kept: Sequence[int], noise: float) -> FloatArray:
         """Of the six numbers from their place, and the full amounts of these causes."""
