@@ -11,6 +11,7 @@ from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink, serve_pty, serve_tcp
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Offsets
 from solarcal.session.journal import Journal
+from solarcal.station.diagnosing import diagnose_session
 from solarcal.station.documents import fit_document
 from solarcal.station.evidence import evidence
 from solarcal.station.fitting import session_table, solve
@@ -108,14 +109,20 @@ def test_a_replayed_journal_gives_the_live_runs_document_to_the_last_byte(tmp_pa
     path = tmp_path / "s.jsonl"
     done = run(path, seed=3, points=6)
     live = fit_document(
-        [path], session_table(done.session), done.solution, evidence=evidence(done.session)
+        [path],
+        session_table(done.session),
+        done.solution,
+        findings=diagnose_session(done.session, done.solution),
     )
     replay = Replay.open(path)
     replay.jump(len(replay))
     solution = solve(replay.view)
     assert solution is not None
     again = fit_document(
-        [path], session_table(replay.view), solution, evidence=evidence(replay.view)
+        [path],
+        session_table(replay.view),
+        solution,
+        findings=diagnose_session(replay.view, solution),
     )
     assert json.dumps(again) == json.dumps(live)
 

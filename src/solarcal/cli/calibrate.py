@@ -140,8 +140,8 @@ def file_stem(scenario: str) -> str:
 
 def calibration_document(calibration: "Calibration") -> dict[str, Any]:
     """The fit document, plus where the session is and, from an emulator, its truth."""
+    from solarcal.station.diagnosing import diagnose_session
     from solarcal.station.documents import fit_document
-    from solarcal.station.evidence import evidence
     from solarcal.station.fitting import session_table
     from solarcal.station.judging import judge_session
 
@@ -153,7 +153,7 @@ def calibration_document(calibration: "Calibration") -> dict[str, Any]:
             session_table(session),
             solution,
             judge_session(session, solution.method),
-            evidence=evidence(session),
+            findings=diagnose_session(session, solution),
         ),
         "session": str(calibration.path),
         "completed": calibration.completed,

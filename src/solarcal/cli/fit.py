@@ -93,7 +93,7 @@ def run(args: argparse.Namespace) -> int:
                 judged.table,
                 judged.solution,
                 judged.judgement,
-                evidence=judged.fitted.evidence,
+                findings=judged.fitted.findings,
                 warnings=judged.fitted.warnings,
             )
         )

@@ -36,7 +36,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from solarcal.errors import ConfigurationError
-    from solarcal.station.fitting import fit_files, newest_point_utc_s
+    from solarcal.station.fitted_files import fit_files
+    from solarcal.station.fitting import newest_point_utc_s
     from solarcal.station.judged_files import judge_fitted
 
     if args.points is not None and args.points < 1:

@@ -29,8 +29,8 @@ def run(args: argparse.Namespace) -> int:
     replay.jump(len(replay))
     if args.json:
         from solarcal.errors import FitError
+        from solarcal.station.diagnosing import diagnose_session
         from solarcal.station.documents import fit_document
-        from solarcal.station.evidence import evidence
         from solarcal.station.fitting import session_table
         from solarcal.station.judging import judge_session
 
@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
                 session_table(session),
                 judgement.solution,
                 judgement,
-                evidence=evidence(session),
+                findings=diagnose_session(session, judgement.solution),
                 warnings=replay.warnings,
             )
         )

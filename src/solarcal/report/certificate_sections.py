@@ -206,5 +206,8 @@ def forecast_section(judgement: Judgement, tolerance_deg: float) -> Section:
 
 def evidence_section(judged: JudgedFiles) -> tuple[Section, ...]:
     """What clocks, reference checks and the readers of the files say; empty without any."""
-    said = (*judged.fitted.evidence, *judged.fitted.warnings)
+    said = (
+        *(finding.sentence for finding in judged.fitted.findings),
+        *judged.fitted.warnings,
+    )
     return (Section("Evidence", (Sentences(said),)),) if said else ()

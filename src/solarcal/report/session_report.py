@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from solarcal.model.finding import Finding
 from solarcal.model.judgement import Judgement
 from solarcal.report.columns import wrapped
 from solarcal.report.fit_tables import coefficients_table, fit_summary
@@ -37,6 +38,7 @@ from solarcal.session.records import (
     Void,
 )
 from solarcal.station.curves import session_plot_data, table_plot_data
+from solarcal.station.diagnosing import diagnose_session
 from solarcal.station.evidence import evidence
 from solarcal.station.judged_files import JudgedFiles
 from solarcal.station.judging import judge_session
@@ -60,6 +62,16 @@ def _bullets(sentences: Sequence[str]) -> str:
 def _plot_size() -> tuple[int, int]:
     columns, rows = shutil.get_terminal_size((80, 24))
     return min(max(columns, 60), WIDEST_PLOT), min(max(rows - 2, 20), 30)
+
+
+def diagnosis_section(findings: Sequence[Finding]) -> str:
+    """What was seen, what the residuals ask for, and what these points cannot tell."""
+    found = [f.sentence for f in findings if f.certainty == "found"]
+    open_ = [f.sentence for f in findings if f.certainty != "found"]
+    parts = [_bullets(found) if found else "Nothing was found to be the matter."]
+    if open_:
+        parts.append("Cannot be told with these points:\n" + _bullets(open_))
+    return _section("Diagnosis", "\n".join(parts))
 
 
 def heading(session: SessionView) -> str:
@@ -105,7 +117,9 @@ def session_text(session: SessionView, judgement: Judgement | None) -> str:
     parts += [_section("Upload", upload_table(upload)) for upload in session.uploads]
     if session.checks:
         parts.append(_section("Check points", checks_table(session.checks)))
-    if said := evidence(session):
+    if judgement is not None:
+        parts.append(diagnosis_section(diagnose_session(session, judgement.solution)))
+    elif said := evidence(session):
         parts.append(_section("Evidence", _bullets(said)))
     return "\n\n".join(parts)
 
@@ -145,8 +159,8 @@ def fit_text(judged: JudgedFiles, *, plot: bool) -> str:
         width, height = _plot_size()
         data = table_plot_data(fitted.table, fitted.solution)
         parts.append(error_plot(data, width, height, colour=sys.stdout.isatty()))
-    if fitted.evidence:
-        parts.append(_section("Evidence", _bullets(fitted.evidence)))
+    if fitted.findings:
+        parts.append(diagnosis_section(fitted.findings))
     return "\n\n".join(parts)
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import msgspec
 
+from solarcal.model.finding import Finding
 from solarcal.model.fit import Solution
 from solarcal.model.judgement import Judgement
 from solarcal.session.points import PointTable
@@ -19,10 +20,12 @@ def fit_document(
     solution: Solution,
     judgement: Judgement | None = None,
     *,
-    evidence: Sequence[str] = (),
+    findings: Sequence[Finding] = (),
     warnings: Sequence[str] = (),
 ) -> dict[str, Any]:
     """The contract's ``solarcal fit --json`` document.
+
+    ``evidence`` are the sentences of what was seen directly, ``diagnosis`` every finding whole.
 
     ``judgement`` is of the same points; without one (terms a controller does not have) forecast
     and verdict are null. ``mechanism`` is null for ``manual``.
@@ -44,7 +47,8 @@ def fit_document(
         },
         "mechanism": fitted.pop("mechanism", None),
         **fitted,
-        "evidence": list(evidence),
+        "evidence": [finding.sentence for finding in findings if finding.direct],
+        "diagnosis": [finding.as_json() for finding in findings],
         "warnings": list(warnings),
         "forecast": None if judgement is None else judgement.forecast.as_json(),
         "verdict": None if judgement is None else judgement.verdict.as_json(),

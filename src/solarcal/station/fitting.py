@@ -1,8 +1,6 @@
 """From a session's points to a solution, the same way live, in replay and from files."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import cast
 
 import numpy as np
@@ -14,18 +12,14 @@ from solarcal.model.methods import DEFAULT_METHOD, fit
 from solarcal.model.points import PointSet
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.geometry import MountGeometry
-from solarcal.session.interchange import FillIn, read_table
 from solarcal.session.points import (
     IMPORTED_MODEL,
     PointTable,
-    ephemeris_warnings,
-    merge_tables,
     table_from_session,
 )
-from solarcal.session.reader import Session, read_session
+from solarcal.session.reader import Session
 from solarcal.session.records import Header
-from solarcal.station.evidence import evidence
-from solarcal.station.state import SessionView, view_session
+from solarcal.station.state import SessionView
 
 
 def point_set(table: PointTable) -> PointSet:
@@ -93,61 +87,3 @@ def solve(session: SessionView, method: str = DEFAULT_METHOD) -> Solution | None
 def fewest_points(method: str) -> int:
     """``manual`` needs three points; with a prior, one says something."""
     return 1 if method == "robust" else FEWEST_POINTS
-
-
-def load_points(path: Path, fill_in: FillIn) -> tuple[PointTable, Session | None]:
-    """Read a session, points CSV or TPOINT file, and the session itself where it is one."""
-    if path.suffix.lower() == ".jsonl":
-        session = read_session(path)
-        return table_from_session(session), session
-    table = read_table(path, **fill_in)
-    return replace(table, warnings=table.warnings + ephemeris_warnings(table)), None
-
-
-@dataclass(frozen=True, slots=True)
-class FittedFiles:
-    """A fit of one or several files of one unit, and what was noticed while reading them."""
-
-    table: PointTable
-    solution: Solution
-    sessions: tuple[Session, ...]
-    evidence: tuple[str, ...]
-    warnings: tuple[str, ...]
-
-
-def fit_files(
-    paths: Sequence[Path],
-    fill_in: FillIn,
-    *,
-    method: str | None = None,
-    terms: Sequence[str] | None = None,
-) -> FittedFiles:
-    """Read, merge and fit. Terms of one's own choice mean the ``manual`` method.
-
-    Raises
-    ------
-    InputFileError, ConfigurationError, FitError
-        A file that cannot be read, files of different units, or points that allow no fit.
-    """
-    loaded = [load_points(Path(path), fill_in) for path in paths]
-    tables = [table for table, _ in loaded]
-    table = tables[0] if len(tables) == 1 else merge_tables(tables)
-    sessions = tuple(session for _, session in loaded if session is not None)
-    solution = solve_table(
-        table,
-        method or (DEFAULT_METHOD if terms is None else "manual"),
-        terms or COEFFICIENT_NAMES,
-        sessions[0].header if sessions else None,
-    )
-    said = [
-        sentence
-        for session in sessions
-        for sentence in evidence(view_session(session.header, session.records))
-    ]
-    return FittedFiles(
-        table=table,
-        solution=solution,
-        sessions=sessions,
-        evidence=tuple(dict.fromkeys(said)),
-        warnings=table.warnings,
-    )

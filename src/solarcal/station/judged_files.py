@@ -13,7 +13,7 @@ from solarcal.session.interchange import FillIn
 from solarcal.session.points import PointTable
 from solarcal.session.reader import Session
 from solarcal.session.records import Header
-from solarcal.station.fitting import FittedFiles, fit_files
+from solarcal.station.fitted_files import FittedFiles, fit_files
 from solarcal.station.judging import judge_fit
 
 
