@@ -48,6 +48,14 @@ class TestArithmetic:
             saved = np.sum(year.weight * (covariance - after))
             assert gain[index] == pytest.approx(saved, rel=1e-6)
 
+    @pytest.mark.parametrize("window_s", [650.0, 1250.0, 3000.0])
+    def test_points_are_never_closer_than_one_takes(self, window_s):
+        _, slots, year = _first_light("azel")
+        until = float(slots.utc_s[0]) + window_s
+        times = slots.utc_s[best_schedule(slots, np.eye(6), year.weight, 20, until_s=until)]
+        assert len(times) >= 2
+        assert np.diff(times).min() >= GAP_S - 1.0
+
     @pytest.mark.parametrize("geometry", ["azel", "tiltroll-ew"])
     @pytest.mark.parametrize("count", [4, 7])
     def test_never_worse_than_greedy_or_equal_spacing(self, geometry, count):
