@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from solarcal.mount.geometry import MountGeometry
     from solarcal.optics.aiming import Heliostat
     from solarcal.site import Site
-    from solarcal.sun import SunPosition
-    from solarcal.units import Angles
 
 HELP = "aim, target and mirror offset of a heliostat"
 
@@ -123,15 +121,6 @@ def asked_geometry(args: argparse.Namespace) -> "MountGeometry":
     return MountGeometry(args.geometry, args.lat or 0.0, args.ax1_centre)
 
 
-def apparent_sun(utc_s: "Angles", args: argparse.Namespace) -> "SunPosition[Angles]":
-    """The Sun whose light falls on the mirror: precise, refracted."""
-    from solarcal.site import Weather, standard_pressure_hpa
-    from solarcal.sun import sun_position
-
-    air = Weather(standard_pressure_hpa(args.elevation))
-    return sun_position("precise", utc_s, asked_site(args), refraction=args.refraction, weather=air)
-
-
 def asked_sun_deg(args: argparse.Namespace) -> tuple[float, float]:
     """Azimuth and zenith angle: given, or the apparent ones for place and time."""
     if args.sun is not None:
@@ -141,7 +130,9 @@ def asked_sun_deg(args: argparse.Namespace) -> tuple[float, float]:
 
     if args.lat is None and args.lon is None:
         raise ConfigurationError("give the Sun: --sun AZIMUTH ZENITH, or --lat --lon and --at")
-    sun = apparent_sun(asked_utc_s(args.at), args)
+    from solarcal.report.field.heliostat_aim import apparent_sun
+
+    sun = apparent_sun(asked_utc_s(args.at), asked_site(args), args.refraction)
     return float(sun.azimuth_deg), float(sun.zenith_deg)
 
 

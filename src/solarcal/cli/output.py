@@ -2,7 +2,13 @@
 
 import json
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from solarcal.report.field.answer import Answer
+
+TALLEST_CHART = 30
+"""Rows of a drawing that takes a whole screen."""
 
 
 def plain(value: Any) -> Any:
@@ -26,6 +32,23 @@ def print_json(document: Any) -> None:
     """Exactly one JSON document on stdout."""
     json.dump(plain(document), sys.stdout, indent=2, allow_nan=False)
     sys.stdout.write("\n")
+
+
+def print_answer(answer: "Answer", as_json: bool) -> int:
+    """The answer of a field calculator as a document or as text with its drawings; 0."""
+    import shutil
+
+    if as_json:
+        print_json(answer.document)
+        return 0
+    width, colour = terminal_size()
+    screen = min(max(shutil.get_terminal_size((80, 24)).lines - 2, 20), TALLEST_CHART)
+    for block in answer.blocks:
+        if isinstance(block, str):
+            print(block)
+        else:
+            print(block.draw(width, block.height or screen, colour, "phosphor"))
+    return 0
 
 
 def say(sentence: str) -> None:

@@ -1,0 +1,1 @@
+"""What the field calculators answer: document, text and drawings, for commands and screens."""

@@ -1,0 +1,179 @@
+"""The mirror's normal of a heliostat, and what its offset does over a day."""
+
+from typing import Any
+
+import numpy as np
+
+from solarcal.errors import ConfigurationError
+from solarcal.mount.geometry import MountGeometry
+from solarcal.optics.aiming import Heliostat, format_mirror, format_target
+from solarcal.optics.drift import drift_over
+from solarcal.optics.mirror_roots import Root, exact_roots
+from solarcal.optics.reflection import angle_deg, direction_enu
+from solarcal.report.field.answer import Answer, Drawing, paragraph
+from solarcal.report.instrument_plots import Curve, curve_plot, directions_plot
+from solarcal.report.scales import Theme
+from solarcal.site import Site, Weather, standard_pressure_hpa
+from solarcal.sun import SunPosition, sun_position
+from solarcal.sun.day import daylight
+from solarcal.timescale import format_utc
+from solarcal.units import Angles
+
+_STEP_S = 600.0
+_LOWEST_DEG = 5.0
+
+
+def apparent_sun(utc_s: Angles, site: Site, refraction: str) -> SunPosition[Angles]:
+    """The Sun whose light falls on the mirror: precise, refracted by mean air."""
+    air = Weather(standard_pressure_hpa(site.elevation_m))
+    return sun_position("precise", utc_s, site, refraction=refraction, weather=air)
+
+
+def aim(
+    sun_deg: tuple[float, float],
+    heliostat: Heliostat,
+    geometry: MountGeometry,
+    *,
+    distance_known: bool = True,
+    latitude_deg: float = 45.0,
+) -> Answer:
+    """The normal for a Sun (azimuth, zenith angle), with everything the offset does to it.
+
+    Without a known distance the unit's parameters cannot be told; ``latitude_deg`` says which way
+    round the sky is drawn.
+    """
+    target, offset = heliostat.target, heliostat.offset
+    front, back = exact_roots(*sun_deg, target, offset)
+    first = heliostat.controller_normal_deg(*sun_deg)
+    ax1, ax2 = geometry.axes_from_horizontal(front.azimuth_deg, front.zenith_deg)
+    apart = angle_deg(direction_enu(*first), direction_enu(front.azimuth_deg, front.zenith_deg))
+    parameters = {
+        "target": format_target(target),
+        "mirror": format_mirror(heliostat.reduced_offset),
+    }
+    document = {
+        "sun_azimuth_deg": sun_deg[0],
+        "sun_zenith_deg": sun_deg[1],
+        "normal_azimuth_deg": front.azimuth_deg,
+        "normal_zenith_deg": front.zenith_deg,
+        "incidence_deg": front.incidence_deg,
+        "geometry": geometry.name,
+        "ax1_deg": float(ax1),
+        "ax2_deg": float(ax2),
+        "controller": {
+            "azimuth_deg": first[0],
+            "zenith_deg": first[1],
+            "apart_deg": float(apart),
+        },
+        "front": _root_document(front),
+        "back": _root_document(back) if back is not None and offset else None,
+        "parameters": parameters if distance_known else None,
+    }
+    lines = [
+        f"  Sun     azimuth {sun_deg[0]:9.4f}  zenith angle {sun_deg[1]:8.4f}",
+        f"  target  azimuth {target.azimuth_deg:9.4f}  zenith angle {target.zenith_deg:8.4f}",
+        f"  NORMAL  azimuth {front.azimuth_deg:9.4f}  zenith angle {front.zenith_deg:8.4f}",
+        f"  AX1 {float(ax1):+9.4f}  AX2 {float(ax2):8.4f}  ({geometry.name})",
+        f"  angle of incidence {front.incidence_deg:.4f} deg",
+    ]
+    if offset:
+        lines += [
+            f"  the controller's first order is {float(apart):.5f} deg from it:",
+            f"          azimuth {first[0]:9.4f}  zenith angle {first[1]:8.4f}",
+            "  That is the front root: the light falls on the mirror's face.",
+        ]
+        if back is None:
+            lines.append("  There is no back root.")
+        else:
+            lines += [
+                f"  The back root, azimuth {back.azimuth_deg:.4f} zenith angle "
+                f"{back.zenith_deg:.4f}, would turn",
+                "  the mirror's reverse to the Sun; it is never the one to use.",
+            ]
+    if distance_known:
+        lines += [f"  PARAM {name} {value}" for name, value in parameters.items()]
+    places = [
+        ("S", "Sun", sun_deg[0], 90.0 - sun_deg[1]),
+        ("N", "normal", front.azimuth_deg, 90.0 - front.zenith_deg),
+        ("T", "target", target.azimuth_deg, 90.0 - target.zenith_deg),
+    ]
+
+    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
+        return directions_plot(places, latitude_deg, width, height, colour, theme)
+
+    return Answer(document, (paragraph(*lines), Drawing("directions", draw, 12)))
+
+
+def _root_document(root: Root) -> dict[str, Any]:
+    return {
+        "azimuth_deg": root.azimuth_deg,
+        "zenith_deg": root.zenith_deg,
+        "normal_azimuth_deg": root.normal_azimuth_deg,
+        "normal_zenith_deg": root.normal_zenith_deg,
+        "incidence_deg": root.incidence_deg,
+        "from_target_deg": root.from_target_deg,
+        "miss": root.miss,
+    }
+
+
+def drift(site: Site, heliostat: Heliostat, utc_s: float, refraction: str) -> Answer:
+    """What an uncorrected mirror offset does to the beam over the day of an instant.
+
+    Raises
+    ------
+    ConfigurationError
+        There is no offset, or no Sun that day.
+    """
+    if not heliostat.offset:
+        raise ConfigurationError("the mirror's offset is zero: without one nothing drifts")
+    span = daylight(site, utc_s, _LOWEST_DEG)
+    if span is None:
+        raise ConfigurationError("the Sun does not get 5 deg above the horizon that day")
+    first, last = np.ceil(span[0] / _STEP_S), np.floor(span[1] / _STEP_S)
+    times = np.arange(first, last + 1.0) * _STEP_S
+    sun = apparent_sun(times, site, refraction)
+    day = drift_over(heliostat, sun.azimuth_deg, sun.zenith_deg)
+    span_length = float(np.hypot(np.ptp(day.right), np.ptp(day.up)))
+    worst_deg = float(day.first_order_deg.max())
+    document = {
+        "utc": [format_utc(t) for t in times.tolist()],
+        "solar_time_h": sun.solar_time_h,
+        "right": day.right,
+        "up": day.up,
+        "drift_max": day.drift_max,
+        "drift_max_deg": day.drift_max_deg,
+        "drift_span": span_length,
+        "first_order_deg": day.first_order_deg,
+        "first_order_max_deg": worst_deg,
+    }
+    hours = sun.solar_time_h
+
+    def beam(width: int, height: int, colour: bool, theme: Theme) -> str:
+        curves = [Curve("right", day.right, "●"), Curve("up", day.up, "+")]
+        return curve_plot(
+            "beam from the target's middle", hours, curves, "apparent solar time, h",
+            width, height, colour, theme, hours=True,
+        )  # fmt: skip
+
+    def first_order(width: int, height: int, colour: bool, theme: Theme) -> str:
+        return curve_plot(
+            "normal, first order from exact, deg", hours,
+            [Curve("apart", day.first_order_deg, "●")], "apparent solar time, h",
+            width, height, colour, theme, hours=True,
+        )  # fmt: skip
+
+    return Answer(
+        document,
+        (
+            Drawing("beam", beam, 16),
+            paragraph(
+                f"  Not corrected, the offset throws the beam up to {day.drift_max:.4g} "
+                f"({day.drift_max_deg:.3f} deg) off the target's middle",
+                f"  and lets it wander by {span_length:.4g} over the day, in the unit of the "
+                "distance.",
+            ),
+            Drawing("first order", first_order, 12),
+            f"  Corrected to first order, the normal is at most {worst_deg:.2g} deg from the "
+            "exact one.",
+        ),
+    )
