@@ -8,23 +8,10 @@ import msgspec
 
 from solarcal.config import config_dir, read_toml, write_toml
 from solarcal.errors import ConfigurationError
+from solarcal.inclinometer import Inclinometer
 from solarcal.site import Site, Weather
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _-]{0,39}")
-
-
-class Inclinometer(msgspec.Struct, frozen=True, kw_only=True):
-    """A reading of the tower's lean, degrees: its top to the north and to the east, one sigma."""
-
-    lean_north_deg: float
-    lean_east_deg: float
-    sigma_deg: float
-
-    def words(self) -> str:
-        return (
-            f"inclinometer: lean to the north {self.lean_north_deg:+.3f} deg, "
-            f"to the east {self.lean_east_deg:+.3f} deg, sigma {self.sigma_deg:.3f} deg"
-        )
 
 
 class Profile(msgspec.Struct, frozen=True, kw_only=True):

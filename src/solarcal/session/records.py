@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import msgspec
 
+from solarcal.inclinometer import Inclinometer
 from solarcal.mount.drive import Drive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import Limits
@@ -71,6 +72,8 @@ class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
     pointing_device: str = ""
     continues: str = ""
     unknown: tuple[str, ...] = ()
+    inclinometer: Inclinometer | None = None
+    """The lean as read on the tower; a fit takes it as known beforehand."""
 
 
 class _Record(msgspec.Struct, frozen=True, kw_only=True):

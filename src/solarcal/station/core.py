@@ -14,6 +14,7 @@ import msgspec
 from solarcal import __version__
 from solarcal.clock import Clock
 from solarcal.errors import LinkError, ProcedureRefused
+from solarcal.inclinometer import Inclinometer
 from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.journal import Journal
@@ -70,6 +71,7 @@ class StationCore:
         operator: str = "",
         pointing_device: str = "",
         tolerance_deg: float = 0.1,
+        inclinometer: Inclinometer | None = None,
     ) -> None:
         self.tracker = tracker
         self.clock = clock
@@ -80,6 +82,7 @@ class StationCore:
         self._operator = operator
         self._pointing_device = pointing_device
         self._tolerance_deg = tolerance_deg
+        self._inclinometer = inclinometer
         self._journal: Journal | None = None
         self._in_force = Coefficients()
         self._change = threading.RLock()
@@ -302,6 +305,7 @@ class StationCore:
             weather=weather,
             pointing_device=self._pointing_device,
             continues=continues,
+            inclinometer=self._inclinometer,
         )
 
     # -- attempts ----------------------------------------------------------------------------

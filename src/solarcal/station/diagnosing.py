@@ -13,13 +13,14 @@ from solarcal.model.diagnosis import diagnose
 from solarcal.model.finding import Finding
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.merging import Merged, merge_sessions
-from solarcal.model.methods import DEFAULT_PRIOR, fit
+from solarcal.model.methods import fit
 from solarcal.model.prior import Prior
 from solarcal.model.solution import Solution
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header
 from solarcal.station.evidence import direct_findings, real_losses
 from solarcal.station.fitting import point_set, session_table, sky_context
+from solarcal.station.known_lean import prior_of
 from solarcal.station.state import SessionView
 
 
@@ -60,7 +61,7 @@ def exact_solution(
     """The solution itself where it is of the exact mechanism, else a robust one of its points."""
     if isinstance(solution, MechanismSolution):
         return solution
-    fitted = fit(point_set(table), sky_context(table, header))
+    fitted = fit(point_set(table), sky_context(table, header), prior=prior_of(header))
     assert isinstance(fitted, MechanismSolution)
     return fitted
 
@@ -72,18 +73,18 @@ def approaches(table: PointTable, labels: Sequence[int]) -> NDArray[np.int_]:
 
 
 def solve_merged(
-    tables: Sequence[PointTable], header: Header | None = None, prior: Prior = DEFAULT_PRIOR
+    tables: Sequence[PointTable], header: Header | None = None, prior: Prior | None = None
 ) -> Merged:
     """Several sessions of one unit in order of time, with the test whether the tower moved.
 
     ``tables`` must be of one unit (``session.points.merge_tables`` refuses others); the context is
-    the first one's.
+    the first one's, and the prior is where none is given.
     """
     ordered = sorted(tables, key=_first_instant)
     context = sky_context(ordered[0], header)
     parts = [point_set(_without_sigma(t, ordered)) for t in ordered]
     names = [t.sources[0] if t.sources else f"session {k + 1}" for k, t in enumerate(ordered)]
-    return merge_sessions(parts, context, prior=prior, names=names)
+    return merge_sessions(parts, context, prior=prior or prior_of(header), names=names)
 
 
 def _first_instant(table: PointTable) -> float:

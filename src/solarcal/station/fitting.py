@@ -19,6 +19,7 @@ from solarcal.session.points import (
 )
 from solarcal.session.reader import Session
 from solarcal.session.records import Header
+from solarcal.station.known_lean import prior_of
 from solarcal.station.state import SessionView
 
 
@@ -74,7 +75,13 @@ def solve_table(
     header: Header | None = None,
 ) -> Solution:
     """Fit the accepted points of a table; ``header`` is that of the session they come from."""
-    return fit(point_set(table), sky_context(table, header), method=method, terms=terms)
+    return fit(
+        point_set(table),
+        sky_context(table, header),
+        method=method,
+        prior=prior_of(header),
+        terms=terms,
+    )
 
 
 def solve(session: SessionView, method: str = DEFAULT_METHOD) -> Solution | None:

@@ -100,6 +100,7 @@ def open_line(
             operator=profile.operator,
             pointing_device=profile.pointing_device,
             tolerance_deg=profile.tolerance_deg,
+            inclinometer=None if emulated else profile.inclinometer,
         )
         station.connect()
         create = _journal_creator(choice, station, output)

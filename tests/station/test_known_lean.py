@@ -1,0 +1,79 @@
+"""An inclinometer read on the tower is known to every fit of its session, live and replayed."""
+
+import math
+
+import msgspec
+import numpy as np
+import pytest
+from emulated_station import emulated_station
+
+from solarcal.inclinometer import Inclinometer
+from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.methods import DEFAULT_PRIOR
+from solarcal.model.shims import base_tilt
+from solarcal.mount.geometry import MountGeometry
+from solarcal.session.journal import Journal
+from solarcal.session.reader import read_session
+from solarcal.station.fitting import solve
+from solarcal.station.judging import judge_session
+from solarcal.station.known_lean import prior_of
+from solarcal.station.procedure import Station
+from solarcal.station.state import view_session
+from solarcal.station.technician import AutomaticTechnician, Schedule
+
+READ = Inclinometer(lean_north_deg=0.6, lean_east_deg=-0.25, sigma_deg=0.02)
+
+
+def header_with(reading, geometry="azel"):
+    station, _ = emulated_station("tijeras-azel")
+    return msgspec.structs.replace(
+        station.session.header, inclinometer=reading, geometry=geometry, ax1_centre_deg=0.0
+    )
+
+
+def test_without_a_reading_the_prior_is_the_usual_one():
+    assert prior_of(header_with(None)) == prior_of(None) == DEFAULT_PRIOR
+
+
+def test_on_azel_the_reading_is_P1_and_P3_themselves():
+    prior = prior_of(header_with(READ))
+    assert (prior.means[0], prior.means[2]) == pytest.approx((0.6, -0.25))
+    assert (prior.sigmas[0], prior.sigmas[2]) == pytest.approx((0.02, 0.02))
+    assert prior.sigmas[1] == DEFAULT_PRIOR.sigmas[1]
+
+
+@pytest.mark.parametrize("geometry", ["tiltroll-ew", "tiltroll-ns", "polar"])
+def test_on_other_mounts_a_turned_base_stays_unknown(geometry):
+    header = header_with(READ, geometry)
+    prior = prior_of(header)
+    assert max(prior.sigmas[0], prior.sigmas[2]) > 1.0
+    assert min(prior.sigmas[0], prior.sigmas[2]) == pytest.approx(0.02)
+    # Whatever P1 and P3 say about the base, its known component is the one read.
+    stands = base_tilt(prior.mean_array(), MountGeometry(geometry, header.site.latitude_deg, 0.0))
+    bearing = math.radians(stands.bearing_deg)
+    tilt = stands.tilt_deg * np.array([math.cos(bearing), math.sin(bearing)])
+    read = np.array([READ.lean_north_deg, READ.lean_east_deg])
+    assert (np.abs(tilt - read) < 1e-9).any()
+
+
+def test_a_replay_fits_and_judges_with_the_reading_of_the_header(tmp_path):
+    path = tmp_path / "day.jsonl"
+    plain, _ = emulated_station("tijeras-azel")
+    station = Station(plain.tracker, plain.clock, inclinometer=READ)
+    station.connect()
+    station.open_session(lambda header: Journal.create(path, header))
+    technician = AutomaticTechnician(station, plain.tracker.emulation.spot, Schedule(points=1))
+    technician.prepare()
+    technician.take_point()
+    live = solve(station.session)
+    assert isinstance(live, MechanismSolution)
+    assert live.posterior.mean[0] == pytest.approx(0.6, abs=0.05)
+    station.leave()
+    saved = read_session(path)
+    view = view_session(saved.header, saved.records)
+    assert saved.header.inclinometer == READ
+    replayed, judged = solve(view), judge_session(view)
+    assert replayed is not None
+    assert judged is not None
+    assert (replayed.values == live.values).all()
+    assert (judged.solution.values == live.values).all()
