@@ -45,9 +45,9 @@ class Bench:
         """Prepared, initialised, centred, with a fresh Set Sun Offset, tracking."""
         if self.station.session.initialised is None:
             self.technician.prepare()
-        assert self.technician.centre()
+        assert self.technician.sight.centre()
         self.station.set_sun_offset()
-        assert self.technician.watch()
+        assert self.technician.sight.watch()
 
 
 @pytest.fixture

@@ -13,10 +13,9 @@ from solarcal.station.jogging import (
     ApproachWatch,
     JogView,
     SunOffsetJog,
-    forward_sense,
-    sun_rates_deg_per_s,
 )
 from solarcal.station.procedure import Station
+from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.unit.tracker import Mode, Spot
 
 

@@ -45,7 +45,7 @@ def test_the_steps_come_in_the_manuals_order():
     assert asked(station) == "ref_check"
     station.ref_check()
     assert asked(station) == "sun_offset"
-    technician.centre()
+    technician.sight.centre()
     station.set_sun_offset()
     station.track()
     station.clock.wait(60.0)

@@ -29,7 +29,7 @@ def ready(scenario: str = "tijeras-azel", *settings: str) -> tuple[Station, Call
 def on_the_sun() -> tuple[Station, Callable[[], Spot]]:
     """The same with the spot centred once by the technician."""
     station, look = ready()
-    assert AutomaticTechnician(station, look, Schedule()).centre()
+    assert AutomaticTechnician(station, look, Schedule()).sight.centre()
     station.set_sun_offset()
     station.track()
     station.clock.wait(60.0)

@@ -9,12 +9,10 @@ import math
 from dataclasses import dataclass, replace
 
 from solarcal.errors import ProcedureRefused, SolarcalError
-from solarcal.mount.geometry import MountGeometry
-from solarcal.optics.aiming import Heliostat
 from solarcal.session.records import SunOffset
 from solarcal.site import Site
 from solarcal.station.procedure import Station
-from solarcal.station.unit_sun import ideal_axes_deg
+from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.unit.tracker import Mode, Spot, Status
 
 STEPS_DEG = (0.005, 0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0)
@@ -34,30 +32,10 @@ SETTING_LEAD_S = 2.0
 """Before the offset is set the axes are put where the Sun will be then, and wait for it."""
 
 SETTLE_TRIES = 30
-SUN_STANDS_DEG_PER_S = 2e-5
-"""Slower than this the Sun has no side to come from (an axis at its turning point)."""
-
 STILL_DEG = 1e-6
 
 Pair = tuple[float, float]
 STOPPED = (Mode.STOP, Mode.STOW, Mode.FAULT, Mode.REF)
-
-
-def sun_rates_deg_per_s(
-    geometry: MountGeometry, site: Site, unit_utc_s: float, heliostat: Heliostat | None = None
-) -> Pair:
-    """How fast the unit's Sun moves in the axes, central difference."""
-    half_s = 15.0
-    before = ideal_axes_deg(geometry, site, unit_utc_s - half_s, heliostat)
-    after = ideal_axes_deg(geometry, site, unit_utc_s + half_s, heliostat)
-    return (after[0] - before[0]) / (2.0 * half_s), (after[1] - before[1]) / (2.0 * half_s)
-
-
-def forward_sense(rate_deg_per_s: float, approach: int) -> int:
-    """The sense an axis comes from behind in: the Sun's, or its last where the Sun stands."""
-    if abs(rate_deg_per_s) < SUN_STANDS_DEG_PER_S:
-        return -1 if approach < 0 else 1
-    return -1 if rate_deg_per_s < 0.0 else 1
 
 
 @dataclass(frozen=True, slots=True)

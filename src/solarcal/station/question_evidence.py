@@ -7,8 +7,8 @@ import math
 from dataclasses import dataclass
 
 from solarcal.station.gathering import MAX_OFFSET_AGE_S
-from solarcal.station.jogging import forward_sense, sun_rates_deg_per_s
 from solarcal.station.state import LiveView, SessionView
+from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.timescale import parse_utc
 from solarcal.unit.tracker import Mode, Spot
 

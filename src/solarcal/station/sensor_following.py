@@ -157,7 +157,7 @@ class _Follower:
             jog.set_here()
         finally:
             jog.release()
-        if not self._watcher.watch():
+        if not self._watcher.sight.watch():
             raise SensorDoubt("after a minute and an update the sensor shows it off the Sun")
         self._station.begin_point()
         # Reference check, Set Sun Offset and the watch are behind us, else we were not here.

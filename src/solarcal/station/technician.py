@@ -15,30 +15,13 @@ from solarcal.model.fit import FEWEST_POINTS
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.mount.drive import reading_deg, register
 from solarcal.session.records import CheckRecord, PointRecord, UploadRecord
+from solarcal.station.centring import SunCentring
 from solarcal.station.fitting import solve
 from solarcal.station.procedure import Station
 from solarcal.station.unit_sun import ideal_axes_deg
 from solarcal.sun.day import daylight
 from solarcal.timescale import format_utc
-from solarcal.unit.tracker import Spot, Status
-from solarcal.units import wrap_deg
-
-FINE_MOVE_S = 2.0
-"""Every jog aims at where the Sun will be this much later, and is renewed at this interval."""
-
-BEHIND_DEG = 0.4
-"""How far to go behind the Sun before coming forward: more than any backlash worth the name."""
-
-WATCH_S = 60.0
-WATCH_STEP_S = 5.0
-MAX_WATCH_S = 420.0
-CLOUD_WAIT_S = 300.0
-MAX_CENTRING_MOVES = 12
-CATCH_UP_S = 60.0
-"""An axis past the Sun by less than this waits for it; by more, it goes behind."""
-
-SUN_STANDS_DEG_PER_S = 2e-4
-"""Slower than this the Sun's sense of motion in an axis means nothing."""
+from solarcal.unit.tracker import Spot
 
 MAX_TRIES = 3
 MIN_POINT_ELEVATION_DEG = 10.0
@@ -88,8 +71,7 @@ class AutomaticTechnician:
         self.station = station
         self.schedule = schedule
         self.method = method
-        self._look = look
-        self._eye_sigma_deg = eye_sigma_deg
+        self.sight = SunCentring(station, look, eye_sigma_deg=eye_sigma_deg, say=say)
         self._say = say
 
     # -- the day -----------------------------------------------------------------------------
@@ -158,12 +140,12 @@ class AutomaticTechnician:
     def take_point(self, *, check: bool = False) -> PointRecord | CheckRecord | None:
         """One point, tried again when it looks wrong; ``None`` when the slot had to be given up."""
         for attempt in range(MAX_TRIES):
-            if not self.centre():
+            if not self.sight.centre():
                 self._say("the slot is given up")
                 self.station.track()
                 return None
             self.station.set_sun_offset()
-            liked = self.watch()
+            liked = self.sight.watch()
             record = self._ask_and_gather(liked, check=check)
             if record is None:
                 continue
@@ -204,79 +186,6 @@ class AutomaticTechnician:
             self.station.track()
 
     # -- the steps ---------------------------------------------------------------------------
-
-    def centre(self) -> bool:
-        """Jog until the spot is centred, each axis coming from behind the Sun.
-
-        An axis that is past the Sun by less than the Sun makes up in a minute is left to be
-        caught up with: the jog aims at where the Sun will be then. One that is further past
-        goes behind first.
-        """
-        station = self.station
-        tolerance_deg = 3.0 * self._eye_sigma_deg + 0.003
-        adjusted = False
-        status = station.poll()
-        # Decided once: going behind the Sun must not turn the sense it is then approached in.
-        senses = [
-            self._forward(rate, approach)
-            for rate, approach in zip(
-                self._rates_deg_per_s(status.unit_utc_s), status.approach, strict=True
-            )
-        ]
-        for _ in range(MAX_CENTRING_MOVES):
-            spot = self._look_through_clouds()
-            if spot is None:
-                self._say("no spot to be seen")
-                return False
-            status = station.poll()
-            rates = self._rates_deg_per_s(status.unit_utc_s)
-            if adjusted and self._on_sky(spot, status) <= tolerance_deg:
-                return True
-            readings = (status.reading1_deg, status.reading2_deg)
-            errors = (spot.error1_deg, spot.error2_deg)
-            past_s = [
-                -error * sense / max(abs(rate), 1e-9) if error * sense < 0.0 else 0.0
-                for error, sense, rate in zip(errors, senses, rates, strict=True)
-            ]
-            catching_up = [late_s for late_s in past_s if late_s <= CATCH_UP_S]
-            aim_s = FINE_MOVE_S * (1.0 + np.ceil(max(catching_up, default=0.0) / FINE_MOVE_S))
-            adjusted = len(catching_up) == 2
-            moves = self._sun_moves_deg(status.unit_utc_s, 0.0, aim_s)
-            targets = [
-                reading + error + move - (0.0 if late_s <= CATCH_UP_S else sense * BEHIND_DEG)
-                for reading, error, move, late_s, sense in zip(
-                    readings, errors, moves, past_s, senses, strict=True
-                )
-            ]
-            self._move(targets[0], targets[1], aim_s)
-        self._say("the spot could not be centred")
-        return False
-
-    @staticmethod
-    def _forward(rate_deg_per_s: float, approach: int) -> float:
-        """The sense the axis has to come from: the Sun's, or the last one where it stands still."""
-        if abs(rate_deg_per_s) < SUN_STANDS_DEG_PER_S:
-            return -1.0 if approach < 0 else 1.0
-        return -1.0 if rate_deg_per_s < 0.0 else 1.0
-
-    def watch(self) -> bool:
-        """Let it track for a minute and through one update; is the spot centred then?"""
-        station = self.station
-        station.track()
-        station.clock.wait(WATCH_S)
-        before = station.poll().update_phase
-        for _ in range(int(MAX_WATCH_S / WATCH_STEP_S)):
-            station.clock.wait(WATCH_STEP_S)
-            phase = station.poll().update_phase
-            if phase < before:
-                break
-            before = phase
-        spot = self._look()
-        status = station.poll()
-        allowed = (
-            0.75 * station.session.header.unit.update_range_deg + 4.0 * self._eye_sigma_deg + 0.02
-        )
-        return spot.visible and self._on_sky(spot, status) <= allowed
 
     def _ask_and_gather(self, liked: bool, *, check: bool) -> PointRecord | CheckRecord | None:
         station = self.station
@@ -337,51 +246,11 @@ class AutomaticTechnician:
         if solution is not None:
             self.station.record_fit(solution)
 
-    # -- eyes and hands ----------------------------------------------------------------------
-
     def _check_reference(self) -> None:
         record = self.station.ref_check()
         d1, d2 = record.difference_counts
         self._say(f"reference check {record.number}: counts found {d1:+d}, {d2:+d}")
         self.station.track()
-
-    def _look_through_clouds(self) -> Spot | None:
-        for _ in range(6):
-            spot = self._look()
-            if spot.visible:
-                return spot
-            self.station.clock.wait(CLOUD_WAIT_S)
-        return None
-
-    def _move(self, target1_deg: float, target2_deg: float, aim_s: float) -> None:
-        """Jog there and stay until ``aim_s`` has passed, renewing the target until at rest."""
-        passed_s = 0.0
-        for _ in range(600):
-            self.station.jog(target1_deg, target2_deg)
-            self.station.clock.wait(FINE_MOVE_S)
-            passed_s += FINE_MOVE_S
-            if passed_s >= aim_s and self.station.poll().moving == (0, 0):
-                return
-
-    @staticmethod
-    def _on_sky(spot: Spot, status: Status) -> float:
-        return float(
-            np.hypot(spot.error1_deg * np.sin(np.radians(status.ideal2_deg)), spot.error2_deg)
-        )
-
-    def _rates_deg_per_s(self, unit_utc_s: float) -> tuple[float, float]:
-        """How fast the Sun moves in the axes, degrees per second, central difference."""
-        half_s = 15.0
-        move1, move2 = self._sun_moves_deg(unit_utc_s, -half_s, half_s)
-        return move1 / (2.0 * half_s), move2 / (2.0 * half_s)
-
-    def _sun_moves_deg(self, unit_utc_s: float, from_s: float, to_s: float) -> tuple[float, float]:
-        """How far the Sun moves in the axes between two instants relative to ``unit_utc_s``."""
-        geometry, header = self.station.geometry, self.station.session.header
-        heliostat = header.unit.heliostat
-        start = ideal_axes_deg(geometry, header.site, unit_utc_s + from_s, heliostat)
-        end = ideal_axes_deg(geometry, header.site, unit_utc_s + to_s, heliostat)
-        return float(wrap_deg(end[0] - start[0])), end[1] - start[1]
 
     # -- waiting -----------------------------------------------------------------------------
 

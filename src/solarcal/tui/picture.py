@@ -41,8 +41,8 @@ async def workstation_svg(session_file: Path, theme: str = DEFAULT_THEME) -> str
     technician = AutomaticTechnician(station, unit.emulation.spot, Schedule(POINTS, checks=0))
     technician.prepare()
     technician.take_points()
-    technician.centre()
-    technician.watch()
+    technician.sight.centre()
+    technician.sight.watch()
     app = SolarcalApp(PERFORMERS, settings=Settings(theme=theme))
     async with app.run_test(size=SIZE) as pilot:
         app.adopt(station)
