@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from solarcal.errors import ConfigurationError
 from solarcal.model.exact_errors import LEAN_STEP_DEG, mechanism_of, own_sine
 from solarcal.model.known_physics import SkyContext, TruePoints, true_points
 from solarcal.model.points import PointSet
@@ -80,7 +81,13 @@ class ExtendedMechanism:
         return (COLLIMATION, SQUARENESS, SAG, AIR, *both)
 
     def rows(self, values: FloatArray, amounts: Mapping[str, float]) -> Rows:
-        """Linearise about six numbers (6,) and amounts of other causes."""
+        """Linearise about six numbers (6,) and amounts of other causes.
+
+        Raises
+        ------
+        ConfigurationError
+            Amounts that no mechanism has, or with which it does not reach every point.
+        """
         errors = self._errors(mechanism_of(values), amounts)
         left = np.stack((self.seen.err1_deg, self.seen.err2_deg)) - errors
         left[0] = wrap_deg(left[0])
@@ -124,7 +131,10 @@ class ExtendedMechanism:
         """E1, E2 (2, n), axis degrees, counted from where the Sun is taken to be."""
 
         def held(name: str) -> float:
-            return float(np.clip(amounts.get(name, 0.0), -_LARGEST[name], _LARGEST[name]))
+            amount = amounts.get(name, 0.0)
+            if abs(amount) > _LARGEST[name]:
+                raise ConfigurationError(f"no mechanism has {name} = {amount:g}")
+            return amount
 
         geometry, ax1, ax2 = self.points.geometry, self.seen.ax1_deg, self.seen.ax2_deg
         built = Mechanism(
