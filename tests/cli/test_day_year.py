@@ -208,7 +208,7 @@ def test_year_without_limits_and_beyond_the_polar_circle(
         (("energy", "--lat", "95"), "latitude 95 is not between -90 and 90"),
         (("energy", "--day", "400"), "day 400 is not between 0 and 366"),
         (("energy", "--normal", "0", "0", "0"), "normal is zero"),
-        (("energy", "--tilt", "200"), "--tilt 200 deg"),
+        (("energy", "--tilt", "200"), "tilt 200 deg"),
         (("energy", "--facing", "90"), "--facing says where a --tilt leans to"),
         (("energy", "--acceptance", "0.5"), "give --pointing-error too"),
         (("energy", "--date", "the 1st"), "is not a date and time"),

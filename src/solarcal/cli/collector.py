@@ -38,9 +38,8 @@ def collector_of(args: argparse.Namespace, latitude_deg: float) -> "Collector":
     ConfigurationError
         A zero vector, a tilt beyond 0..180, or --facing without --tilt.
     """
-    import math
-
     from solarcal.errors import ConfigurationError
+    from solarcal.report.field.collector import tilted
     from solarcal.sun.energy import FixedCollector, OneAxisCollector, TrackingCollector
 
     if args.facing is not None and args.tilt is None:
@@ -53,44 +52,4 @@ def collector_of(args: argparse.Namespace, latitude_deg: float) -> "Collector":
         return FixedCollector((args.normal[0], args.normal[1], args.normal[2]))
     if args.tilt is None:
         return FixedCollector()
-    if not 0.0 <= args.tilt <= 180.0:
-        raise ConfigurationError(f"--tilt {args.tilt:g} deg is not between 0 and 180")
-    facing_deg = args.facing
-    if facing_deg is None:
-        facing_deg = 180.0 if latitude_deg >= 0.0 else 0.0
-    if not math.isfinite(facing_deg):
-        raise ConfigurationError(f"--facing {facing_deg:g} is not an azimuth in degrees")
-    tilt, facing = math.radians(args.tilt), math.radians(facing_deg)
-    return FixedCollector(
-        (
-            math.sin(tilt) * math.cos(facing),
-            math.sin(tilt) * math.sin(facing),
-            math.cos(tilt),
-        )
-    )
-
-
-def collector_text(collector: "Collector") -> str:
-    """What it is, in words."""
-    from solarcal.report.columns import number
-    from solarcal.sun.energy import FixedCollector, OneAxisCollector
-
-    if isinstance(collector, FixedCollector):
-        kind, vector = "fixed, facing", collector.normal_neu
-    elif isinstance(collector, OneAxisCollector):
-        kind, vector = "turning about", collector.axis_neu
-    else:
-        return "facing the Sun on two axes"
-    north, east, up = (number(part, 4) for part in vector)
-    return f"{kind} N {north}  E {east}  U {up}"
-
-
-def collector_document(collector: "Collector") -> dict[str, Any]:
-    """The same for a JSON document."""
-    from solarcal.sun.energy import FixedCollector, OneAxisCollector
-
-    if isinstance(collector, FixedCollector):
-        return {"kind": "fixed", "normal_neu": list(collector.normal_neu)}
-    if isinstance(collector, OneAxisCollector):
-        return {"kind": "one-axis", "axis_neu": list(collector.axis_neu)}
-    return {"kind": "tracking"}
+    return tilted(args.tilt, args.facing, latitude_deg)

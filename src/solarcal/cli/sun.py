@@ -84,62 +84,25 @@ def asked_utc_s(at: str | None) -> float:
 
 def run(args: argparse.Namespace) -> int:
     """Compute and print."""
-    from solarcal.cli.output import print_json
-    from solarcal.mount.geometry import MountGeometry
+    from solarcal.cli.output import print_answer
+    from solarcal.mount.geometry import MountGeometry, default_ax1_centre
+    from solarcal.report.field.sun import sun
     from solarcal.site import Site, Weather, standard_pressure_hpa
-    from solarcal.sun import sun_position
-    from solarcal.timescale import format_utc
 
     site = Site(args.lat, args.lon, args.elevation)
     centre_deg = args.ax1_centre
     if centre_deg is None:
-        centre_deg = 180.0 if args.geometry == "azel" and site.latitude_deg < 0.0 else 0.0
-    mount = MountGeometry(args.geometry, site.latitude_deg, centre_deg)
+        centre_deg = default_ax1_centre(args.geometry, site.latitude_deg)
     pressure_hpa = args.pressure
     if pressure_hpa is None:
         pressure_hpa = standard_pressure_hpa(site.elevation_m)
-    sun = sun_position(
-        args.model,
+    answer = sun(
         asked_utc_s(args.at),
         site,
-        dut1_s=args.dut1,
+        MountGeometry(args.geometry, site.latitude_deg, centre_deg),
+        model=args.model,
         refraction=args.refraction,
         weather=Weather(pressure_hpa, args.temperature),
+        dut1_s=args.dut1,
     )
-    ax1_deg, ax2_deg = mount.axes_from_horizontal(sun.azimuth_deg, sun.zenith_deg)
-    document = {
-        "utc": format_utc(sun.utc_s),
-        "model": args.model,
-        "azimuth_deg": sun.azimuth_deg,
-        "zenith_deg": sun.zenith_deg,
-        "elevation_deg": sun.elevation_deg,
-        "declination_deg": sun.declination_deg,
-        "equation_of_time_min": sun.equation_of_time_min,
-        "solar_time": clock_face(sun.solar_time_h),
-        "geometry": args.geometry,
-        "ax1_deg": float(ax1_deg),
-        "ax2_deg": float(ax2_deg),
-    }
-    if args.json:
-        print_json(document)
-        return 0
-    air = "airless" if args.refraction == "none" else f"refracted ({args.refraction})"
-    print(f"Sun by {args.model}, {air}, {document['utc']}")
-    for label, value, unit in (
-        ("azimuth (N through E)", f"{sun.azimuth_deg:.4f}", "deg"),
-        ("zenith angle", f"{sun.zenith_deg:.4f}", "deg"),
-        ("elevation", f"{sun.elevation_deg:+.4f}", "deg"),
-        ("declination", f"{sun.declination_deg:+.4f}", "deg"),
-        ("equation of time", f"{sun.equation_of_time_min:+.3f}", "min"),
-        ("apparent solar time", document["solar_time"], ""),
-        (f"AX1 ({args.geometry})", f"{ax1_deg:+.4f}", "deg"),
-        (f"AX2 ({args.geometry})", f"{ax2_deg:.4f}", "deg"),
-    ):
-        print(f"  {label:<24}{value:>10} {unit}".rstrip())
-    return 0
-
-
-def clock_face(hours: float) -> str:
-    """HH:MM:SS of [0, 24) hours, rounded to the second."""
-    seconds = round(hours * 3600.0) % 86400
-    return f"{seconds // 3600:02d}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"
+    return print_answer(answer, args.json)

@@ -46,52 +46,26 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _error(args: argparse.Namespace) -> int:
-    import math
+    from solarcal.cli.output import print_answer, require
+    from solarcal.report.field.sunspot import error
 
-    from solarcal.cli.output import print_json, require, terminal_size
-    from solarcal.optics.sunspot import spot_error_deg, two_position_check
-    from solarcal.units import format_degrees
-
-    height = require(args.height, "--height")
-    hole = require(args.hole, "--hole")
-    spot = require(args.spot, "--spot")
-    edge = require(args.edge, "--edge")
-    error = spot_error_deg(height, hole, spot, edge)
-    up = None if args.edge_up is None else spot_error_deg(height, hole, spot, args.edge_up)
-    check = None
-    if args.turned is not None:
-        check = two_position_check(error, spot_error_deg(height, hole, spot, args.turned))
-    rim = 0.5 * (spot - hole)
-    document = {
-        "error_deg": error,
-        "error_up_deg": up,
-        "sky_error_deg": math.hypot(error, up or 0.0),
-        "even_rim": rim,
-        "device_deg": None if check is None else check.device_deg,
-        "tracker_deg": None if check is None else check.tracker_deg,
-    }
-    if args.json:
-        print_json(document)
-        return 0
-    print(f"  error towards that edge  {format_degrees(error, 4)} deg")
-    if up is not None:
-        print(f"  error upwards            {format_degrees(up, 4)} deg")
-        print(f"  on the sky               {document['sky_error_deg']:8.4f} deg")
-    print(f"  E without an error       {rim:8.4g} on every side")
-    if check is not None:
-        print(f"  of this the device's own {format_degrees(check.device_deg, 4)} deg")
-        print(f"  and the tracker's        {format_degrees(check.tracker_deg, 4)} deg")
-    from solarcal.report.instrument_plots import plate_drawing
-
-    width, colour = terminal_size()
-    above = 0.0 if args.edge_up is None else args.edge_up - rim
-    print(plate_drawing(hole, spot, edge - rim, above, width, 15, colour))
-    return 0
+    return print_answer(
+        error(
+            require(args.height, "--height"),
+            require(args.hole, "--hole"),
+            require(args.spot, "--spot"),
+            require(args.edge, "--edge"),
+            args.edge_up,
+            args.turned,
+        ),
+        args.json,
+    )
 
 
 def _design(args: argparse.Namespace) -> int:
-    from solarcal.cli.output import print_json, require
+    from solarcal.cli.output import print_answer, require
     from solarcal.optics.sunspot import design_for, design_from_size
+    from solarcal.report.field.sunspot import design
 
     hole = require(args.hole, "--hole")
     if args.resolution is not None or args.range is not None:
@@ -100,27 +74,4 @@ def _design(args: argparse.Namespace) -> int:
     else:
         height, plate = require(args.height, "--height"), require(args.plate, "--plate")
         device = design_from_size(height, hole, plate, args.shift)
-    document = {
-        "height": device.height,
-        "hole": device.hole_diameter,
-        "plate": device.plate_diameter,
-        "spot": device.spot_diameter,
-        "even_rim": device.even_rim,
-        "smallest_shift": device.smallest_shift,
-        "resolution_deg": device.resolution_deg,
-        "range_deg": device.range_deg,
-    }
-    if args.json:
-        print_json(document)
-        return 0
-    for name, value, unit in (
-        ("height H of the plate", device.height, ""),
-        ("hole Do", device.hole_diameter, ""),
-        ("plate, diameter", device.plate_diameter, ""),
-        ("spot Ds", device.spot_diameter, ""),
-        ("E without an error", device.even_rim, ""),
-        ("resolution", device.resolution_deg, "deg"),
-        ("range, either side", device.range_deg, "deg"),
-    ):
-        print(f"  {name:<24}{value:>10.4g} {unit}".rstrip())
-    return 0
+    return print_answer(design(device), args.json)

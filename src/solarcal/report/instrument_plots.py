@@ -113,25 +113,52 @@ def plate_drawing(
     height: int,
     colour: bool = True,
     theme: Theme = "phosphor",
+    *,
+    plate_diameter: float | None = None,
 ) -> str:
     """The orifice plate seen from the mirror: the hole, and the spot moved by (across, up)."""
+    rings = [Ring("hole", "#", hole_diameter), Ring("spot", "o", spot_diameter, across, up)]
+    if plate_diameter is not None:
+        rings.insert(0, Ring("plate", ".", plate_diameter))
+    return rings_drawing("the plate from the mirror", rings, width, height, colour, theme)
+
+
+@dataclass(frozen=True, slots=True)
+class Ring:
+    """A circle with its name and glyph; its centre stands (across, up) from the middle."""
+
+    name: str
+    glyph: str
+    diameter: float
+    across: float = 0.0
+    up: float = 0.0
+
+
+def rings_drawing(
+    title: str,
+    rings: Sequence[Ring],
+    width: int,
+    height: int,
+    colour: bool = True,
+    theme: Theme = "phosphor",
+) -> str:
+    """Circles in one plane, all of one unit, round and in view."""
     canvas = Canvas(width, height, colour, theme, "")
     palette = canvas.palette
     turn = np.linspace(0.0, 2.0 * math.pi, _CIRCLE_POINTS)
-    reach = 1.15 * (0.5 * max(spot_diameter, hole_diameter) + math.hypot(across, up))
+    largest = max(ring.diameter for ring in rings)
+    reach = 1.15 * (0.5 * largest + max(math.hypot(ring.across, ring.up) for ring in rings))
     rows = max(1, canvas.rows)
     wide = reach * canvas.columns / (_CELL_ASPECT * rows)
     canvas.frame(Scale(-wide, wide, (0.0,), ("0",)), Scale(-reach, reach, (0.0,), ("0",)))
-    for diameter, x, y, glyph, tone in (
-        (hole_diameter, 0.0, 0.0, "#", palette.text),
-        (spot_diameter, across, up, "o", palette.axis1),
-    ):
-        radius = 0.5 * diameter
-        canvas.dots(x + radius * np.cos(turn), y + radius * np.sin(turn), glyph, tone, bold=True)
-    return canvas.finish(
-        [("the plate from the mirror", palette.text), ("  # hole", palette.text),
-         ("  o spot", palette.axis1)]
-    )  # fmt: skip
+    head: list[HeaderPart] = [(title, palette.text)]
+    for ring in rings:
+        tone = palette.axis1 if ring is rings[-1] else palette.text
+        x = ring.across + 0.5 * ring.diameter * np.cos(turn)
+        y = ring.up + 0.5 * ring.diameter * np.sin(turn)
+        canvas.dots(x, y, ring.glyph, tone, bold=True)
+        head.append((f"  {ring.glyph} {ring.name}", tone))
+    return canvas.finish(head)
 
 
 def _plain_scale(low: float, high: float, columns: int) -> Scale:

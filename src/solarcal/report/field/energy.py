@@ -1,0 +1,163 @@
+"""What a collector catches at a moment, over a day, over a year, in the manner of SUNCALC."""
+
+from typing import Any
+
+import numpy as np
+
+from solarcal.report.field.answer import Answer, Drawing, paragraph
+from solarcal.report.field.collector import collector_document, collector_text
+from solarcal.report.instrument_plots import Curve, curve_plot
+from solarcal.report.scales import Theme
+from solarcal.sun.circular_orbit import CircularDay
+from solarcal.sun.energy import (
+    Collector,
+    day_percent,
+    disc_percent,
+    moment_percent,
+    pointing_loss,
+    suncalc_day_percent,
+    year_percent,
+)
+
+SEASON_DAYS = (0, 91, 182, 273)
+SEASONS = ("March equinox", "June solstice", "September equinox", "December solstice")
+_DRAWN = 97
+
+
+def energy(
+    latitude_deg: float,
+    days: float,
+    solar_time_h: float,
+    collector: Collector,
+    *,
+    pointing_error_deg: float | None = None,
+    acceptance_deg: float | None = None,
+) -> Answer:
+    """A collector at a latitude, ``days`` after the March equinox."""
+    day = CircularDay(latitude_deg, days)
+    moment = moment_percent(collector, day, solar_time_h)
+    north, east, up = day.direction_neu(solar_time_h).tolist()
+    pointing = None
+    if pointing_error_deg is not None:
+        loss = pointing_loss(collector, day, pointing_error_deg)
+        pointing = {
+            "error_deg": loss.error_deg,
+            "lost_percent": loss.lost_percent,
+            "worst_bearing_deg": loss.worst_bearing_deg,
+            "disc_percent": None
+            if acceptance_deg is None
+            else disc_percent(acceptance_deg, pointing_error_deg),
+        }
+    percent: dict[str, Any] = {
+        "moment": moment,
+        "day": suncalc_day_percent(collector, day),
+        "day_integrated": day_percent(collector, day),
+        "year": year_percent(collector, latitude_deg),
+        "seasons": {
+            str(number): suncalc_day_percent(collector, CircularDay(latitude_deg, number))
+            for number in SEASON_DAYS
+        },
+    }
+    document: dict[str, Any] = {
+        "latitude_deg": latitude_deg,
+        "day": day.day,
+        "solar_time_h": solar_time_h,
+        "collector": collector_document(collector),
+        "sun": {
+            "north": north,
+            "east": east,
+            "up": up,
+            "elevation_deg": day.elevation_deg(solar_time_h),
+            "high_sun_deg": day.high_sun_deg,
+            "sunrise_bearing_deg": day.sunrise_bearing_deg,
+            "never_sets": day.never_sets,
+        },
+        "daylight_h": day.daylight_h,
+        "dawn_h": day.dawn_h,
+        "dusk_h": day.dusk_h,
+        "due_east_h": day.due_east_h,
+        "due_west_h": day.due_west_h,
+        "percent": percent,
+        "pointing": pointing,
+    }
+    rows = [
+        ("Sun towards", f"N {north:+.6f}  E {east:+.6f}  U {up:+.6f}"),
+        ("elevation", f"{day.elevation_deg(solar_time_h):.6f} deg"),
+        ("highest", f"{day.high_sun_deg:.6f} deg at noon"),
+        *_horizon_rows(day),
+        ("due east, due west", _due_text(day)),
+        ("caught now", f"{moment:.6f} % of full Sun"),
+        ("over the day", f"{percent['day']:.6f} % (SUNCALC's 100 steps)"),
+        ("", f"{percent['day_integrated']:.6f} % (integrated)"),
+        ("over the year", f"{percent['year']:.6f} %"),
+    ]
+    for number, name in zip(SEASON_DAYS, SEASONS, strict=True):
+        rows.append((f"day {number}", f"{percent['seasons'][str(number)]:.6f} % ({name})"))
+    rows += _pointing_rows(pointing, acceptance_deg)
+    lines = [
+        f"Latitude {latitude_deg:g}, {day.day:g} days after the March equinox, "
+        f"{solar_time_h:g} h solar",
+        f"Collector {collector_text(collector)}",
+        "",
+        *(f"  {label:<20}{text}" for label, text in rows),
+    ]
+
+    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
+        hours = np.linspace(0.0, 24.0, _DRAWN)
+        caught = np.array([moment_percent(collector, day, float(one)) for one in hours])
+        return curve_plot(
+            "caught, % of full Sun", hours, [Curve("collector", caught, "●")],
+            "solar time, h", width, height, colour, theme, hours=True,
+            marks=[(solar_time_h, "the time asked")],
+        )  # fmt: skip
+
+    return Answer(document, (paragraph(*lines),), Drawing("over the day", draw))
+
+
+def _horizon_rows(day: CircularDay) -> list[tuple[str, str]]:
+    if day.never_sets == "day":
+        return [("daylight", f"24 h: the Sun shines all day, lowest {day.low_sun_deg:.3f} deg")]
+    if day.dawn_h is None or day.dusk_h is None or day.sunrise_bearing_deg is None:
+        return [("daylight", "none: the Sun is hidden all day")]
+    bearing = day.sunrise_bearing_deg
+    return [
+        ("rises", f"{bearing:.6f} deg from East towards North"),
+        ("dawn, dusk", f"{day.dawn_h:.6f} h, {day.dusk_h:.6f} h solar time"),
+        ("daylight", f"{day.daylight_h:.6f} h"),
+    ]
+
+
+def _due_text(day: CircularDay) -> str:
+    if day.due_east_h is None or day.due_west_h is None:
+        side = "North" if day.declination_deg > day.latitude_deg else "South"
+        return f"never: the Sun stays in the {side}"
+    times = f"{day.due_east_h:.6f} h, {day.due_west_h:.6f} h solar time"
+    height = day.elevation_deg(day.due_east_h)
+    where = "below the horizon" if height < -1e-9 else f"{abs(height):.3f} deg high"
+    return f"{times}, {where}"
+
+
+def _pointing_rows(
+    pointing: dict[str, float | None] | None, acceptance_deg: float | None
+) -> list[tuple[str, str]]:
+    if pointing is None:
+        return []
+    bearing = pointing["worst_bearing_deg"]
+    rows = [
+        (
+            "pointing error",
+            f"{pointing['error_deg']:g} deg costs {pointing['lost_percent']:.6f} % "
+            "of the day's energy",
+        )
+    ]
+    if bearing is not None:
+        rows.append(("", f"at worst: tipped towards azimuth {bearing:.1f}"))
+    if acceptance_deg is not None:
+        rows.append(
+            (
+                "concentrator",
+                f"accepting {acceptance_deg:g} deg sees {pointing['disc_percent']:.3f} % "
+                "of the Sun's disc",
+            )
+        )
+    return rows

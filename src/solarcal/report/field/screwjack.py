@@ -1,0 +1,192 @@
+"""A screwjack's SJP#1-3 from measured lengths, its dead points, what a wrong R1 does."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from solarcal.errors import ConfigurationError
+from solarcal.mount.drive import ScrewjackDrive, format_drive
+from solarcal.mount.screwjack_setup import (
+    Measured,
+    ScrewjackSetup,
+    WrongLength,
+    dead_points_deg,
+    fit_beta,
+    reach_deg,
+    wrong_length,
+)
+from solarcal.report.field.answer import Answer, Drawing, paragraph
+from solarcal.report.instrument_plots import Curve, curve_plot
+from solarcal.report.scales import Theme
+from solarcal.units import FloatArray, format_degrees
+
+LENGTH_UNITS = {"in": 1.0 / 25.4, "mm": 1.0, "cm": 0.1, "m": 0.001}
+"""Units of the lengths, each with how many of it a millimetre is."""
+
+_CURVE_POINTS = 61
+_WRONG_R1_MM = 5.0
+_INSIDE_DEG = 5.0
+"""How far inside the dead points the axis is looked at when no limits are given."""
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What was measured; lengths in ``unit``. See the command's options for each."""
+
+    R1: float
+    R2: float
+    R3: float
+    observations: Sequence[Measured]
+    grows: bool = True
+    counts: float | None = None
+    limits: tuple[float, float] | None = None
+    reference_deg: float | None = None
+    unit: str = "in"
+    wrong_R1: float | None = None
+
+
+def screwjack(asked: Asked) -> Answer:
+    """Parameters, their consistency, and both curves."""
+    unset = ScrewjackDrive(
+        R1=asked.R1,
+        R2=asked.R2,
+        R3=asked.R3,
+        beta_deg=0.0,
+        counts_per_length=1.0 if asked.counts is None else asked.counts,
+        sign=-1 if asked.grows else 1,
+    )
+    setup = fit_beta(unset, asked.observations)
+    jack = setup.drive
+    lowest, highest = reach_deg(jack)
+    low, high = asked.limits or (lowest + _INSIDE_DEG, highest - _INSIDE_DEG)
+    if not low < high:
+        raise ConfigurationError(f"limits: {low:g} is not below {high:g}")
+    reference = high if asked.reference_deg is None else asked.reference_deg
+    angles = np.linspace(low, high, _CURVE_POINTS)
+    change = _WRONG_R1_MM * LENGTH_UNITS[asked.unit] if asked.wrong_R1 is None else asked.wrong_R1
+    true = msgspec.structs.replace(jack, R1=jack.R1 + change)
+    wrong = wrong_length(true, jack, reference, angles)
+    length = jack.length(angles)
+    document = {
+        "SJP1": jack.SJP1,
+        "SJP2": jack.SJP2,
+        "SJP3": jack.SJP3,
+        "beta_deg": jack.beta_deg,
+        "betas_deg": setup.betas_deg,
+        "beta_sigma_deg": setup.beta_sigma_deg,
+        "spread_deg": setup.spread_deg,
+        "consistent": setup.consistent,
+        "length_residuals": setup.length_residuals,
+        "angle_residuals_deg": setup.angle_residuals_deg,
+        "explanations": [
+            {"name": one.name, "change": one.change, "rms": one.rms} for one in setup.explanations
+        ],
+        "dead_points_deg": dead_points_deg(jack),
+        "reach_deg": (lowest, highest),
+        "drive": None if asked.counts is None else format_drive(jack),
+        "curve": {
+            "angle_deg": angles,
+            "length": length,
+            "counts": None if asked.counts is None else asked.counts * length,
+        },
+        "wrong_R1": _wrong_document(change, wrong),
+    }
+    return Answer(
+        document,
+        (
+            paragraph(*_setup_lines(asked, setup), ""),
+            _length_drawing(asked, jack, angles, length),
+            paragraph(*_slope_lines(asked, length, angles), ""),
+            _wrong_drawing(asked, angles, change, wrong),
+            paragraph(
+                f"  R1 {change:+.4g} {asked.unit} from what was told: up to "
+                f"{abs(wrong.error_deg).max():.3f} deg of tracking error;",
+                "  offset and scale (P2 and P5, or P4 and P6) leave "
+                f"{abs(wrong.left_deg).max():.3f} deg.",
+            ),
+        ),
+    )
+
+
+def _wrong_document(change: float, wrong: WrongLength) -> dict[str, Any]:
+    return {
+        "change": change,
+        "error_max_deg": float(abs(wrong.error_deg).max()),
+        "left_max_deg": float(abs(wrong.left_deg).max()),
+        "offset_deg": wrong.offset_deg,
+        "scale": wrong.scale,
+        "angle_deg": wrong.angle_deg,
+        "error_deg": wrong.error_deg,
+        "left_deg": wrong.left_deg,
+    }
+
+
+def _setup_lines(asked: Asked, setup: ScrewjackSetup) -> list[str]:
+    jack, unit = setup.drive, asked.unit
+    sigma = "" if setup.beta_sigma_deg is None else f"  (sigma {setup.beta_sigma_deg:.3f})"
+    lines = [
+        f"  SJP#1  {jack.SJP1:12.4f} deg  (beta){sigma}",
+        f"  SJP#2  {jack.SJP2:12.4f} {unit}^2",
+        f"  SJP#3  {jack.SJP3:12.4f} {unit}^2",
+    ]
+    if asked.counts is not None:
+        lines.append(f"  drive  {format_drive(jack)}")
+    lines.append(f"  {'angle':>9} {'L':>10} {'its beta':>10} {'off by':>10} {'which is':>11}")
+    for one, beta, length, angle in zip(
+        asked.observations, setup.betas_deg, setup.length_residuals, setup.angle_residuals_deg,
+        strict=True,
+    ):  # fmt: skip
+        lines.append(
+            f"  {one.angle_deg:9.3f} {one.length:10.4f} {beta:10.4f} {length:+10.4f} "
+            f"{format_degrees(angle, 3):>7} deg"
+        )
+    if setup.consistent is None:
+        lines.append("  One angle only: measure the length at a second one to check beta.")
+    elif setup.consistent:
+        lines.append(f"  The betas agree within {setup.spread_deg:.3f} deg.")
+    else:
+        lines.append(
+            f"  The betas lie {setup.spread_deg:.3f} deg apart: a length or the sense is wrong."
+        )
+        for why in setup.explanations:
+            what = "the other sense" if why.name == "sense" else f"{why.name} {why.change:+.4f}"
+            lines.append(f"    {what} would leave {why.rms:.4f} {unit} rms")
+    low, high = dead_points_deg(jack)
+    lines.append(f"  dead points at {low:.3f} and {high:.3f} deg")
+    return lines
+
+
+def _slope_lines(asked: Asked, length: FloatArray, angles: FloatArray) -> list[str]:
+    if asked.counts is None:
+        return []
+    slope = abs(asked.counts * (length[1:] - length[:-1]) / (angles[1:] - angles[:-1]))
+    return [f"  counts a degree: {slope.min():.0f} to {slope.max():.0f}"]
+
+
+def _length_drawing(
+    asked: Asked, jack: ScrewjackDrive, angles: FloatArray, length: FloatArray
+) -> Drawing:
+    dead = [(angle, "dead point") for angle in dead_points_deg(jack)]
+
+    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
+        return curve_plot(
+            f"length L, {asked.unit}", angles, [Curve("L", length, "●")], "axis angle, deg",
+            width, height, colour, theme, marks=dead,
+        )  # fmt: skip
+
+    return Drawing("length", draw, 16)
+
+
+def _wrong_drawing(asked: Asked, angles: FloatArray, change: float, wrong: WrongLength) -> Drawing:
+    curves = [Curve("read-out", wrong.error_deg, "●"), Curve("left", wrong.left_deg, "+")]
+
+    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
+        return curve_plot(
+            f"R1 {change:+.4g} {asked.unit}: error, deg", angles, curves, "axis angle, deg",
+            width, height, colour, theme,
+        )  # fmt: skip
+
+    return Drawing("wrong R1", draw, 14)

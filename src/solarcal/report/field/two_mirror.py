@@ -1,0 +1,140 @@
+"""Two 45-degree mirrors on an altazimuth mount: axes, the diode's correction, field of view."""
+
+from solarcal.errors import ConfigurationError
+from solarcal.optics.two_mirror import (
+    EulerBase,
+    axes_of,
+    ray_to_sky,
+    sun_axes_deg,
+    tracker_matrix,
+)
+from solarcal.optics.two_mirror_diode import (
+    SUN_RADIUS_MRAD,
+    QuadrantDiode,
+    Signals,
+    quadrant_errors,
+)
+from solarcal.optics.two_mirror_fov import FieldOfView
+from solarcal.report.field.answer import Answer, Drawing, paragraph
+from solarcal.report.instrument_plots import Ring, directions_plot, rings_drawing
+from solarcal.report.scales import Theme
+
+
+def base_document(base: EulerBase) -> dict[str, float]:
+    """Euler angles as JSON."""
+    return {
+        "alpha_deg": base.alpha_deg,
+        "beta_deg": base.beta_deg,
+        "gamma_deg": base.gamma_deg,
+    }
+
+
+def point(
+    azimuth_deg: float, zenith_deg: float, base: EulerBase, *, latitude_deg: float = 45.0
+) -> Answer:
+    """Axis angles that look at the Sun."""
+    sun1, sun2 = sun_axes_deg(azimuth_deg, zenith_deg)
+    t1, t2 = base.axes_deg(sun1, sun2)
+    matrix = tracker_matrix(t1, t2)
+    document = {
+        "azimuth_deg": azimuth_deg,
+        "zenith_deg": zenith_deg,
+        "base": base_document(base),
+        "t1_deg": t1,
+        "t2_deg": t2,
+        "tracker_matrix": matrix,
+    }
+    lines = [
+        f"Sun: azimuth {azimuth_deg:.4f}, zenith angle {zenith_deg:.4f} deg",
+        f"axis 1 (t1, from South, East positive) {t1:+10.4f} deg",
+        f"axis 2 (t2, zenith angle)              {t2:+10.4f} deg",
+        "mirrors (ray traced back from the instrument; South, East, Up):",
+    ]
+    lines += ["  " + " ".join(f"{value + 0.0:+9.6f}" for value in row) for row in matrix]
+    places = [
+        ("S", "Sun", azimuth_deg, 90.0 - zenith_deg),
+        ("A", "where a level base's axes would look", 180.0 - t1, 90.0 - t2),
+    ]
+
+    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
+        return directions_plot(places, latitude_deg, width, height, colour, theme)
+
+    return Answer(document, (paragraph(*lines),), Drawing("directions", draw))
+
+
+def trace(signals: Signals, t1_deg: float, t2_deg: float, diode: QuadrantDiode) -> Answer:
+    """The four signals as axis corrections.
+
+    Raises
+    ------
+    ConfigurationError
+        No light, or axis angles that cannot be.
+    """
+    if not (-360.0 <= t1_deg <= 360.0 and -180.0 <= t2_deg <= 180.0):
+        raise ConfigurationError("t1 lies between -360 and 360, t2 between -180 and 180 deg")
+    e1, e2 = quadrant_errors(signals)
+    sun1, sun2 = axes_of(ray_to_sky(diode.ray(e1, e2), t1_deg, t2_deg))
+    turn1, turn2 = diode.corrections_deg(e1, e2, t1_deg, t2_deg)
+    off_mrad = diode.off_centre_mrad(e1, e2)
+    saturated = max(abs(e1), abs(e2)) > 0.95
+    document = {
+        "e1": e1,
+        "e2": e2,
+        "off_centre_mrad": off_mrad,
+        "saturated": saturated,
+        "sun_t1_deg": sun1,
+        "sun_t2_deg": sun2,
+        "correction1_deg": turn1,
+        "correction2_deg": turn2,
+    }
+    lines = [
+        f"e1 {e1:+.5f}  e2 {e2:+.5f}: {off_mrad:.3f} mrad off the set point"
+        + (" at least (the diode is saturated)" if saturated else ""),
+        f"Sun in the tracker's frame: t1 {sun1:+.4f}, t2 {sun2:+.4f} deg",
+        f"add to axis 1 {turn1:+.5f} deg",
+        f"add to axis 2 {turn2:+.5f} deg",
+    ]
+    across = 1e3 * (e1 - diode.set_point1) / diode.gain_per_rad
+    up = 1e3 * (e2 - diode.set_point2) / diode.gain_per_rad
+    rings = [
+        Ring("Sun at the set point", "#", 2.0 * SUN_RADIUS_MRAD),
+        Ring("where it is", "o", 2.0 * SUN_RADIUS_MRAD, across, up),
+    ]
+
+    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
+        return rings_drawing("traced back", rings, width, height, colour, theme)
+
+    return Answer(document, (paragraph(*lines),), Drawing("diode", draw))
+
+
+def fov(field: FieldOfView) -> Answer:
+    """The field-of-view budget."""
+    document = {
+        "diode_mrad": field.diode_mrad,
+        "tracker_mrad": field.tracker_mrad,
+        "field_mrad": field.field_mrad,
+        "limited_by": field.limited_by,
+        "sun_mrad": field.sun_mrad,
+        "sun_centre_within_mrad": field.any_light_mrad,
+        "whole_sun_within_mrad": field.whole_sun_mrad,
+    }
+    lines = [
+        f"FOV1 of the diode    {field.diode_mrad:8.2f} mrad",
+        f"FOV2 of the tracker  {field.tracker_mrad:8.2f} mrad",
+        f"the {field.limited_by} limits: {field.field_mrad:.2f} mrad for a Sun of "
+        f"{field.sun_mrad:.2f} mrad",
+        f"the Sun's centre stays in the field up to {field.any_light_mrad:.2f} mrad of error,",
+        f"the whole Sun up to {field.whole_sun_mrad:.2f} mrad"
+        if field.whole_sun_mrad > 0.0
+        else "the whole Sun never fits",
+    ]
+    rings = [
+        Ring("diode", "#", field.diode_mrad),
+        Ring("tracker", "+", field.tracker_mrad),
+        Ring("Sun", "o", field.sun_mrad),
+    ]
+
+    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
+        return rings_drawing("fields of view", rings, width, height, colour, theme)
+
+    return Answer(document, (paragraph(*lines),), Drawing("fields", draw))
