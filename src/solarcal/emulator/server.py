@@ -8,6 +8,7 @@ import threading
 from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Protocol
 
 from solarcal.emulator.emulation import Emulator
 from solarcal.errors import ConfigurationError, LinkError
@@ -18,6 +19,22 @@ catch up. Input wakes it at once."""
 
 BUSY = b"# busy: one station at a time\r\n"
 """What a second simultaneous TCP client is told; no frame, so a station sees a damaged reply."""
+
+
+class UnitOnALine(Protocol):
+    """What can be served: an emulator, or one behind a line with faults."""
+
+    def handle_input(self, data: bytes) -> list[bytes]:
+        """Replies to a piece of the stream."""
+        ...
+
+    def catch_up(self) -> None:
+        """Let the time pass that real time owes."""
+        ...
+
+    def link_lost(self) -> None:
+        """The station is gone."""
+        ...
 
 
 class InProcessLink:
@@ -47,7 +64,7 @@ class InProcessLink:
 
 
 @contextlib.contextmanager
-def serve_pty(emulator: Emulator, link_path: str | Path | None = None) -> Iterator[str]:
+def serve_pty(emulator: UnitOnALine, link_path: str | Path | None = None) -> Iterator[str]:
     """Serve on a pseudo-terminal while the context lasts; gives the name to connect to.
 
     With ``link_path`` a symbolic link of that name is made and removed again. The station may
@@ -84,7 +101,7 @@ def serve_pty(emulator: Emulator, link_path: str | Path | None = None) -> Iterat
 
 
 @contextlib.contextmanager
-def serve_tcp(emulator: Emulator, host: str = "127.0.0.1", port: int = 0) -> Iterator[str]:
+def serve_tcp(emulator: UnitOnALine, host: str = "127.0.0.1", port: int = 0) -> Iterator[str]:
     """Serve on TCP while the context lasts; gives the URL to connect to (port 0: a free one).
 
     One station at a time, any number one after the other; a second simultaneous one is told that
@@ -118,7 +135,7 @@ def tcp_address(text: str) -> tuple[str, int]:
 class _Server:
     """Runs in a thread of its own until told to end."""
 
-    def __init__(self, emulator: Emulator) -> None:
+    def __init__(self, emulator: UnitOnALine) -> None:
         self.emulator = emulator
         self._wake_reader, self._wake_writer = os.pipe()
         self._ending = False
@@ -149,7 +166,7 @@ class _Ended(Exception):
 
 
 class _PtyServer(_Server):
-    def __init__(self, emulator: Emulator, descriptor: int) -> None:
+    def __init__(self, emulator: UnitOnALine, descriptor: int) -> None:
         super().__init__(emulator)
         self._descriptor = descriptor
         # A station that no longer reads must not block the unit for ever.
@@ -172,7 +189,7 @@ class _PtyServer(_Server):
 
 
 class _TcpServer(_Server):
-    def __init__(self, emulator: Emulator, listener: socket.socket) -> None:
+    def __init__(self, emulator: UnitOnALine, listener: socket.socket) -> None:
         super().__init__(emulator)
         self._listener = listener
 

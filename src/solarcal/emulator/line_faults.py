@@ -1,0 +1,195 @@
+"""A line that goes wrong on purpose, between a station and an emulated unit.
+
+It stands where the emulator stands: behind an ``InProcessLink``-like link of its own (``connect``),
+or behind a server (``serve_pty``, ``serve_tcp``). What goes wrong follows from the seed and from
+the bytes that passed, never from the time of day.
+"""
+
+from collections import deque
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from solarcal.emulator.emulation import Emulator
+from solarcal.errors import ConfigurationError, LinkError
+from solarcal.unit.frames import LineBuffer
+
+MOST_BABBLE_BYTES = 2000
+"""Length of the longest burst of noise put before a reply: eight times the longest frame."""
+
+
+@dataclass(frozen=True, slots=True)
+class LineFaults:
+    """How often what goes wrong, as probabilities, in both directions unless said otherwise.
+
+    Attributes
+    ----------
+    flipped, dropped, doubled : of each byte.
+    halved : of each piece of the stream: only its beginning arrives.
+    silent : of each piece of the stream: nothing of it arrives.
+    delayed : of each reply: its end (or all of it) arrives only when the station has given up
+        waiting and speaks again, as a stale reply.
+    babbled : of each reply: noise without a line end comes before it.
+    """
+
+    flipped: float = 0.0
+    dropped: float = 0.0
+    doubled: float = 0.0
+    halved: float = 0.0
+    silent: float = 0.0
+    delayed: float = 0.0
+    babbled: float = 0.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            if not 0.0 <= getattr(self, field.name) <= 1.0:
+                raise ConfigurationError(f"{field.name} is a probability, 0 to 1")
+        if self.flipped + self.dropped + self.doubled > 1.0:
+            raise ConfigurationError("flipped, dropped and doubled are more than all bytes")
+
+
+class FaultyLine:
+    """The line to ``emulator``, with faults. It outlives the connections made over it."""
+
+    def __init__(
+        self, emulator: Emulator, faults: LineFaults | None = None, *, seed: int = 0
+    ) -> None:
+        self.emulator = emulator
+        self.faults = faults or LineFaults()
+        self.damages = 0
+        """How often something has gone wrong so far."""
+        self.frames = 0
+        """How many pieces of the stream the station has sent so far."""
+        self._random = np.random.default_rng(seed)
+        self._held = bytearray()
+        self._hang_up_in: int | None = None
+        self._delivered = False
+
+    # -- a unit's end, as the servers know it ------------------------------------------------
+
+    def handle_input(self, data: bytes) -> list[bytes]:
+        """What comes back over the line for a piece of the stream."""
+        self.frames += 1
+        late, self._held = bytes(self._held), bytearray()
+        replies = self.emulator.handle_input(self._damaged(data))
+        arriving = [late] if late else []
+        arriving += [self._returned(reply) for reply in replies]
+        return [piece for piece in arriving if piece]
+
+    def catch_up(self) -> None:
+        self.emulator.catch_up()
+
+    def link_lost(self) -> None:
+        """The station is gone. What the line still holds of old replies, it keeps."""
+        self.emulator.link_lost()
+
+    # -- a station's end in this process -----------------------------------------------------
+
+    def connect(self) -> "FaultyLink":
+        """A connection over this line; any number, one after the other."""
+        return FaultyLink(self)
+
+    def hang_up(self, after_frames: int = 0, *, delivered: bool = False) -> None:
+        """Break the connection at the frame that follows ``after_frames`` more.
+
+        ``delivered``: the unit still gets that frame and acts on it; its reply is lost.
+        """
+        self._hang_up_in, self._delivered = after_frames, delivered
+
+    def breaks_at(self, data: bytes) -> bool:
+        """Whether the connection breaks with this frame; delivers the frame where that was said."""
+        if self._hang_up_in is None:
+            return False
+        self._hang_up_in -= 1
+        if self._hang_up_in >= 0:
+            return False
+        self._hang_up_in = None
+        self.damages += 1
+        if self._delivered:
+            # Buffers on the way may keep a reply for whoever connects next.
+            for reply in self.emulator.handle_input(data):
+                self._held += reply
+        return True
+
+    # -- what goes wrong ---------------------------------------------------------------------
+
+    def _happens(self, probability: float) -> bool:
+        # Nothing is drawn for what cannot happen: adding a kind of fault leaves the others alone.
+        if probability <= 0.0 or self._random.random() >= probability:
+            return False
+        self.damages += 1
+        return True
+
+    def _damaged(self, data: bytes) -> bytes:
+        """A piece of the stream as it arrives at the other end."""
+        faults = self.faults
+        if self._happens(faults.silent):
+            return b""
+        if self._happens(faults.halved):
+            data = data[: int(self._random.integers(len(data) + 1))]
+        if not faults.flipped + faults.dropped + faults.doubled:
+            return data
+        flip_to = faults.flipped
+        drop_to = flip_to + faults.dropped
+        double_to = drop_to + faults.doubled
+        arriving = bytearray()
+        for byte, roll in zip(data, self._random.random(len(data)), strict=True):
+            if roll >= double_to:
+                arriving.append(byte)
+                continue
+            self.damages += 1
+            if roll < flip_to:
+                arriving.append(byte ^ int(self._random.integers(1, 0x100)))
+            elif roll >= drop_to:
+                arriving += bytes((byte, byte))
+        return bytes(arriving)
+
+    def _returned(self, reply: bytes) -> bytes:
+        """A reply as it arrives at the station; a late part of it is held back."""
+        reply = self._damaged(reply)
+        if self._happens(self.faults.delayed):
+            cut = int(self._random.integers(len(reply) + 1))
+            self._held += reply[cut:]
+            reply = reply[:cut]
+        if self._happens(self.faults.babbled):
+            reply = self._babble() + reply
+        return reply
+
+    def _babble(self) -> bytes:
+        length = int(self._random.integers(1, MOST_BABBLE_BYTES + 1))
+        noise: bytes = self._random.integers(0, 0x100, length, dtype=np.uint8).tobytes()
+        return noise.replace(b"\n", b"?")
+
+
+class FaultyLink:
+    """A ``Link`` over a ``FaultyLine``, without a wire: silence is known at once."""
+
+    def __init__(self, line: FaultyLine) -> None:
+        self._line = line
+        self._buffer = LineBuffer()
+        self._lines: deque[bytes] = deque()
+        self._lost = ""
+
+    def write(self, data: bytes) -> None:
+        if self._lost:
+            raise LinkError(self._lost)
+        if self._line.breaks_at(data):
+            self._end("the line to the emulator was lost")
+            raise LinkError(self._lost)
+        for piece in self._line.handle_input(data):
+            self._lines.extend(self._buffer.feed(piece))
+
+    def read_line(self, timeout_s: float) -> bytes | None:
+        if self._lines:
+            return self._lines.popleft()
+        if self._lost:
+            raise LinkError(self._lost)
+        return None
+
+    def close(self) -> None:
+        self._end("the line to the emulator is closed")
+
+    def _end(self, reason: str) -> None:
+        if not self._lost:
+            self._lost = reason
+            self._line.link_lost()
