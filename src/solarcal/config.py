@@ -76,18 +76,30 @@ class Choice(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 
 
 class Settings(msgspec.Struct, frozen=True, kw_only=True):
-    """What the program remembers. ``lines``: session file -> the choice it was taken with."""
+    """What the program remembers.
+
+    ``lines``: session file -> the choice it was taken with; ``calculators``: id of a field
+    calculator -> what was typed into its fields where it is not the default.
+    """
 
     theme: str = "phosphor"
     profile: str = ""
     last: Choice | None = None
     lines: dict[str, Choice] = {}
+    calculators: dict[str, dict[str, str]] = {}
 
     def with_line(self, path: Path, choice: Choice) -> "Settings":
         """These settings, remembering the line of a session; the oldest are forgotten."""
         kept = [(name, line) for name, line in self.lines.items() if name != path.name]
         lines = dict([*kept, (path.name, choice)][-REMEMBERED_LINES:])
         return msgspec.structs.replace(self, lines=lines)
+
+    def with_calculator(self, name: str, values: Mapping[str, str]) -> "Settings":
+        """These settings, remembering what was typed into a calculator."""
+        kept = {one: typed for one, typed in self.calculators.items() if one != name}
+        if values:
+            kept[name] = dict(values)
+        return msgspec.structs.replace(self, calculators=kept)
 
 
 def load_settings() -> Settings:

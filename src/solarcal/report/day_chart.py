@@ -33,10 +33,12 @@ def day_chart(
 ) -> str:
     """Two charts on one time scale, together ``height`` lines of at most ``width`` characters.
 
-    The least that can be read is 40 x 20. Only the Sun above the horizon is drawn; where it is
-    beyond the mount's limits the dots are ``:``.
+    Both need 40 x 20; in fewer lines only the elevation is drawn. Only the Sun above the horizon is
+    drawn; where it is beyond the mount's limits the dots are ``:``.
     """
     up = track.elevation_deg >= 0.0
+    if height < SMALLEST_HEIGHT:
+        return _elevation(track, up, width, height, colour, theme)
     upper = (height + 1) // 2
     return "\n".join(
         (

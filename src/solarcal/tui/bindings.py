@@ -64,6 +64,10 @@ ACTIONS: tuple[Action, ...] = (
     Action("next_plot", "Next plot", ("v",), "v", "Error plot, residuals, sky map, convergence"),
     Action("void", "Void", ("x",), "x", "Strike a record, or restore it"),
     Action("note", "Note", ("n",), "n", "Write a remark into the session"),
+    Action(
+        "calculators", "Calculators", ("f11", "g"), "F11 g",
+        "Field calculators: Sun, day, heliostat, mirrors, screwjack, sunspot device",
+    ),
     Action("faster", "Faster", ("plus",), "+", "Emulator: let time pass faster"),
     Action("slower", "Slower", ("minus",), "-", "Emulator: let time pass slower"),
     Action("skip", "Skip ahead", ("w",), "w", "Emulator: skip to when the next point is due"),

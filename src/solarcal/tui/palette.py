@@ -1,6 +1,7 @@
-"""The command palette: every action by its name, and the themes."""
+"""The command palette: every action and every calculator by its name, and the themes."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import TYPE_CHECKING, cast
 
 from textual.command import DiscoveryHit, Hit, Hits, Provider
@@ -10,27 +11,27 @@ if TYPE_CHECKING:
 
 
 class ActionProvider(Provider):
-    """Every action of the workstation, with its keys and what it is for."""
+    """Every action of the workstation with its keys, every calculator, and what they are for."""
 
-    def _entries(self) -> Iterator[tuple[str, str, str]]:
+    def _entries(self) -> Iterator[tuple[str, str, Callable[[], object]]]:
+        from solarcal.tui.calculators.catalogue import CALCULATORS
+        from solarcal.tui.screens.calculators import open_calculator
+
         app = cast("SolarcalApp", self.app)
         for action in app.actions:
-            yield f"{action.label}   {action.shown}", action.tooltip, action.id
+            run = partial(app.action_perform, action.id)
+            yield f"{action.label}   {action.shown}", action.tooltip, run
+        for one in CALCULATORS:
+            title = f"Calculator: {one.group}, {one.title}"
+            yield title, one.purpose, partial(open_calculator, app, one)
 
     async def discover(self) -> Hits:
-        app = cast("SolarcalApp", self.app)
-        for title, tooltip, action_id in self._entries():
-            yield DiscoveryHit(title, lambda name=action_id: app.action_perform(name), help=tooltip)
+        for title, tooltip, run in self._entries():
+            yield DiscoveryHit(title, run, help=tooltip)
 
     async def search(self, query: str) -> Hits:
-        app = cast("SolarcalApp", self.app)
         matcher = self.matcher(query)
-        for title, tooltip, action_id in self._entries():
+        for title, tooltip, run in self._entries():
             score = max(matcher.match(title), 0.8 * matcher.match(tooltip))
             if score > 0.0:
-                yield Hit(
-                    score,
-                    matcher.highlight(title),
-                    lambda name=action_id: app.action_perform(name),
-                    help=tooltip,
-                )
+                yield Hit(score, matcher.highlight(title), run, help=tooltip)

@@ -26,6 +26,7 @@ _OPENERS = {
     "clock": "clock",
     "void": "void_note:open_void",
     "note": "void_note:open_note",
+    "calculators": "calculators:open_list",
 }
 """Action id to module of ``solarcal.tui.screens`` and, after a colon, its function (``open``)."""
 

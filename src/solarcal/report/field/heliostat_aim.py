@@ -17,7 +17,7 @@ from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun import SunPosition, sun_position
 from solarcal.sun.day import daylight
 from solarcal.timescale import format_utc
-from solarcal.units import Angles
+from solarcal.units import Angles, format_degrees
 
 _STEP_S = 600.0
 _LOWEST_DEG = 5.0
@@ -73,7 +73,7 @@ def aim(
         f"  Sun     azimuth {sun_deg[0]:9.4f}  zenith angle {sun_deg[1]:8.4f}",
         f"  target  azimuth {target.azimuth_deg:9.4f}  zenith angle {target.zenith_deg:8.4f}",
         f"  NORMAL  azimuth {front.azimuth_deg:9.4f}  zenith angle {front.zenith_deg:8.4f}",
-        f"  AX1 {float(ax1):+9.4f}  AX2 {float(ax2):8.4f}  ({geometry.name})",
+        f"  AX1 {format_degrees(float(ax1), 4):>9}  AX2 {float(ax2):8.4f}  ({geometry.name})",
         f"  angle of incidence {front.incidence_deg:.4f} deg",
     ]
     if offset:

@@ -67,6 +67,7 @@ class StartScreen(StationScreen):
                 FooterEntry("a", "Address", "screen.address"),
                 FooterEntry("F9", "Recalc", "app.perform('recompute')"),
                 FooterEntry("t", "Theme", "screen.theme"),
+                FooterEntry("g", "Calcs", "app.perform('calculators')"),
                 FooterEntry("F1", "Help", "app.perform('help')"),
                 FooterEntry("^Q", "Quit", "app.perform('quit')"),
             ]
