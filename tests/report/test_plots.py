@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from made_up_session import hourly
 
+from solarcal.mount.formula import Coefficients
 from solarcal.report import plots, scales
 from solarcal.session.records import FitRecord
 from solarcal.station.curves import session_plot_data
@@ -208,6 +209,18 @@ def test_convergence_shows_each_coefficient_by_its_digit(history):
     inside = "".join(body(text))
     assert all(inside.count(digit) >= 4 for digit in "1234")
     assert "beyond the frame" in text.split("\n")[0]
+
+
+def test_convergence_shows_one_sigma_of_each_coefficient(history):
+    def bars(history):
+        return "".join(body(plots.convergence_plot(history, 100, 30, colour=False))).count("│")
+
+    without = [msgspec.structs.replace(fit, sigmas=None) for fit in history]
+    wide = [
+        msgspec.structs.replace(fit, sigmas=Coefficients(*(0.1 for _ in range(6))))
+        for fit in history
+    ]
+    assert bars(wide) >= bars(without) + 3 * len(history)
 
 
 @pytest.mark.parametrize(("low", "high"), [(-0.03, 0.02), (-2.3, 0.7), (0.0, 90.0), (-1e-6, 1e-6)])

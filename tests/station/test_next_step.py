@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import msgspec
 import pytest
 
 from solarcal.emulator.emulation import Emulator
@@ -9,7 +10,10 @@ from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
 from solarcal.session.journal import Journal
 from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.fitting import solve
+from solarcal.station.judging import judge_session
 from solarcal.station.next_step import NextStep, countdown_text, next_step
+from solarcal.station.plan_wishes import HALF_HOUR_S, PlanWishes, judge_as_wished
 from solarcal.station.procedure import Station
 from solarcal.station.state import Activity, LinkState, StationState
 from solarcal.station.sun_now import sun_now
@@ -103,7 +107,95 @@ def test_after_the_upload_two_check_points_prove_it():
     technician.upload()
     assert "check point 1 of 2" in next_step(station.state).sentence
     technician.take_checks()
-    assert next_step(station.state).action == "quit"
+    assert next_step(station.state).action == "report"
+    assert "Signed off" in next_step(station.state).sentence
+
+
+def test_check_points_beyond_the_tolerance_do_not_prove_it():
+    station = connected()
+    schedule = Schedule(points=3, every_min=20.0, checks=2)
+    technician = AutomaticTechnician(station, station.tracker.emulation.spot, schedule)
+    technician.prepare()
+    technician.take_points()
+    technician.upload()
+    technician.take_checks()
+    session = station.session
+    checks = tuple(msgspec.structs.replace(c, sky_error_deg=0.3) for c in session.checks)
+    step = next_step(replace(station.state, session=replace(session, checks=checks)))
+    assert step.action == "upload"
+    assert "NOT signed off" in step.sentence
+
+
+def judged_day(points=2):
+    station = connected()
+    technician = AutomaticTechnician(
+        station, station.tracker.emulation.spot, Schedule(points=points, every_min=20.0)
+    )
+    technician.prepare()
+    technician.take_points()
+    station.clock.wait(60.0)
+    station.poll()
+    now_utc_s = station.state.live.laptop_utc_s
+    return station, judge_session(station.session, at_utc_s=now_utc_s)
+
+
+def with_verdict(judgement, state):
+    return replace(judgement, verdict=replace(judgement.verdict, state=state))
+
+
+def test_with_a_plan_the_next_point_is_due_when_the_plan_says():
+    station, judgement = judged_day()
+    planned = judgement.plan.recommended
+    step = next_step(station.state, 40.0, judgement)
+    assert step.action == "sun_offset"
+    assert f"Point 3 of {2 + planned.points}:" in step.sentence
+    assert step.due_utc_s == planned.times_utc_s[0]
+    # A planned time is one with the Sun high enough, however low it is now.
+    later = replace(judgement.plan.recommended, times_utc_s=(judgement.plan.at_utc_s + 3600.0,))
+    waiting = replace(judgement, plan=replace(judgement.plan, recommended=later))
+    assert "too low" not in next_step(station.state, 3.0, waiting).sentence
+    assert "too low" in next_step(station.state, 3.0).sentence
+
+
+def test_the_verdict_says_when_there_are_enough_and_when_something_is_wrong():
+    station, judgement = judged_day()
+    good = next_step(station.state, 40.0, with_verdict(judgement, "stop"))
+    assert good.action == "upload"
+    assert "Good for the year" in good.sentence
+    wrong = next_step(station.state, 40.0, with_verdict(judgement, "does_not_fit"))
+    assert "why the points do not fit" in wrong.sentence
+
+
+def test_a_day_that_cannot_reach_the_tolerance_says_so_beside_its_next_point():
+    station, _ = judged_day()
+    wishes = PlanWishes(until_utc_s=station.state.live.laptop_utc_s + 1800.0)
+    solution = solve(station.session)
+    judgement = judge_as_wished(station.session, solution, wishes, station.state.live.laptop_utc_s)
+    assert not judgement.plan.reaches
+    step = next_step(station.state, 40.0, judgement)
+    assert "not reach the tolerance" in step.sentence
+
+
+def test_wishes_shape_the_plan():
+    station, judgement = judged_day()
+    now_utc_s = station.state.live.laptop_utc_s
+    solution = judgement.solution
+    first = judgement.plan.recommended.times_utc_s[0]
+    begin = first // HALF_HOUR_S * HALF_HOUR_S
+    clouded = judge_as_wished(station.session, solution, PlanWishes().strike(begin), now_utc_s)
+    times = clouded.plan.recommended.times_utc_s
+    assert times
+    assert not any(begin <= time < begin + HALF_HOUR_S for time in times)
+    five = PlanWishes().points_more(+1, taken=2, planned=2)
+    assert five.points == 5
+    counted = judge_as_wished(station.session, solution, five, now_utc_s)
+    assert max(stop.points for stop in counted.plan.stops) == 3
+    leaving = PlanWishes().leave_at(now_utc_s + 7200.0)
+    left = judge_as_wished(station.session, solution, leaving, now_utc_s)
+    assert max(left.plan.recommended.times_utc_s) <= now_utc_s + 7200.0
+    late = judge_as_wished(station.session, solution, leaving, now_utc_s + 9000.0)
+    assert late.plan.recommended.points <= 1
+    assert leaving.leave_at(now_utc_s + 7200.0) == PlanWishes().strike(0.0).strike(0.0)
 
 
 @pytest.mark.parametrize("activity", [Activity.REF_CHECK, Activity.GATHERING, Activity.UPLOADING])

@@ -18,6 +18,8 @@ from solarcal.station.curves import ErrorPlotData
 from solarcal.units import FloatArray
 
 BAND_MIN_HEIGHT = 20
+SIDE_BY_SIDE = 0.15
+"""Of the distance from one number of points to the next, between two coefficients."""
 SCALE_TRAVEL_DEG = 90.0
 """P5 and P6 are shown as the error they make over this much of axis travel."""
 
@@ -215,35 +217,53 @@ def convergence_plot(
     colour: bool = True,
     theme: Theme = "phosphor",
 ) -> str:
-    """P1..P6 against the number of points, each drawn with its own digit.
+    """P1..P6 against the number of points, each drawn with its own digit, with one-sigma bars.
 
-    P5 and P6 are shown as degrees per 90 deg of travel. Early values are wild: the frame holds the
-    later half of the history, and what lies beyond it is counted in the header.
+    The six stand side by side about their number of points. P5 and P6 are shown as degrees per
+    90 deg of travel. Early values are wild: the frame holds the later half of the history, and
+    what lies beyond it is counted in the header.
     """
     canvas = Canvas(width, height, colour, theme, "points")
     palette = canvas.palette
     n = np.array([fit.points for fit in history], dtype=np.float64)
     weights = np.array([1.0] * 4 + [SCALE_TRAVEL_DEG] * 2)
     p = np.array([fit.coefficients.as_tuple() for fit in history]).reshape(-1, 6) * weights
-    settled = p[len(p) // 2 :]
-    low, high = scales.error_range([settled], [])
+    sigma = (
+        np.array(
+            [fit.sigmas.as_tuple() if fit.sigmas is not None else (np.nan,) * 6 for fit in history]
+        ).reshape(-1, 6)
+        * weights
+    )
+    half = len(p) // 2
+    bar = np.nan_to_num(sigma[half:])
+    low, high = scales.error_range([p[half:] - bar, p[half:] + bar], [])
     values = scales.value_scale(low, high, canvas.rows)
     first, last = (float(n.min()), float(n.max())) if n.size else (3.0, 12.0)
     last = max(last, first + 2.0)
     step = next(s for s in (1, 2, 5, 10, 20, 50, 100, 1000) if (last - first) / s * 5 <= width)
     ticks = tuple(float(k) for k in range(int(first), int(last) + 1, step))
-    canvas.frame(Scale(first, last, ticks, tuple(f"{int(k)}" for k in ticks)), values)
+    canvas.frame(Scale(first - 0.5, last + 0.5, ticks, tuple(f"{int(k)}" for k in ticks)), values)
     canvas.level(0.0, scales.ZERO)
+    tones = [scales.SERIES[i] if theme == "phosphor" else palette.text for i in range(6)]
+    beside = n[:, np.newaxis] + SIDE_BY_SIDE * (np.arange(6) - 2.5)
+    # Bars first: a digit may lie on a bar, no bar on a digit.
     for index in range(6):
-        tone = scales.SERIES[index] if theme == "phosphor" else palette.text
-        canvas.dots(n, p[:, index], str(index + 1), tone, bold=True)
+        for x, y, s in zip(beside[:, index], p[:, index], sigma[:, index], strict=True):
+            if np.isfinite(s):
+                rows = np.arange(max(low, y - s), min(high, y + s), canvas.cell_height)
+                canvas.dots(np.full(len(rows), x), rows, scales.BAR, palette.faint)
+    for index in range(6):
+        canvas.dots(beside[:, index], p[:, index], str(index + 1), tones[index], bold=True)
     if not history:
         canvas.say("No fit yet. P1..P6 appear here from the third point on.")
     beyond = int(((p < low) | (p > high)).sum())
     names = f"{COEFFICIENT_NAMES[0]}..{COEFFICIENT_NAMES[-1]}"
     short: list[HeaderPart] = [(f"P1..P6, deg (5, 6: per {SCALE_TRAVEL_DEG:g} deg)", palette.text)]
     long: list[HeaderPart] = [
-        (f"{names} drawn as 1..6, deg (5 and 6: deg per {SCALE_TRAVEL_DEG:g} deg)", palette.text)
+        (
+            f"{names} drawn as 1..6 with one sigma, deg (5, 6: per {SCALE_TRAVEL_DEG:g} deg)",
+            palette.text,
+        )
     ]
     if beyond:
         long.append((f"  {beyond} beyond the frame", palette.text))

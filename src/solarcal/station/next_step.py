@@ -5,13 +5,16 @@ A pure function of the state and the time, so that the screen, a replay and a te
 
 from dataclasses import dataclass
 
+from solarcal.model.judgement import Judgement
 from solarcal.station import guards
+from solarcal.station.sign_off import sign_off_views
 from solarcal.station.state import Activity, LinkState, SessionView, StationState
 from solarcal.timescale import parse_utc
 from solarcal.unit.tracker import Mode
 
 POINT_INTERVAL_S = 1800.0
-"""The manual takes a point every 30 to 45 minutes: from 30 on the next one is due."""
+"""The manual takes a point every 30 to 45 minutes: from 30 on the next one is due. A plan knows
+better."""
 
 ENOUGH_POINTS = 7
 """The fewest points the manual calls a calibration; it goes on to twelve."""
@@ -47,11 +50,18 @@ def countdown_text(seconds: float) -> str:
     return f"{hours}:{minutes:02d}:{left:02d}" if hours else f"{minutes}:{left:02d}"
 
 
-def next_step(state: StationState, sun_elevation_deg: float | None = None) -> NextStep:
+def next_step(
+    state: StationState,
+    sun_elevation_deg: float | None = None,
+    judgement: Judgement | None = None,
+) -> NextStep:
     """What the technician does next.
 
     Parameters
     ----------
+    judgement
+        Of the session's points as they are: its plan says when the next one is due, its verdict
+        when there are enough. Without one the manual's rules hold.
     sun_elevation_deg
         Of the Sun now, where it is known: too low a Sun gives no points.
     """
@@ -69,7 +79,7 @@ def next_step(state: StationState, sun_elevation_deg: float | None = None) -> Ne
         return _after_upload(session)
     if (preparation := _preparation(state, session)) is not None:
         return preparation
-    return _next_point(state, session, sun_elevation_deg)
+    return _next_point(state, session, sun_elevation_deg, judgement)
 
 
 def _during(state: StationState) -> NextStep | None:
@@ -109,7 +119,10 @@ def _preparation(state: StationState, session: SessionView) -> NextStep | None:
 
 
 def _next_point(
-    state: StationState, session: SessionView, sun_elevation_deg: float | None
+    state: StationState,
+    session: SessionView,
+    sun_elevation_deg: float | None,
+    judgement: Judgement | None,
 ) -> NextStep:
     n = len(session.accepted)
     if session.fresh_sun_offset is not None:
@@ -120,15 +133,40 @@ def _next_point(
             f"Watch it track for a minute and through one update, then take point {n + 1}.",
             "take_point",
         )
-    if n >= FULL_CALIBRATION:
+    if judgement is not None and judgement.verdict.state == "stop":
+        return NextStep("Good for the year: upload the coefficients, then prove them.", "upload")
+    planned = judgement.plan.recommended if judgement is not None and judgement.plan else None
+    if planned is not None and planned.points:
+        due_utc_s: float | None = planned.times_utc_s[0]
+    elif n >= FULL_CALIBRATION:
         return NextStep(f"{n} points: upload the coefficients, then prove them.", "upload")
-    due_utc_s = _due_utc_s(session)
-    if sun_elevation_deg is not None and sun_elevation_deg < guards.MIN_ELEVATION_DEG:
+    else:
+        due_utc_s = _due_utc_s(session)
+    now_utc_s = state.live.laptop_utc_s
+    waits = due_utc_s is not None and now_utc_s is not None and due_utc_s > now_utc_s
+    low = sun_elevation_deg is not None and sun_elevation_deg < guards.MIN_ELEVATION_DEG
+    # A planned time is one with the Sun high enough.
+    if low and not (waits and planned is not None and planned.points):
         least = "upload what you have, or go on" if n >= ENOUGH_POINTS else "go on"
         return NextStep(
             f"The Sun is too low for a point ({sun_elevation_deg:.0f} deg); {least} "
             f"when it is above {guards.MIN_ELEVATION_DEG:.0f} deg.",
             "upload" if n >= ENOUGH_POINTS else None,
+        )
+    if judgement is not None and judgement.verdict.state == "does_not_fit":
+        return NextStep(
+            f"Find out why the points do not fit; else go on with point {n + 1}.",
+            "sun_offset",
+            due_utc_s,
+        )
+    if planned is not None and planned.points:
+        last = n + planned.points
+        reaches = judgement is not None and judgement.plan is not None and judgement.plan.reaches
+        but = "" if reaches else " Today's will not reach the tolerance."
+        return NextStep(
+            f"Point {n + 1} of {last}: set the Sun offset, then take it.{but}",
+            "sun_offset",
+            due_utc_s,
         )
     rest = f"Point {n + 1}: set the Sun offset, then take it"
     if n >= ENOUGH_POINTS:
@@ -146,7 +184,13 @@ def _after_upload(session: SessionView) -> NextStep:
         return NextStep("Rolled back: the unit is as it was. Upload again when ready.", "upload")
     since = [c for c in session.checks if c.status == "accepted" and c.seq > upload.seq]
     if len(since) >= CHECK_POINTS:
-        return NextStep("Calibrated and proven. Leave with a clear conscience.", "quit")
+        proof = sign_off_views([session], session.header.tolerance_deg)
+        if not proof.signed_off:
+            return NextStep(
+                f"NOT signed off: {proof.reason}. Take more points and upload again, or roll back.",
+                "upload",
+            )
+        return NextStep("Signed off: calibrated and proven. Write the report.", "report")
     offset = session.fresh_sun_offset
     number = f"check point {len(since) + 1} of {CHECK_POINTS}"
     if offset is not None:

@@ -46,7 +46,13 @@ class SignOff:
 
 def sign_off(sessions: Sequence[Session], tolerance_deg: float) -> SignOff:
     """Judge the check points of these sessions of one unit."""
-    views = [view_session(session.header, session.records) for session in sessions]
+    return sign_off_views(
+        [view_session(session.header, session.records) for session in sessions], tolerance_deg
+    )
+
+
+def sign_off_views(views: Sequence[SessionView], tolerance_deg: float) -> SignOff:
+    """The same for sessions as they stand, one of them perhaps still running."""
     # Within a file its order counts; between files only the laptop's time is left.
     views = sorted((v for v in views if v.uploads or v.checks), key=_newest_utc)
     uploads = tuple(upload for view in views for upload in view.uploads)

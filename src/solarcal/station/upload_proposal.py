@@ -3,9 +3,11 @@
 from dataclasses import dataclass
 
 from solarcal.model.fit import FEWEST_POINTS, Solution
+from solarcal.model.judgement import Judgement
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients
-from solarcal.station.fitting import solve
+from solarcal.station.judging import judge_session
 from solarcal.station.state import SessionView
+from solarcal.station.uploading import UploadOffer, offer_upload
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,22 +30,39 @@ class CoefficientChange:
 
 @dataclass(frozen=True, slots=True)
 class UploadProposal:
-    """``coefficients`` are rounded as the unit keeps them; ``doubts`` each want a reason."""
+    """The offer, and what it changes in the unit on the line."""
 
-    solution: Solution
-    coefficients: Coefficients
+    offer: UploadOffer
     changes: tuple[CoefficientChange, ...]
-    doubts: tuple[str, ...]
+
+    @property
+    def solution(self) -> Solution:
+        return self.offer.judgement.solution
+
+    @property
+    def judgement(self) -> Judgement:
+        return self.offer.judgement
+
+    @property
+    def coefficients(self) -> Coefficients:
+        """Rounded as the unit keeps them."""
+        return self.offer.rounded
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What forbids the upload unless somebody says why all the same."""
+        return self.offer.against
 
 
 def propose_upload(session: SessionView, in_force: Coefficients) -> UploadProposal | None:
     """The upload this session's points ask for; ``None`` while there are too few."""
-    solution = solve(session)
-    if solution is None or len(session.accepted) < FEWEST_POINTS:
+    if len(session.accepted) < FEWEST_POINTS:
         return None
-    unit = session.header.unit
-    new = solution.coefficients().rounded(unit.tilt_decimals, unit.scale_decimals)
-    sigma = solution.sigma_coefficients()
+    judgement = judge_session(session)
+    if judgement is None:
+        return None
+    offer = offer_upload(judgement, session.header.unit)
+    sigma = judgement.solution.sigma_coefficients()
     sigmas = sigma.as_tuple() if sigma is not None else (None,) * 6
     changes = tuple(
         CoefficientChange(*row)
@@ -51,17 +70,12 @@ def propose_upload(session: SessionView, in_force: Coefficients) -> UploadPropos
             COEFFICIENT_NAMES,
             COEFFICIENT_UNITS,
             in_force.as_tuple(),
-            new.as_tuple(),
+            offer.rounded.as_tuple(),
             sigmas,
             strict=True,
         )
     )
-    doubts = []
-    if solution.message is not None:
-        doubts.append(f"{solution.message}.")
-    if solution.rank < len(solution.terms):
-        doubts.append(f"{solution.n_points} points do not determine all six coefficients.")
-    return UploadProposal(solution, new, changes, tuple(doubts))
+    return UploadProposal(offer, changes)
 
 
 def too_few_points(session: SessionView) -> str:

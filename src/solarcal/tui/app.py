@@ -15,7 +15,7 @@ from textual.screen import Screen
 from solarcal.config import Choice, Settings, save_settings
 from solarcal.errors import ConfigurationError, SolarcalError
 from solarcal.profiles import Profile
-from solarcal.tui.bindings import ACTIONS, STOP_EVERYWHERE, Action
+from solarcal.tui.bindings import ACTIONS, QUIT_EVERYWHERE, STOP_EVERYWHERE, Action
 from solarcal.tui.conducted import ConductedApp
 from solarcal.tui.keyboard import bound_actions, modified_f3
 from solarcal.tui.messages import LineFailed, LineOpened, StepFailed
@@ -60,6 +60,7 @@ class SolarcalApp(ConductedApp):
     BINDINGS: ClassVar[list[BindingType]] = [
         *(action.binding() for action in ACTIONS),
         STOP_EVERYWHERE,
+        QUIT_EVERYWHERE,
     ]
 
     def __init__(

@@ -61,7 +61,11 @@ ACTIONS: tuple[Action, ...] = (
         "Compute and show another saved file, without touching this session",
     ),
     Action("clock", "Clock", ("f10", "k"), "F10 k", "Laptop and unit clocks; set the unit's"),
-    Action("next_plot", "Next plot", ("v",), "v", "Error plot, residuals, sky map, convergence"),
+    Action(
+        "next_plot", "Next plot", ("v",), "v",
+        "Errors, residuals, sky map, history of P1..P6, forecast of the year",
+    ),
+    Action("report", "Report", ("e",), "e", "Certificate and the zip for the office"),
     Action("void", "Void", ("x",), "x", "Strike a record, or restore it"),
     Action("note", "Note", ("n",), "n", "Write a remark into the session"),
     Action(
@@ -84,6 +88,9 @@ STOP_EVERYWHERE = Binding(
     "f12,ctrl+s", "perform('stop')", "STOP", priority=True, show=False, id="stop_now"
 )
 """Works with a text field focused and on modal screens; ``s`` only where nothing is typed."""
+
+QUIT_EVERYWHERE = Binding("ctrl+q", "perform('quit')", "Quit", priority=True, show=False)
+"""On modal screens too; asks where something is going on."""
 
 
 def action_for_key(key: str) -> Action | None:

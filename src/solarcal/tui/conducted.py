@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from textual.app import App
 
 from solarcal.errors import ProcedureRefused
+from solarcal.timescale import parse_utc
 from solarcal.tui.fitting import Fitter
 from solarcal.tui.messages import (
     FitReady,
@@ -18,9 +19,17 @@ from solarcal.tui.messages import (
 from solarcal.tui.screens.base import StationModal, StationScreen
 
 if TYPE_CHECKING:
+    from solarcal.model.judgement import Judgement
+    from solarcal.station.plan_wishes import PlanWishes
     from solarcal.station.procedure import Station
-    from solarcal.station.state import StationState
+    from solarcal.station.state import SessionView, StationState
     from solarcal.tui.conductor import Conductor
+
+MISSED_S = 600.0
+"""So long after the planned time of the next point the rest of the day is planned anew."""
+
+PLAN_AGE_S = 3600.0
+"""And at least every hour: a Sun that went down yesterday is up again."""
 
 
 class ConductedApp(App[int]):
@@ -31,6 +40,7 @@ class ConductedApp(App[int]):
     conductor : talks to the station while a line is open, else ``None``.
     state, fit : the newest the conductor and the fitter have told.
     emulated_speed : virtual seconds a second of an emulated unit, ``None`` for a real one.
+    wishes : what the technician wants of the plan, ``None`` for nothing.
     """
 
     def __init__(self) -> None:
@@ -41,6 +51,8 @@ class ConductedApp(App[int]):
         self._state: StationState | None = None
         self._fitter = Fitter(self.post_message)
         self._fitted: object = None
+        self._planned_utc_s: float | None = None
+        self.wishes: PlanWishes | None = None
         self._path: Path | None = None
         self._leaving = False
 
@@ -60,12 +72,17 @@ class ConductedApp(App[int]):
 
         self.conductor = Conductor(station, self.post_message)
         self.conductor.start()
-        emulation = station.tracker.emulation
-        if emulation is not None:
+        if station.tracker.emulation is not None:
             self.emulated_speed = 1.0
-            # Another process may have been told another speed; only the unit knows.
-            self.conductor.submit("speed", lambda station: emulation.speed())
+        self._ask_speed()
         self.on_state_changed(StateChanged(station.state))
+
+    def _ask_speed(self) -> None:
+        """Another process may have told an emulated unit another speed; only the unit knows."""
+        conductor = self.station_conductor()
+        emulation = conductor.station.tracker.emulation
+        if emulation is not None:
+            conductor.submit("speed", lambda station: emulation.speed())
 
     def station_conductor(self) -> "Conductor":
         """The conductor of the open line."""
@@ -95,6 +112,11 @@ class ConductedApp(App[int]):
         """Name of the open session file."""
         return self._path.name if self._path is not None else ""
 
+    @property
+    def session_path(self) -> Path | None:
+        """The open session file; ``None`` without one, or while it is kept in memory."""
+        return self._path
+
     def _remember_file(self) -> None:
         path = self.conductor.station.session_path if self.conductor is not None else None
         if path is not None and path != self._path:
@@ -104,15 +126,42 @@ class ConductedApp(App[int]):
     def file_opened(self, path: Path) -> None:
         """The session goes into another file now."""
 
+    @property
+    def judgement(self) -> "Judgement | None":
+        """Of the points as they are now; ``None`` while newer ones are being fitted."""
+        session = self.state.session
+        if self.fit is None or session is None or self.fit.session.points != session.points:
+            return None
+        return self.fit.judgement
+
+    def wish(self, wishes: "PlanWishes") -> None:
+        """Plan the day with these from now on."""
+        self.wishes = wishes
+        self._fit_if_needed(self.state)
+
     def _fit_if_needed(self, state: "StationState") -> None:
-        """A fit costs milliseconds, a status comes every second: only when the points changed."""
+        """A status comes every second, a judgement takes a fifth of one: only when the points or
+        the wishes changed, or the plan was overtaken by time."""
         session = state.session
         if session is None:
             return
-        wanted = (session.header, session.points)
-        if wanted != self._fitted:
+        wanted = (session.header, session.points, self.wishes)
+        if wanted != self._fitted or self._overtaken(state):
             self._fitted = wanted
-            self._fitter.fit(state.generation, session)
+            at_utc_s = planning_utc_s(session, state.live.laptop_utc_s)
+            self._planned_utc_s = at_utc_s
+            self._fitter.fit(state.generation, session, at_utc_s, self.wishes)
+
+    def _overtaken(self, state: "StationState") -> bool:
+        now_utc_s, asked_utc_s = state.live.laptop_utc_s, self._planned_utc_s
+        judgement = self.judgement
+        plan = judgement.plan if judgement is not None else None
+        if now_utc_s is None or plan is None or plan.at_utc_s != asked_utc_s:
+            # Nothing to overtake, or a newer one is on its way.
+            return False
+        planned = plan.recommended.times_utc_s
+        missed = bool(planned) and now_utc_s > planned[0] + MISSED_S
+        return missed or now_utc_s > plan.at_utc_s + PLAN_AGE_S
 
     def on_fit_ready(self, message: FitReady) -> None:
         if self.fit is not None and message.generation < self.fit.generation:
@@ -145,13 +194,28 @@ class ConductedApp(App[int]):
             screen.step_started(message.name)
 
     def on_step_done(self, message: StepDone) -> None:
-        # A speed asked for while this one was on its way is the newer one.
-        newest = self.conductor is not None and not self.conductor.busy
-        if message.name == "speed" and isinstance(message.result, float) and newest:
-            self.emulated_speed = message.result
+        if message.name == "speed" and isinstance(message.result, float):
+            # Another one may have been asked for while this was on its way: the unit knows.
+            if self.conductor is not None and self.conductor.busy:
+                self._ask_speed()
+            else:
+                self.emulated_speed = message.result
+        if message.name == "reconnect":
+            self._ask_speed()
         for screen in self._told():
             screen.step_done(message.name, message.result)
 
     def on_step_failed(self, message: StepFailed) -> None:
         for screen in self._told():
             screen.step_failed(message.name, message.error)
+
+
+def planning_utc_s(session: "SessionView", laptop_utc_s: float | None) -> float | None:
+    """The moment to plan from: the laptop's, but not so soon after the newest point that nobody
+    could take another."""
+    from solarcal.model.plan import GAP_S
+
+    if not session.accepted:
+        return laptop_utc_s
+    soonest_utc_s = parse_utc(session.accepted[-1].utc) + GAP_S
+    return soonest_utc_s if laptop_utc_s is None else max(laptop_utc_s, soonest_utc_s)

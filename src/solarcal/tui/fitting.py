@@ -1,4 +1,4 @@
-"""The fit of the session, computed on a thread of its own: the newest session wins."""
+"""Fit, forecast, plan and verdict of the session, on a thread of its own: the newest wins."""
 
 import threading
 from collections.abc import Callable
@@ -10,6 +10,7 @@ from solarcal.errors import SolarcalError
 from solarcal.tui.messages import FitReady
 
 if TYPE_CHECKING:
+    from solarcal.station.plan_wishes import PlanWishes
     from solarcal.station.state import SessionView
 
 
@@ -23,7 +24,7 @@ class Fitter:
 
     def __init__(self, post: Callable[[Message], object]) -> None:
         self._post = post
-        self._wanted: tuple[int, SessionView] | None = None
+        self._wanted: Callable[[], FitReady] | None = None
         self._change = threading.Condition()
         self._closing = False
         self._thread = threading.Thread(target=self._run, name="fit", daemon=True)
@@ -31,10 +32,16 @@ class Fitter:
     def start(self) -> None:
         self._thread.start()
 
-    def fit(self, generation: int, session: "SessionView") -> None:
-        """Fit this session; one still waiting is forgotten."""
+    def fit(
+        self,
+        generation: int,
+        session: "SessionView",
+        at_utc_s: float | None = None,
+        wishes: "PlanWishes | None" = None,
+    ) -> None:
+        """Fit, judge and plan from ``at_utc_s``; a session still waiting is forgotten."""
         with self._change:
-            self._wanted = (generation, session)
+            self._wanted = lambda: fit_message(generation, session, at_utc_s, wishes)
             self._change.notify()
 
     def close(self) -> None:
@@ -48,16 +55,32 @@ class Fitter:
                 self._change.wait_for(lambda: self._closing or self._wanted is not None)
                 if self._closing or self._wanted is None:
                     return
-                generation, session = self._wanted
-                self._wanted = None
-            self._post(fit_message(generation, session))
+                wanted, self._wanted = self._wanted, None
+            self._post(wanted())
 
 
-def fit_message(generation: int, session: "SessionView") -> FitReady:
-    """The fit of a session as the message that carries it."""
+def fit_message(
+    generation: int,
+    session: "SessionView",
+    at_utc_s: float | None = None,
+    wishes: "PlanWishes | None" = None,
+) -> FitReady:
+    """Fit and judgement of a session as the message that carries them.
+
+    A session that can be fitted but not judged keeps its fit; ``reason`` says what was the matter.
+    """
     from solarcal.station.fitting import solve
+    from solarcal.station.plan_wishes import NO_WISHES, judge_as_wished
 
     try:
-        return FitReady(generation, session, solve(session))
+        solution = solve(session)
     except SolarcalError as error:
-        return FitReady(generation, session, None, str(error))
+        return FitReady(generation, session, None, reason=str(error))
+    if solution is None:
+        return FitReady(generation, session, None)
+    try:
+        judgement = judge_as_wished(session, solution, wishes or NO_WISHES, at_utc_s)
+    except (SolarcalError, ValueError, ArithmeticError) as error:
+        # Arithmetic on strange points may fail in its own words; the thread must live on.
+        return FitReady(generation, session, solution, reason=f"no forecast: {error}")
+    return FitReady(generation, session, solution, judgement)

@@ -8,6 +8,7 @@ from solarcal.errors import SolarcalError
 
 if TYPE_CHECKING:
     from solarcal.model.fit import Solution
+    from solarcal.model.judgement import Judgement
     from solarcal.station.state import SessionView, StationState
     from solarcal.tui.offers import Offers
     from solarcal.tui.opening import OpenLine
@@ -25,15 +26,21 @@ class StateChanged(Message):
 
 
 class FitReady(Message):
-    """The fit of the session as it was at ``generation``; late ones are ignored.
+    """Fit and judgement of the session as it was at ``generation``; late ones are ignored.
 
-    Without a solution ``reason`` says why, unless there are simply too few points.
+    Where one of them is missing ``reason`` says why, unless there are simply too few points.
     """
 
     def __init__(
-        self, generation: int, session: "SessionView", solution: "Solution | None", reason: str = ""
+        self,
+        generation: int,
+        session: "SessionView",
+        solution: "Solution | None",
+        judgement: "Judgement | None" = None,
+        reason: str = "",
     ) -> None:
         super().__init__()
+        self.judgement = judgement
         self.reason = reason
         self.generation = generation
         self.session = session

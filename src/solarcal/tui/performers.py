@@ -24,6 +24,8 @@ _OPENERS = {
     "upload": "upload",
     "recompute": "recompute",
     "clock": "clock",
+    "plan": "plan",
+    "report": "report",
     "void": "void_note:open_void",
     "note": "void_note:open_note",
     "calculators": "calculators:open_list",

@@ -1,4 +1,4 @@
-"""The keys of the workstation itself: help, plots, plan, an emulator's time, the way out."""
+"""The keys of the workstation itself: help, plots, an emulator's time, the way out."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from solarcal.errors import ProcedureRefused
 
 if TYPE_CHECKING:
+    from solarcal.model.judgement import Judgement
     from solarcal.station.procedure import Station
     from solarcal.tui.app import SolarcalApp
     from solarcal.unit.tracker import Emulation
@@ -30,27 +31,13 @@ def next_plot(app: "SolarcalApp") -> None:
         app.screen.next_plot()
 
 
-def show_plan(app: "SolarcalApp") -> None:
-    """When the next points are due."""
-    from solarcal.station.next_step import countdown_text, next_step
-
-    app.station_conductor()
-    step = next_step(app.state)
-    left = step.countdown_s(app.state.live.laptop_utc_s)
-    due = f" Due in {countdown_text(left)}." if left else ""
-    app.notify(
-        f"{step.sentence}{due} After that one every 30 to 45 minutes, over as much of the day as "
-        "there is; twelve make a calibration, seven may do.",
-        title="Plan",
-        timeout=10.0,
-    )
-
-
 def leave(app: "SolarcalApp") -> None:
     """Out; asks first while something is going on."""
     from solarcal.station.state import Activity
     from solarcal.tui.screens.leave import LeaveScreen
 
+    if isinstance(app.screen, LeaveScreen):
+        return
     if app.state.activity is Activity.IDLE or app.conductor is None:
         app.run_worker(app.leave(), exit_on_error=True)
         return
@@ -92,16 +79,17 @@ def skip(app: "SolarcalApp") -> None:
     """Let an emulator's time pass until the next point is due."""
     if app.emulated_speed is None:
         raise ProcedureRefused("time can only be skipped on an emulated tracker")
-    app.station_conductor().submit("skip", _skip)
+    judgement = app.judgement
+    app.station_conductor().submit("skip", lambda station: _skip(station, judgement))
 
 
-def _skip(station: "Station") -> float:
+def _skip(station: "Station", judgement: "Judgement | None") -> float:
     from solarcal.station import guards
     from solarcal.station.next_step import next_step
 
     emulation = _emulation(station)
     elevation = station.sun_elevation_deg()
-    step = next_step(station.state, elevation)
+    step = next_step(station.state, elevation, judgement)
     wait_s = step.countdown_s(station.clock.utc_s())
     if wait_s is None and elevation < guards.MIN_ELEVATION_DEG:
         wait_s = LOW_SUN_SKIP_S
@@ -114,7 +102,6 @@ def _skip(station: "Station") -> float:
 
 WORKSTATION_PERFORMERS: dict[str, Callable[["SolarcalApp"], None]] = {
     "help": open_help,
-    "plan": show_plan,
     "next_plot": next_plot,
     "faster": faster,
     "slower": slower,

@@ -50,8 +50,6 @@ class Dialog(StationModal[None]):
     Dialog #body { height: auto; }
     Dialog #said { height: auto; min-height: 1; max-height: 4; }
     Dialog #keys { height: 3; }
-    /* Nothing may ever lie over STOP. */
-    Dialog ToastRack { dock: top; align: left top; margin: 0; }
     Dialog #keys KeyButton.-stop { dock: right; margin-right: 0; }
     """
 

@@ -56,6 +56,7 @@ class ReplayScreen(StationScreen):
         self._utc_s = replay.utc_s
         self._points_seen: object = None
         self._ready = False
+        self._judged: FitReady | None = None
         self._fitter = Fitter(self.post_message)
 
     def compose(self) -> ComposeResult:
@@ -113,6 +114,7 @@ class ReplayScreen(StationScreen):
         assert session is not None  # a replay always has one
         if session.points != self._points_seen:
             self._points_seen = session.points
+            # Planned from the newest point: from then on the technician knew what to do.
             self._fitter.fit(self.replay.position, session)
         view.show_state(state)
         seen = self.replay.records[: self.replay.position]
@@ -149,7 +151,9 @@ class ReplayScreen(StationScreen):
     def on_fit_ready(self, message: FitReady) -> None:
         """A fit of other points than those seen now comes too late."""
         if message.session.points == self._points_seen:
-            self.query_one(WorkstationView).show_fit(message.solution)
+            self._judged = message
+            self._show_lines(self._state())
+            self.query_one(WorkstationView).show_fit(message.solution, message.judgement)
 
     def on_unmount(self) -> None:
         self._fitter.close()

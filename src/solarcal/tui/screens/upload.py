@@ -1,4 +1,4 @@
-"""Upload: old, new, change in sigmas; written, read back, rolled back; then check points."""
+"""Upload: old, new, rounding; written, read back, rolled back; then check points and sign-off."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, ClassVar
@@ -8,11 +8,14 @@ from textual.widgets import Input, Static
 
 from solarcal.errors import SolarcalError
 from solarcal.report.columns import columns, number
+from solarcal.report.judgement_text import STATE_WORDS
 from solarcal.report.tables import checks_table
 from solarcal.session.records import UploadRecord
 from solarcal.station.procedure import Station
+from solarcal.station.sign_off import sign_off_views
 from solarcal.station.state import StationState
 from solarcal.station.upload_proposal import UploadProposal, propose_upload, too_few_points
+from solarcal.station.uploading import refuse_doubtful
 from solarcal.tui.screens.dialog import Dialog, open_dialog
 from solarcal.tui.widgets.field import Field
 from solarcal.tui.widgets.key_button import DialogKey
@@ -95,7 +98,9 @@ class UploadDialog(Dialog):
         self.submit(
             UPLOAD,
             lambda station: station.upload(
-                proposal.coefficients, method=proposal.solution.method, forced=reason
+                proposal.coefficients,
+                method=proposal.solution.method,
+                forced=refuse_doubtful(proposal.offer, reason or None),
             ),
         )
 
@@ -142,11 +147,19 @@ class UploadDialog(Dialog):
         else:
             parts.append(proposal_table(proposal))
             if proposal.doubts:
-                self.say(" ".join(proposal.doubts) + " Uploading needs a reason.", "warning")
+                self.say(
+                    f"REFUSED, the points do not fit: {'; '.join(proposal.doubts)}. "
+                    "Only with a reason.",
+                    "warning",
+                )
             else:
                 self.say("P1..P6 are written with O = 0, stored, and read back. Upload?")
         if session.checks:
             parts.append(checks_table(session.checks[-3:], session.header.tolerance_deg))
+        if session.uploads:
+            proof = sign_off_views([session], session.header.tolerance_deg)
+            word = "SIGNED OFF" if proof.signed_off else "Not signed off"
+            parts.append(f"{word}: {proof.reason}.")
         self.query_one("#table", Static).update("\n\n".join(parts))
 
     def _tell(self, record: UploadRecord) -> None:
@@ -172,7 +185,7 @@ def _propose(station: Station) -> UploadProposal | None:
 
 
 def proposal_table(proposal: UploadProposal) -> str:
-    """Old, new, difference and its size in sigmas, for each coefficient."""
+    """Old, new, difference and its size in sigmas; what rounding does to the year; the verdict."""
     rows = []
     for change in proposal.changes:
         decimals = 6 if change.unit == "deg/deg" else 4
@@ -194,4 +207,10 @@ def proposal_table(proposal: UploadProposal) -> str:
         f"{solution.n_points} points, residual on the sky {solution.sky_rms_deg:.4f} deg rms, "
         f"largest {solution.sky_max_deg:.4f}"
     )
+    fitted, kept = proposal.judgement.forecast, proposal.offer.kept
+    lines.append(
+        f"over the year, 95 %: {fitted.year_p95_deg:.4f} deg as fitted, "
+        f"{kept.year_p95_deg:.4f} as the unit keeps it"
+    )
+    lines.append(STATE_WORDS[proposal.judgement.verdict.state])
     return "\n".join(lines)

@@ -14,7 +14,7 @@ from solarcal.tui.messages import FitReady, Progress
 from solarcal.tui.screens.base import StationScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.head_lines import HeadLine, LogLine
-from solarcal.tui.widgets.station_lines import NextLine, TitleLine
+from solarcal.tui.widgets.station_lines import NextLines, TitleLine, verdict_words
 from solarcal.tui.widgets.workstation_view import TABS, WorkstationView
 
 FOOTER = (
@@ -26,7 +26,7 @@ FOOTER = (
 
 
 class WorkstationScreen(StationScreen):
-    """Title, file, what to do next, panes, log, footer."""
+    """Title, file, what to do next, verdict, panes, log, footer."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         *(
@@ -46,7 +46,7 @@ class WorkstationScreen(StationScreen):
         app = self.station_app
         yield TitleLine(id="title")
         yield HeadLine(id="file")
-        yield NextLine(id="next")
+        yield NextLines(id="next")
         yield WorkstationView(id="view")
         yield LogLine(id="log")
         tooltips = {action.id: action.tooltip for action in app.actions}
@@ -82,9 +82,14 @@ class WorkstationScreen(StationScreen):
         self.query_one("#title", TitleLine).show_state(state)
         session, live = state.session, state.live
         sun = sun_now(session, live) if session is not None else None
-        step = next_step(state, sun.elevation_deg if sun is not None else None)
-        self.query_one("#next", NextLine).show_step(
-            step, self.station_app.keys_of(step.action), live.laptop_utc_s
+        app = self.station_app
+        step = next_step(state, sun.elevation_deg if sun is not None else None, app.judgement)
+        reason = app.fit.reason if app.fit is not None else ""
+        self.query_one("#next", NextLines).show_step(
+            step,
+            app.keys_of(step.action),
+            live.laptop_utc_s,
+            verdict_words(session, app.judgement, reason),
         )
         if session is not None:
             count = len(session.accepted)
@@ -118,7 +123,8 @@ class WorkstationScreen(StationScreen):
     def show_fit(self, fit: FitReady) -> None:
         if not self._ready:
             return
-        self.query_one(WorkstationView).show_fit(fit.solution)
+        self._show_lines(self.station_app.state)
+        self.query_one(WorkstationView).show_fit(fit.solution, fit.judgement)
         if fit.reason:
             self.query_one("#log", LogLine).say(fit.reason, error=True)
 

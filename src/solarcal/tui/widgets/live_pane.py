@@ -1,10 +1,10 @@
-"""What the line says now: link, clocks, Sun, axes, limits, update cycle, mode."""
+"""What the line says now: clocks, Sun, axes, limits, update cycle, mode. The title has the link."""
 
 from textual.content import Content
 from textual.widgets import Static
 
 from solarcal.session.records import Header
-from solarcal.station.state import LinkState, LiveView, SessionView, StationState
+from solarcal.station.state import LiveView, SessionView, StationState
 from solarcal.station.sun_now import SunNow, sun_now
 from solarcal.timescale import format_utc
 from solarcal.tui.widgets.gauges import limit_bar, phase_bar
@@ -14,11 +14,6 @@ from solarcal.units import format_degrees
 Part = str | tuple[str, str]
 COLUMN = 17
 SECONDS_PER_SUN_DEG = 240.0
-LINK_WORDS = {
-    LinkState.CONNECTED: ("connected", "bold $success"),
-    LinkState.LOST: ("LOST, reconnecting", "bold reverse $error"),
-    LinkState.CLOSED: ("closed", "bold"),
-}
 
 
 def clock_text(seconds: float) -> str:
@@ -28,10 +23,10 @@ def clock_text(seconds: float) -> str:
 
 
 class LivePane(Static):
-    """Sixteen lines; written anew with every status."""
+    """Fifteen lines; written anew with every status."""
 
     DEFAULT_CSS = """
-    LivePane { width: 1fr; height: 16; padding: 0 1; text-wrap: nowrap; }
+    LivePane { width: 1fr; height: 15; padding: 0 1; text-wrap: nowrap; }
     """
 
     def show_state(self, state: StationState) -> None:
@@ -44,21 +39,13 @@ def live_lines(state: StationState) -> list[list[Part]]:
     """The pane's lines as parts with styles."""
     live, session = state.live, state.session
     if session is None:
-        return [_link(live), *_blank(15)]
+        return _blank(15)
     sun = sun_now(session, live)
     return [
-        _link(live),
         *_clocks(session.header, live, sun),
         *_suns(sun),
         *(_axes(session.header, live.status) if live.status is not None else _recorded(session)),
     ]
-
-
-def _link(live: LiveView) -> list[Part]:
-    word, style = LINK_WORDS[live.link]
-    who = live.identity
-    told = f"  {who.model} {who.serial}, firmware {who.firmware}" if who is not None else ""
-    return ["Link    ", (word, style), told]
 
 
 def _clocks(header: Header, live: LiveView, sun: SunNow | None) -> list[list[Part]]:

@@ -1,10 +1,15 @@
 """The lines that tell of the station: unit, mode and link; what to do next."""
 
+from dataclasses import dataclass
+
 from textual.content import Content
 from textual.widgets import Static
 
+from solarcal.model.judgement import Judgement
+from solarcal.report.judgement_text import STATE_WORDS
 from solarcal.station.next_step import NextStep, countdown_text
-from solarcal.station.state import LinkState, StationState
+from solarcal.station.sign_off import sign_off_views
+from solarcal.station.state import LinkState, SessionView, StationState
 from solarcal.tui.widgets.head_lines import HeadLine, Part
 
 
@@ -38,14 +43,22 @@ class TitleLine(HeadLine):
         )
 
 
-class NextLine(Static):
-    """What to do next, with the key for it and the time left."""
+class NextLines(Static):
+    """What to do next, with the key for it and the time left; then what the points come to.
 
-    DEFAULT_CSS = """
-    NextLine { height: 2; width: 1fr; padding: 0 1; background: $boost; }
+    Three rows, whatever they say, so that nothing below them ever jumps: the next step takes what
+    it needs of them, the verdict the rest.
     """
 
-    def show_step(self, step: NextStep, key: str, utc_s: float | None) -> None:
+    DEFAULT_CSS = """
+    NextLines { height: 3; width: 1fr; padding: 0 1; background: $boost; }
+    """
+
+    ROWS = 3
+
+    def show_step(
+        self, step: NextStep, key: str, utc_s: float | None, verdict: "VerdictWords"
+    ) -> None:
         parts: list[Part] = [("▶ ", "bold $accent"), (step.sentence, "bold")]
         if key:
             parts.append((f"  [{key}]", "bold $footer-key-foreground"))
@@ -54,4 +67,51 @@ class NextLine(Static):
             parts.append((f"  due in {countdown_text(left)}", "$accent"))
         elif left is not None:
             parts.append(("  due NOW", "bold reverse $accent"))
-        self.update(Content.assemble(*parts), layout=False)
+        # Not the size of this widget: before the first layout it has none.
+        width = max(self.app.size.width - 2, 20)
+        lines = Content.assemble(*parts).wrap(width)[: self.ROWS - 1]
+        room = self.ROWS - len(lines)
+        said = Content.assemble(*verdict.parts()).wrap(width)
+        if len(said) > room:
+            last = said[room - 1].truncate(width - 1).append("…")
+            said = [*said[: room - 1], last]
+        self.update(Content("\n").join([*lines, *said]), layout=False)
+
+
+@dataclass(frozen=True, slots=True)
+class VerdictWords:
+    """The verdict as it is always on screen: a mark, the word, the year, the first reason."""
+
+    word: str
+    told: str = ""
+    tone: str = ""
+
+    def parts(self) -> list[Part]:
+        return [("■ ", f"bold {self.tone}".strip()), (self.word, "bold"), f"  {self.told}"]
+
+
+TONES = {
+    "stop": "$success", "continue": "$accent", "hopeless_today": "$warning",
+    "does_not_fit": "$error",
+}  # fmt: skip
+
+
+def verdict_words(
+    session: SessionView | None, judgement: Judgement | None, reason: str = ""
+) -> VerdictWords:
+    """What the points come to; after an upload with check points, whether it is signed off."""
+    if session is not None and session.uploads and session.checks:
+        proof = sign_off_views([session], session.header.tolerance_deg)
+        if proof.checks:
+            word = "SIGNED OFF" if proof.signed_off else "NOT SIGNED OFF"
+            return VerdictWords(word, proof.reason, "$success" if proof.signed_off else "$error")
+    if session is None or judgement is None:
+        waiting = session is not None and session.accepted
+        told = reason or ("" if waiting else "from the first point on")
+        return VerdictWords("judging ..." if waiting and not reason else "No verdict", told)
+    verdict = judgement.verdict
+    year = f"{judgement.forecast.year_p95_deg:.3f} deg"
+    # The reason that is the forecast itself is told so already.
+    first = next((reason for reason in verdict.reasons if year not in reason), "")
+    told = f"Year 95 %: {year}, tolerance {session.header.tolerance_deg:g}.  {first}"
+    return VerdictWords(f"{STATE_WORDS[verdict.state]}.", told, TONES[verdict.state])

@@ -13,7 +13,9 @@ from textual.reactive import reactive
 from textual.widgets import Static
 
 from solarcal.model.fit import Solution
+from solarcal.model.judgement import Judgement
 from solarcal.report.columns import wrapped
+from solarcal.report.forecast_map import forecast_map
 from solarcal.report.plots import convergence_plot, error_plot, residual_plot, sky_map
 from solarcal.report.tables import (
     checks_table,
@@ -43,7 +45,7 @@ TABS = (
     ("plot", "Plot"),
     ("checks", "Checks"),
 )
-PLOTS = ("error", "residuals", "sky map", "convergence")
+PLOTS = ("error", "residuals", "sky map", "history", "forecast")
 
 
 class Tab(Static):
@@ -81,7 +83,7 @@ class WorkstationView(Vertical):
     WorkstationView.-wide #tabs { display: none; }
     WorkstationView.-wide #left { width: 60; }
     WorkstationView.-wide #now {
-        height: 18; border: round $faint; border-title-color: $primary;
+        height: 17; border: round $faint; border-title-color: $primary;
     }
     WorkstationView.-wide #coefficients {
         border: round $faint; border-title-color: $primary;
@@ -107,6 +109,7 @@ class WorkstationView(Vertical):
         super().__init__(id=id)
         self._session: SessionView | None = None
         self._solution: Solution | None = None
+        self._judgement: Judgement | None = None
         self._shown: object = None
         self._version = 0
         self._second = 1
@@ -150,8 +153,8 @@ class WorkstationView(Vertical):
         """The fit that is shown."""
         return self._solution
 
-    def show_fit(self, solution: Solution | None) -> None:
-        self._solution = solution
+    def show_fit(self, solution: Solution | None, judgement: Judgement | None = None) -> None:
+        self._solution, self._judgement = solution, judgement
         self._show_session()
 
     def _show_session(self) -> None:
@@ -168,6 +171,7 @@ class WorkstationView(Vertical):
             session.checks,
             session.uploads,
             id(self._solution),
+            id(self._judgement),
         )
         if shown == self._shown:
             return
@@ -187,7 +191,8 @@ class WorkstationView(Vertical):
         first = PLOTS[0] if self.wide and self._room_for_second else PLOTS[self.plot]
         for place, kind in (("#plot", first), ("#second", PLOTS[self._second])):
             what = (kind, self._version)
-            self.query_one(place, AnsiPlot).show(drawing(kind, session, self._solution), what)
+            draw = drawing(kind, session, self._solution, self._judgement)
+            self.query_one(place, AnsiPlot).show(draw, what)
 
     # -- what is in view ---------------------------------------------------------------------
 
@@ -236,9 +241,24 @@ class WorkstationView(Vertical):
         self._show_plots()
 
 
-def drawing(kind: str, session: SessionView, solution: Solution | None) -> Draw:
+def drawing(
+    kind: str, session: SessionView, solution: Solution | None, judgement: Judgement | None = None
+) -> Draw:
     """How to draw one of ``PLOTS`` for a session as it stands."""
-    if kind == "convergence":
+    if kind == "forecast":
+        return lambda width, height, colour, theme: (
+            forecast_map(
+                judgement.forecast,
+                width,
+                height,
+                colour,
+                "light" if theme == "light" else "phosphor",
+                session.header.tolerance_deg,
+            )
+            if judgement is not None
+            else "The forecast of the year comes with the first point."
+        )
+    if kind == "history":
         return lambda width, height, colour, theme: convergence_plot(
             session.fits, width, height, colour, "light" if theme == "light" else "phosphor"
         )

@@ -1,0 +1,75 @@
+"""What the technician wants of a day's plan: leave by then, so many points, not in those clouds."""
+
+from dataclasses import dataclass, replace
+
+from solarcal.model.judgement import Judgement
+from solarcal.model.solution import Solution
+from solarcal.station.fitting import session_table
+from solarcal.station.judging import judge_fit
+from solarcal.station.state import SessionView
+
+HALF_HOUR_S = 1800.0
+MOST_POINTS = 40
+
+
+@dataclass(frozen=True, slots=True)
+class PlanWishes:
+    """Nothing wished for at first.
+
+    Attributes
+    ----------
+    until_utc_s : the technician must leave then.
+    points : of the whole calibration, those taken already among them.
+    struck : beginnings (POSIX UTC seconds) of the half hours in which no point can be taken.
+    """
+
+    until_utc_s: float | None = None
+    points: int | None = None
+    struck: frozenset[float] = frozenset()
+
+    def strike(self, begin_utc_s: float) -> "PlanWishes":
+        """That half hour struck out, or given back."""
+        return replace(self, struck=self.struck ^ {begin_utc_s})
+
+    def leave_at(self, utc_s: float) -> "PlanWishes":
+        """Leave then; the same time again lifts it."""
+        return replace(self, until_utc_s=None if self.until_utc_s == utc_s else utc_s)
+
+    def points_more(self, by: int, taken: int, planned: int) -> "PlanWishes":
+        """One point more or less than now: than the wish, or than what is taken and planned."""
+        now = taken + planned if self.points is None else self.points
+        return replace(self, points=min(max(now + by, taken), MOST_POINTS))
+
+    def points_left(self, taken: int) -> int | None:
+        return None if self.points is None else max(0, self.points - taken)
+
+    def intervals(self) -> tuple[tuple[float, float], ...]:
+        """(from, to) of the struck half hours, seconds; the last second belongs to the next."""
+        return tuple((begin, begin + HALF_HOUR_S - 1.0) for begin in sorted(self.struck))
+
+
+NO_WISHES = PlanWishes()
+
+
+def judge_as_wished(
+    session: SessionView,
+    solution: Solution,
+    wishes: PlanWishes = NO_WISHES,
+    at_utc_s: float | None = None,
+) -> Judgement:
+    """Forecast, plan from ``at_utc_s`` (else from the newest point) and verdict of a fit.
+
+    A time to leave that has passed means: now.
+    """
+    until_utc_s = wishes.until_utc_s
+    if until_utc_s is not None and at_utc_s is not None:
+        until_utc_s = max(until_utc_s, at_utc_s)
+    return judge_fit(
+        session_table(session),
+        solution,
+        session.header,
+        at_utc_s=at_utc_s,
+        until_utc_s=until_utc_s,
+        points_left=wishes.points_left(len(session.accepted)),
+        struck=wishes.intervals(),
+    )

@@ -1,0 +1,271 @@
+"""Verdict and plan on the workstation, the plan screen, the report, refusal of a bad upload."""
+
+import zipfile
+from dataclasses import replace
+
+import pytest
+from golden_screens import check_golden
+from procedure_bench import (
+    LARGE,
+    SMALL,
+    bench,
+    screen_text,
+    screen_words,
+    settled_text,
+    shows,
+    take_points,
+    until,
+    workstation,
+)
+
+from solarcal.config import sessions_dir
+from solarcal.errors import FitError
+from solarcal.model.verdict import Verdict
+from solarcal.station.fitting import solve
+from solarcal.station.plan_wishes import HALF_HOUR_S
+from solarcal.tui import fitting
+from solarcal.tui.app import SolarcalApp
+from solarcal.tui.conducted import MISSED_S
+from solarcal.tui.performers import PERFORMERS
+from solarcal.tui.screens.plan import PlanScreen
+from solarcal.tui.screens.workstation import WorkstationScreen
+from solarcal.tui.widgets.footer import StopKey
+from solarcal.tui.widgets.half_hours import HalfHours
+
+SIZES = [pytest.param(SMALL, id="80x24"), pytest.param(LARGE, id="140x45")]
+
+
+def name_of(what, size):
+    return f"{what}-{size[0]}x{size[1]}"
+
+
+@pytest.fixture(scope="module")
+def four_points(tmp_path_factory):
+    """A morning's four points, on a file."""
+    path = tmp_path_factory.mktemp("day") / "calibration.jsonl"
+    station, _ = bench(path, start="2026-06-03T14:30:00Z")
+    take_points(station, 4, 30.0)
+    return station
+
+
+async def judged(app, pilot):
+    app.push_screen(WorkstationScreen())
+    await until(pilot, lambda: app.judgement is not None and app.emulated_speed == 0.0)
+
+
+@pytest.mark.parametrize("size", SIZES)
+async def test_verdict_and_next_point_are_on_screen_in_every_pane(four_points, size):
+    async with workstation(four_points, size) as (app, pilot):
+        await judged(app, pilot)
+        for key in "12345":
+            await pilot.press(key)
+            await shows(
+                pilot, "CONTINUE: more points", "Year 95 %:", "Point 5 of", "due in", "STOP"
+            )
+
+
+async def test_the_forecast_of_the_year_is_one_of_the_plots(four_points):
+    async with workstation(four_points) as (app, pilot):
+        await judged(app, pilot)
+        await pilot.press("4", "v", "v", "v", "v")
+        await shows(pilot, "mean solar hour down", "Jan", "Dec", "12")
+
+
+@pytest.mark.parametrize("size", SIZES)
+async def test_the_plan_screen(four_points, size):
+    async with workstation(four_points, size) as (app, pilot):
+        await judged(app, pilot)
+        await pilot.press("f4")
+        await shows(pilot, "more point", "advised", "CONTINUE", "now ", "STOP")
+        check_golden(name_of("plan", size), await settled_text(pilot))
+
+
+async def test_clouds_leaving_and_points_shape_the_plan_and_can_be_taken_back(four_points):
+    async with workstation(four_points) as (app, pilot):
+        await judged(app, pilot)
+        free = app.judgement.plan
+        await pilot.press("p")
+        await until(pilot, lambda: isinstance(app.screen, PlanScreen))
+        hours = app.screen.query_one(HalfHours)
+        begins = [time // HALF_HOUR_S * HALF_HOUR_S for time in free.recommended.times_utc_s]
+        while hours.chosen_utc_s != begins[0]:
+            await pilot.press("down")
+        await pilot.press("space")
+        await shows(pilot, "x CLOUD", "Wished: 1 half hour of cloud")
+        await until(pilot, lambda: app.judgement.plan is not free)
+        clouded = app.judgement.plan.recommended.times_utc_s
+        assert begins[0] not in [time // HALF_HOUR_S * HALF_HOUR_S for time in clouded]
+        await pilot.press("down", "down", "enter")
+        await shows(pilot, "LEAVE", "leave at")
+        await pilot.press("right")
+        await shows(pilot, "points in all")
+        await pilot.press("delete")
+        await until(pilot, lambda: "Wished" not in screen_words(app))
+        await until(
+            pilot,
+            lambda: app.judgement.plan.recommended.times_utc_s == free.recommended.times_utc_s,
+        )
+        await pilot.press("escape")
+        await shows(pilot, "Point 5 of")
+
+
+async def test_a_click_chooses_a_half_hour(four_points):
+    async with workstation(four_points) as (app, pilot):
+        await judged(app, pilot)
+        await pilot.press("p")
+        await shows(pilot, "advised")
+        await settled_text(pilot)
+        hours = app.screen.query_one(HalfHours)
+        first = hours.chosen_utc_s
+        await pilot.click(HalfHours, offset=(8, 5))
+        assert hours.chosen_utc_s == first + 2.0 * HALF_HOUR_S
+
+
+async def test_without_a_point_the_plan_says_when_it_begins():
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        app.push_screen(WorkstationScreen())
+        await pilot.press("f4")
+        await shows(pilot, "The plan begins with the first accepted point")
+
+
+async def test_a_missed_point_has_the_rest_of_the_day_planned_anew(four_points):
+    async with workstation(four_points) as (app, pilot):
+        await judged(app, pilot)
+        plan = app.judgement.plan
+        missed_utc_s = plan.recommended.times_utc_s[0] + MISSED_S + 1.0
+        live = replace(app.state.live, laptop_utc_s=missed_utc_s)
+        app._fit_if_needed(replace(app.state, live=live))
+        await until(pilot, lambda: app.judgement.plan.at_utc_s == missed_utc_s)
+
+
+def test_a_failure_to_judge_does_not_lose_the_fit(four_points, monkeypatch):
+    def fails(*_):
+        raise FitError("the forecast went wrong")
+
+    monkeypatch.setattr("solarcal.station.plan_wishes.judge_as_wished", fails)
+    message = fitting.fit_message(3, four_points.session)
+    assert message.judgement is None
+    assert "the forecast went wrong" in message.reason
+    assert (message.solution.values == solve(four_points.session).values).all()
+
+
+@pytest.mark.parametrize("size", SIZES)
+async def test_the_report_is_written_beside_the_sessions_and_says_where(four_points, size):
+    async with workstation(four_points, size) as (app, pilot):
+        await judged(app, pilot)
+        await pilot.press("e")
+        await shows(pilot, "calibration.jsonl, 4 points", "not signed off: nothing was uploaded")
+        await pilot.press("y")
+        await shows(pilot, "Written. Not signed off", "calibration-certificate.html", ".zip")
+    stem = sessions_dir() / "calibration-certificate"
+    for ending in (".html", ".md", ".svg", ".txt"):
+        text = stem.with_suffix(ending).read_text(encoding="utf-8")
+        assert "calibration certificate" in text.lower()
+    with zipfile.ZipFile(stem.with_suffix(".zip")) as archive:
+        assert {"calibration.jsonl", "SHA256SUMS"} <= set(archive.namelist())
+
+
+async def test_without_a_file_there_is_no_report():
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        app.push_screen(WorkstationScreen())
+        await pilot.press("e")
+        await shows(pilot, "no session file to write a report of")
+
+
+async def test_an_upload_that_does_not_fit_wants_a_reason_which_is_kept(monkeypatch):
+    station, _ = bench()
+    take_points(station, 4)
+    monkeypatch.setattr(
+        "solarcal.model.judgement.judge",
+        lambda *_, **__: Verdict("does_not_fit", ("the points scatter by 0.40 deg",)),
+    )
+    async with workstation(station) as (_, pilot):
+        await pilot.press("u")
+        await shows(pilot, "REFUSED", "scatter by 0.40 deg", "DOES NOT FIT", "as the unit keeps it")
+        await pilot.press("y")
+        await shows(pilot, "Type the reason")
+        await pilot.press("enter")
+        await shows(pilot, "needs a reason")
+        assert not station.session.uploads
+        await pilot.press(*"test", "enter")
+        await shows(pilot, "read back EQUAL")
+    assert station.session.uploads[-1].forced == "test"
+
+
+async def test_check_points_within_the_tolerance_sign_off(tmp_path):
+    from solarcal.station.technician import AutomaticTechnician, Schedule
+
+    station, _ = bench(tmp_path / "day.jsonl")
+    spot = station.tracker.emulation.spot
+    technician = AutomaticTechnician(station, spot, Schedule(points=5, every_min=45.0, checks=2))
+    station.initialise(confirmed=True)
+    technician.take_points()
+    technician.upload()
+    technician.take_checks()
+    async with workstation(station) as (app, pilot):
+        await judged(app, pilot)
+        await shows(pilot, "Signed off: calibrated and proven", "SIGNED OFF", "2 check points")
+        await pilot.press("u")
+        await shows(pilot, "SIGNED OFF: 2 check points after the upload")
+
+
+async def test_after_a_reconnection_the_speed_is_read_again():
+    station, cable = bench()
+    async with workstation(station) as (app, pilot):
+        await judged_speed(app, pilot)
+        station.tracker.emulation.set_speed(5.0)
+        cable.pulled = True
+        app.station_conductor().submit("status", lambda s: s.poll())
+        await shows(pilot, "LINK LOST")
+        app.emulated_speed = 120.0
+        cable.pulled = False
+        app.station_conductor().reconnect_now()
+        await until(pilot, lambda: app.emulated_speed == 5.0)
+
+
+async def judged_speed(app, pilot):
+    app.push_screen(WorkstationScreen())
+    await until(pilot, lambda: app.emulated_speed == 0.0)
+
+
+async def test_ctrl_q_leaves_from_a_dialog_too():
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        app.push_screen(WorkstationScreen())
+        await pilot.press("n")
+        await shows(pilot, "STOP")
+        await pilot.press("ctrl+q")
+        await until(pilot, lambda: app.return_code is not None or app._exit)
+
+
+async def test_in_the_middle_of_a_point_ctrl_q_asks_over_its_dialog():
+    station, _ = bench()
+    station.initialise(confirmed=True)
+    station.begin_point()
+    async with workstation(station) as (app, pilot):
+        app.push_screen(WorkstationScreen())
+        await pilot.press("f10")
+        await pilot.press("ctrl+q", "ctrl+q")
+        await shows(pilot, "in the middle of: questions", "Leave?")
+        await pilot.press("n")
+        await until(pilot, lambda: "Leave?" not in screen_words(app))
+
+
+@pytest.mark.parametrize("size", SIZES)
+async def test_toasts_never_lie_over_stop(size):
+    station, _ = bench()
+    app = SolarcalApp(PERFORMERS)
+    async with app.run_test(size=size, notifications=True) as pilot:
+        app.adopt(station)
+        app.push_screen(WorkstationScreen())
+        await shows(pilot, "LINK OK")
+        for number in range(12):
+            app.notify(f"notice {number}, as long as a notice may well become in a bad hour")
+        await shows(pilot, "notice 0", "F12 s ^S")
+        stop = app.screen.query_one(StopKey).region
+        text = screen_text(app).split("\n")
+        assert "STOP" in text[stop.y]
+        assert "F12" in text[stop.y + 1]
+        app.conductor.close()
