@@ -231,6 +231,17 @@ async def test_g_opens_the_list_and_enter_a_calculator():
         await until(pilot, lambda: not isinstance(app.screen, CalculatorsScreen))
 
 
+async def test_stop_works_while_a_field_has_the_focus(monkeypatch):
+    app, asked = app_with(), []
+    async with app.run_test(size=SMALL) as pilot:
+        await opened(app, pilot, "sunspot")
+        monkeypatch.setattr(SolarcalApp, "action_perform", lambda self, name: asked.append(name))
+        await pilot.press("s", "f12", "ctrl+s")
+        await pilot.click("StopKey")
+        await until(pilot, lambda: asked == ["stop"] * 4)
+        assert rows(app)[0].value == "500"
+
+
 async def test_the_palette_knows_every_calculator():
     app = app_with()
     async with app.run_test(size=SMALL) as pilot:

@@ -75,7 +75,7 @@ CALCULATORS = (
             FormField("t2", "Axis 2 (AX2)", "deg", "45"),
             FormField("set1", "Set point e1c", default="0"),
             FormField("set2", "Set point e2c", default="0"),
-            FormField("gain", "Gain", "1/rad", hint="Sun's disc"),
+            FormField("gain", "Gain", "1/rad", hint="disc"),
             FormField("mirror1", "Fixed mirror 1", "normal", hint="none"),
             FormField("mirror2", "Fixed mirror 2", "normal", hint="none"),
         ),

@@ -46,8 +46,9 @@ class CalculatorScreen(StationScreen):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("v", "view", "View", show=False),
         Binding("ctrl+r", "defaults", "Defaults", show=False),
-        Binding("down", "app.focus_next", "Next field", show=False),
-        Binding("up", "app.focus_previous", "Previous field", show=False),
+        # Priority: what is typed right after the arrow belongs into the next field.
+        Binding("down", "next_field", "Next field", show=False, priority=True),
+        Binding("up", "previous_field", "Previous field", show=False, priority=True),
         Binding("enter", "compute", "Compute", show=False),
         Binding("escape", "back", "Back", show=False),
     ]
@@ -236,6 +237,17 @@ class CalculatorScreen(StationScreen):
             self.query_one(TextLines).focus()
         elif not self.has_class("-drawing"):
             self.query_one(FormRow).entry.focus()
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Where the form is away the arrow keys scroll the text."""
+        del parameters
+        return not (action.endswith("_field") and self._view)
+
+    def action_next_field(self) -> None:
+        self.focus_next()
+
+    def action_previous_field(self) -> None:
+        self.focus_previous()
 
     def action_defaults(self) -> None:
         """Everything as it was at first."""
