@@ -142,7 +142,7 @@ async def test_the_palette_has_every_action(station_and_cable):
     async with workstation(station_and_cable[0], SMALL) as (app, pilot):
         screen = await on_workstation(app, pilot)
         hits = [hit async for hit in ActionProvider(screen).discover()]
-        assert len(hits) == len(ACTIONS)
+        assert len(hits) >= len(ACTIONS)
         for action in ACTIONS:
             found = [hit async for hit in ActionProvider(screen).search(action.label)]
             assert found, action.label

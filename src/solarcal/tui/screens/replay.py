@@ -15,7 +15,7 @@ from solarcal.tui.messages import FitReady
 from solarcal.tui.screens.base import StationScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.head_lines import HeadLine, LogLine
-from solarcal.tui.widgets.station_lines import TitleLine
+from solarcal.tui.widgets.station_lines import TitleLine, verdict_words
 from solarcal.tui.widgets.workstation_view import TABS, WorkstationView
 
 TICK_S = 0.1
@@ -26,7 +26,7 @@ class ReplayScreen(StationScreen):
     """Time runs at ``speed`` while playing; every step shows the state as it stood then."""
 
     DEFAULT_CSS = """
-    ReplayScreen #bar { background: $boost; height: 2; }
+    ReplayScreen #bar, ReplayScreen #verdict { background: $boost; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("space", "play", "Play or pause", show=False, priority=True),
@@ -63,6 +63,7 @@ class ReplayScreen(StationScreen):
         yield TitleLine(id="title")
         yield HeadLine(id="file")
         yield HeadLine(id="bar")
+        yield HeadLine(id="verdict")
         yield WorkstationView(id="view")
         yield LogLine(id="log")
         yield ActionFooter(
@@ -131,6 +132,14 @@ class ReplayScreen(StationScreen):
                 f"   {count} point{'' if count == 1 else 's'} so far",
             ]
         )
+        judged = self._judged
+        known = judged is not None and judged.session.points == self._points_seen
+        words = verdict_words(
+            state.session,
+            judged.judgement if judged is not None and known else None,
+            judged.reason if judged is not None and known else "",
+        )
+        self.query_one("#verdict", HeadLine).show(words.parts())
         self._show_bar()
 
     def _show_bar(self) -> None:

@@ -107,7 +107,7 @@ def verdict_words(
             return VerdictWords(word, proof.reason, "$success" if proof.signed_off else "$error")
     if session is None or judgement is None:
         waiting = session is not None and session.accepted
-        told = reason or ("" if waiting else "from the first point on")
+        told = reason or ("" if waiting else "it comes with the first point")
         return VerdictWords("judging ..." if waiting and not reason else "No verdict", told)
     verdict = judgement.verdict
     year = f"{judgement.forecast.year_p95_deg:.3f} deg"
