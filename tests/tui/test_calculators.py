@@ -179,6 +179,15 @@ def test_a_field_error_knows_its_field():
     assert (refused.value.field, refused.value.missing) == ("hole", True)
 
 
+def test_a_date_alone_is_the_sites_own_day():
+    day = BY_ID["day"]
+    typed = {"lat": "35.05", "lon": "-106.48", "at": "2026-06-21"}
+    found = day.compute(Form(day.fields, typed, 0.0)).document
+    assert found["transit_utc"].startswith("2026-06-21T19:07")
+    east = day.compute(Form(day.fields, typed | {"lon": "170"}, 0.0)).document
+    assert east["transit_utc"].startswith("2026-06-21T00:41")
+
+
 async def test_values_are_remembered_and_defaults_come_back():
     app = app_with(remember=True)
     async with app.run_test(size=SMALL) as pilot:

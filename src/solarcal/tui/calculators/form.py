@@ -1,5 +1,6 @@
 """A form of text fields, and what its texts mean; every error names the field it is about."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -93,6 +94,15 @@ class Form:
         """The instant there, POSIX UTC seconds; now where nothing stands."""
         text = self.text(name)
         return self.instant(name, text) if text else self.now_utc_s
+
+    def day_utc_s(self, name: str, site: "Site") -> float:
+        """An instant of the day meant there: a date alone is the site's own day, at its noon."""
+        text = self.text(name)
+        if not text or "T" in text or " " in text:
+            return self.utc_s(name)
+        return self.instant(name, f"{text}T12:00Z") - 240.0 * math.remainder(
+            site.longitude_deg, 360
+        )
 
     def instant(self, name: str, text: str) -> float:
         """An ISO 8601 text of this field."""

@@ -2,7 +2,6 @@
 
 from textual import events
 from textual.app import ComposeResult
-from textual.binding import Binding
 from textual.containers import Horizontal, Vertical
 from textual.content import Content
 from textual.message import Message
@@ -41,11 +40,6 @@ class ChoiceBox(Static, can_focus=True):
     class Changed(Message):
         """Another choice was made."""
 
-    BINDINGS = [  # noqa: RUF012
-        Binding("right,space", "turn(1)", "Next choice", show=False),
-        Binding("left", "turn(-1)", "Previous choice", show=False),
-    ]
-
     def __init__(self, choices: tuple[str, ...], value: str) -> None:
         super().__init__()
         self._choices = choices
@@ -59,13 +53,21 @@ class ChoiceBox(Static, can_focus=True):
         self.value = value if value in self._choices else self._choices[0]
         self.update(Content(f"‹ {self.value} ›"))
 
-    def action_turn(self, step: int) -> None:
+    def on_key(self, event: events.Key) -> None:
+        # Not a binding: that would be looked up when the next arrow may have moved the focus.
+        step = {"right": 1, "space": 1, "left": -1}.get(event.key)
+        if step is not None:
+            event.stop()
+            self.turn(step)
+
+    def turn(self, step: int) -> None:
+        """To the next choice, or the one before."""
         at = self._choices.index(self.value)
         self.choose(self._choices[(at + step) % len(self._choices)])
         self.post_message(self.Changed())
 
     def on_click(self) -> None:
-        self.action_turn(1)
+        self.turn(1)
 
 
 class FormRow(Horizontal):

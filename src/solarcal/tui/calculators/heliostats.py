@@ -88,7 +88,7 @@ def _drift(form: Form) -> "Answer":
 
     site, heliostat = form.site(), _heliostat(form)
     form.number("distance")
-    return drift(site, heliostat, form.utc_s("at"), form.choice("refraction"))
+    return drift(site, heliostat, form.day_utc_s("at", site), form.choice("refraction"))
 
 
 def _target(form: Form) -> "Answer":

@@ -101,7 +101,7 @@ def _day(form: Form) -> "Answer":
     geometry, limits, limited = _mount(form, site)
     return day(
         AskedDay(
-            form.utc_s("at"),
+            form.day_utc_s("at", site),
             site,
             geometry,
             limits,
