@@ -186,12 +186,15 @@ class RecomputeScreen(StationScreen):
 
 
 def _lines(found: Recomputed) -> tuple[str, ...]:
+    from solarcal.report.columns import wrapped
     from solarcal.report.fit_tables import coefficients_table, fit_summary
     from solarcal.report.tables import points_table
 
-    lines: list[str] = list(found.warnings)
-    if found.trouble:
-        lines.append(found.trouble)
+    said = [*found.warnings, *([found.trouble] if found.trouble else [])]
+    # The file is named above; its folder would push what is wrong with it off the screen.
+    lines = [
+        line for text in said for line in wrapped(text.replace(str(found.path), found.path.name))
+    ]
     if found.solution is not None:
         lines += coefficients_table(found.solution).splitlines()
         lines += fit_summary(found.solution).splitlines()
