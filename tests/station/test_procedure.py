@@ -291,3 +291,40 @@ def test_nothing_is_shown_that_is_not_in_the_file(bench):
     b.technician.take_point()
     assert len(on_disk) > 20
     assert min(on_disk) >= 0
+
+
+def test_a_line_lost_while_a_checks_offset_is_taken_back_leaves_no_accepted_check(
+    bench, monkeypatch
+):
+    b = bench()
+    b.on_sun()
+    b.station.upload(Coefficients(), method="manual")
+    b.station.track()
+    b.on_sun()
+    b.station.begin_point(check=True)
+    for _ in range(3):
+        b.station.answer(True)
+    b.station.gather_point()
+
+    def lost(*_: object) -> None:
+        raise LinkError("cable pulled")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(b.unit, "write_coefficients", lost)
+        with pytest.raises(LinkError):
+            b.station.store(True)
+    assert all(check.status != "accepted" for check in b.station.session.checks)
+
+
+def test_an_upload_that_got_through_unrecorded_still_rolls_back_to_what_was_before(bench):
+    b = bench()
+    b.on_sun()
+    before = b.station.session.header
+    new = Coefficients(P1=0.5)
+    # The line was lost after the unit had taken the numbers and before they were recorded.
+    b.unit.write_coefficients(new, Offsets())
+    upload = b.station.upload(new, method="manual")
+    assert upload.old_coefficients == before.coefficients
+    assert upload.old_offsets == before.offsets
+    b.station.rollback()
+    assert b.unit.stored().coefficients == before.coefficients

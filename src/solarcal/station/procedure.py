@@ -32,7 +32,7 @@ from solarcal.session.records import (
 from solarcal.station import guards
 from solarcal.station.core import CreateJournal, StationCore
 from solarcal.station.gathering import check_candidate, gather, point_candidate
-from solarcal.station.state import Activity, Attempt, view_session
+from solarcal.station.state import Activity, Attempt, held_before_upload, view_session
 from solarcal.unit.tracker import Mode
 
 REF_CHECK_LIMIT_S = 3600.0
@@ -261,6 +261,10 @@ class Station(StationCore):
         candidate = attempt.candidate
         if candidate is None:
             raise ProcedureRefused("nothing has been gathered")
+        if isinstance(candidate, CheckRecord) and yes:
+            # The check's Set Sun Offset must not stay in force: what was uploaded is P with O = 0.
+            # Before the record: a line lost here leaves a check to be taken again, not one stored.
+            self.tracker.write_coefficients(self._in_force, Offsets())
         status = "accepted" if yes else "rejected"
         stored: PointRecord | CheckRecord = self._record(
             lambda seq, utc: msgspec.structs.replace(
@@ -268,9 +272,6 @@ class Station(StationCore):
             )
         )
         self._become(activity=Activity.IDLE, attempt=None)
-        if isinstance(stored, CheckRecord) and yes:
-            # The check's Set Sun Offset must not stay in force: what was uploaded is P with O = 0.
-            self.tracker.write_coefficients(self._in_force, Offsets())
         return stored
 
     def _attempt(self, expected: Activity) -> Attempt:
@@ -309,7 +310,9 @@ class Station(StationCore):
         offsets = offsets or Offsets()
         self._become(activity=Activity.UPLOADING)
         try:
-            old = self.tracker.stored()
+            replaced, replaced_offsets = held_before_upload(
+                self.session, self.tracker.stored(), new, offsets
+            )
             back = self.tracker.write_coefficients(new, offsets)
             self._in_force = back.coefficients
         finally:
@@ -322,8 +325,8 @@ class Station(StationCore):
             lambda seq, utc: UploadRecord(
                 seq=seq,
                 utc=utc,
-                old_coefficients=old.coefficients,
-                old_offsets=old.offsets,
+                old_coefficients=replaced,
+                old_offsets=replaced_offsets,
                 new_coefficients=new,
                 new_offsets=offsets,
                 verified=verified,

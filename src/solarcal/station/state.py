@@ -10,6 +10,7 @@ from enum import StrEnum
 
 import msgspec
 
+from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.reader import live_records
 from solarcal.session.records import (
@@ -25,7 +26,7 @@ from solarcal.session.records import (
     SunOffset,
     UploadRecord,
 )
-from solarcal.unit.tracker import Status, UnitIdentity
+from solarcal.unit.tracker import Status, Stored, UnitIdentity
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,3 +171,18 @@ class StationState:
     activity: Activity = Activity.IDLE
     attempt: Attempt | None = None
     generation: int = 0
+
+
+def held_before_upload(
+    session: SessionView, found: Stored, new: Coefficients, offsets: Offsets
+) -> tuple[Coefficients, Offsets]:
+    """What an upload of ``new`` replaces, for the rollback: what the unit holds (``found``).
+
+    An upload whose line was lost may have got through without its record. A unit that holds
+    ``new`` already then held before what the session last knew of it.
+    """
+    if (found.coefficients, found.offsets) != (new, offsets):
+        return found.coefficients, found.offsets
+    if session.uploads:
+        return session.uploads[-1].new_coefficients, session.uploads[-1].new_offsets
+    return session.header.coefficients, session.header.offsets
