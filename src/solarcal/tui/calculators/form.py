@@ -100,9 +100,8 @@ class Form:
         text = self.text(name)
         if not text or "T" in text or " " in text:
             return self.utc_s(name)
-        return self.instant(name, f"{text}T12:00Z") - 240.0 * math.remainder(
-            site.longitude_deg, 360
-        )
+        noon_s = self.instant(name, text) + 43200.0
+        return noon_s - 240.0 * math.remainder(site.longitude_deg, 360.0)
 
     def instant(self, name: str, text: str) -> float:
         """An ISO 8601 text of this field."""
