@@ -1,6 +1,7 @@
 """Bad points among good ones, and towers that lean more than anybody should accept."""
 
 import numpy as np
+
 from benchmarks.judgement_trackers import (
     context_of,
     daylight_s,
@@ -9,7 +10,6 @@ from benchmarks.judgement_trackers import (
     random_times,
     true_year,
 )
-
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import fit, fit_exact
 from solarcal.model.points import PointSet

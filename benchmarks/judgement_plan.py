@@ -1,8 +1,8 @@
 """What planning the day is worth: against equal spacing, exchange search, and a routine."""
 
 import numpy as np
-from benchmarks.judgement_trackers import NOISE_DEG, context_of, daylight_s
 
+from benchmarks.judgement_trackers import NOISE_DEG, context_of, daylight_s
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.plan import day_slots, plan, prior_knowledge
 from solarcal.model.posterior import MechanismPosterior

@@ -1,6 +1,7 @@
 """True year errors of 200 random trackers: manual, robust, and the bound for any method."""
 
 import numpy as np
+
 from benchmarks.judgement_trackers import (
     PLANS,
     context_of,
@@ -10,7 +11,6 @@ from benchmarks.judgement_trackers import (
     random_times,
     true_year,
 )
-
 from solarcal.model.known_physics import Ideal
 from solarcal.model.methods import fit
 from solarcal.units import FloatArray

@@ -7,6 +7,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
+
 from benchmarks.judgement_trackers import (
     context_of,
     daylight_s,
@@ -14,7 +15,6 @@ from benchmarks.judgement_trackers import (
     random_mechanism,
     true_year,
 )
-
 from solarcal.model.known_physics import Ideal, SkyContext
 from solarcal.model.points import PointSet
 from solarcal.mount.mechanism import Mechanism

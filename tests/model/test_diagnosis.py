@@ -6,6 +6,7 @@ from pathlib import Path
 import made_up_trackers  # noqa: F401  (puts the benchmarks on the path)
 import numpy as np
 import pytest
+
 from benchmarks.diagnosis import (
     DECEMBER,
     EQUINOX,
@@ -19,7 +20,6 @@ from benchmarks.diagnosis import (
     missed_counts_found,
     rate,
 )
-
 from solarcal.model.diagnosis import diagnose
 from solarcal.model.finding import Finding
 from solarcal.model.known_physics import SkyContext

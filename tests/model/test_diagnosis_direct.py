@@ -3,8 +3,8 @@
 import made_up_trackers  # noqa: F401  (puts the benchmarks on the path)
 import numpy as np
 import pytest
-from benchmarks.diagnosis import drift_found
 
+from benchmarks.diagnosis import drift_found
 from solarcal.model.clock_evidence import ClockSetting, clock_findings, laptop_finding
 from solarcal.model.losses import Loss, Moment
 from solarcal.model.read_out_evidence import frozen_findings, missed_counts_finding

@@ -3,12 +3,12 @@
 import made_up_trackers  # noqa: F401  (makes the benchmarks importable)
 import numpy as np
 import pytest
+
 from benchmarks.judgement_coverage import coverage
 from benchmarks.judgement_hard_cases import bad_points, leaning
 from benchmarks.judgement_plan import compared, to_tolerance
 from benchmarks.judgement_trackers import POPULATION_PRIOR
 from benchmarks.judgement_year import year_errors
-
 from solarcal.model.prior import Prior
 
 # Medians of forty scatter by a sixth; the goals proper are the benchmarks'.

@@ -3,6 +3,7 @@
 import made_up_trackers  # noqa: F401  (puts the benchmarks on the path)
 import numpy as np
 import pytest
+
 from benchmarks.diagnosis import DECEMBER, JUNE, changed, merged
 from benchmarks.judgement_trackers import (
     context_of,
@@ -11,7 +12,6 @@ from benchmarks.judgement_trackers import (
     random_mechanism,
     true_year,
 )
-
 from solarcal.errors import FitError
 from solarcal.model.merging import merge_sessions
 from solarcal.model.methods import fit_exact
