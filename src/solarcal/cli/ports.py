@@ -7,6 +7,7 @@ from solarcal.unit.ports import describe
 
 HELP = "what is plugged in"
 
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="one JSON document")
 
