@@ -1,6 +1,7 @@
 """The real program on a pseudo-terminal, read by pyte; the unit in a process of its own."""
 
 import fcntl
+import functools
 import json
 import os
 import pty
@@ -19,6 +20,7 @@ from typing import Any
 import pyte
 
 PATIENCE_S = 30.0
+TRIES = 3
 KITTY = re.compile(rb"\x1b\[[<=>?][0-9;]*u")
 """Keyboard protocol requests, which pyte takes for something else."""
 
@@ -26,6 +28,33 @@ ALT_F3, ALT_F5, ALT_F7, CTRL_F9 = b"\x1b[1;3R", b"\x1b[15;3~", b"\x1b[18;3~", b"
 F2, F6, F8, F10, F12 = b"\x1bOQ", b"\x1b[17~", b"\x1b[19~", b"\x1b[21~", b"\x1b[24~"
 ENTER, ESC, CTRL_Q, CTRL_S = b"\r", b"\x1b", b"\x11", b"\x13"
 UP, DOWN, RIGHT, LEFT = b"\x1b[A", b"\x1b[B", b"\x1b[C", b"\x1b[D"
+
+
+class InVain(AssertionError):
+    """The screen never showed what was waited for."""
+
+
+def in_real_time(test: Callable[[Path], None]) -> Callable[[Path], None]:
+    """Up to three tries, each in a folder of its own.
+
+    Program, emulator and the keys are three processes in real time: on a machine that is busy
+    elsewhere a key can come too late to keep the moving Sun on the plate. Only a screen waited for
+    in vain is tried again; a wrong number never is.
+    """
+
+    @functools.wraps(test)
+    def tried(tmp_path: Path) -> None:
+        for number in range(TRIES):
+            folder = tmp_path / str(number)
+            folder.mkdir()
+            try:
+                return test(folder)
+            except InVain:
+                if number == TRIES - 1:
+                    raise
+        raise AssertionError("no try was made")
+
+    return tried
 
 
 def environment(home: Path) -> dict[str, str]:
@@ -125,7 +154,7 @@ class Terminal:
         deadline = time.monotonic() + PATIENCE_S
         while not true():
             if time.monotonic() > deadline:
-                raise AssertionError(f"in vain; the screen shows:\n{self.text()}")
+                raise InVain(f"in vain; the screen shows:\n{self.text()}")
             self.read()
 
     def shows(self, *words: str) -> None:

@@ -14,6 +14,7 @@ from pty_bench import (
     LEFT,
     EmulatorProcess,
     Terminal,
+    in_real_time,
 )
 from technician_at_keys import check_reference, hurry, initialise
 
@@ -35,6 +36,7 @@ def dies_and_comes_back(terminal: Terminal, emulator: EmulatorProcess) -> None:
 
 
 @pytest.mark.slow
+@in_real_time
 def test_the_unit_is_killed_in_every_step_and_started_again(tmp_path: Path) -> None:
     link, path = tmp_path / "tracker", tmp_path / "sessions" / "day.jsonl"
     emulator = EmulatorProcess(link, tmp_path, start=START, speed=1.0)

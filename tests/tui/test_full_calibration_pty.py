@@ -4,7 +4,16 @@ import json
 from pathlib import Path
 
 import pytest
-from pty_bench import CTRL_F9, ENTER, ESC, F8, EmulatorProcess, Terminal, solarcal_json
+from pty_bench import (
+    CTRL_F9,
+    ENTER,
+    ESC,
+    F8,
+    EmulatorProcess,
+    Terminal,
+    in_real_time,
+    solarcal_json,
+)
 from technician_at_keys import (
     check_reference,
     hurry,
@@ -25,6 +34,7 @@ POINTS = 4
 
 
 @pytest.mark.slow
+@in_real_time
 def test_a_whole_calibration_by_the_manuals_keys(tmp_path: Path) -> None:
     link, path = tmp_path / "tracker", tmp_path / "sessions" / "day.jsonl"
     emulator = EmulatorProcess(link, tmp_path, start=START, speed=1.0)
@@ -92,6 +102,7 @@ def test_a_whole_calibration_by_the_manuals_keys(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@in_real_time
 def test_killed_in_the_middle_it_offers_to_go_on_and_no_accepted_point_is_missing(
     tmp_path: Path,
 ) -> None:
