@@ -179,11 +179,14 @@ class StationCore:
         """Say and record that the line is gone; an attempt in progress is kept as aborted."""
         if self._state.live.link is LinkState.LOST:
             return
-        self._live(link=LinkState.LOST, status=None, link_message=str(error), progress=None)
-        if self._journal is not None:
-            self._record(lambda seq, utc: LinkLost(seq=seq, utc=utc, reason=str(error)))
-            if self._state.attempt is not None:
-                self.abort_attempt(f"link lost: {error}")
+        try:
+            # On the disk first, as everything that is said; a full disk must not hide the loss.
+            if self._journal is not None:
+                self._record(lambda seq, utc: LinkLost(seq=seq, utc=utc, reason=str(error)))
+        finally:
+            self._live(link=LinkState.LOST, status=None, link_message=str(error), progress=None)
+        if self._journal is not None and self._state.attempt is not None:
+            self.abort_attempt(f"link lost: {error}")
         self._become(activity=Activity.IDLE)
 
     def reconnect(self) -> UnitIdentity:
@@ -200,9 +203,9 @@ class StationCore:
                 f"{before.model} {before.serial}; connect the right one or start a new session"
             )
         self._read_settings()
-        self._live(link=LinkState.CONNECTED, identity=identity, link_message="")
         if self._journal is not None:
             self._record(lambda seq, utc: LinkRestored(seq=seq, utc=utc, serial=identity.serial))
+        self._live(link=LinkState.CONNECTED, identity=identity, link_message="")
         return identity
 
     def poll(self) -> Status:
