@@ -54,6 +54,7 @@ class Choice(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """What was opened on the start screen: a unit on a line, an emulated one, or a saved session.
 
     Exactly one of ``port``, ``scenario`` and ``replay`` is set; ``session`` continues a file.
+    ``speed`` is how many seconds of an emulator or a replay pass in a real one at first.
     """
 
     port: str = ""
@@ -64,6 +65,7 @@ class Choice(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     start_utc: str = ""
     seed: int = 0
     noise_deg: float | None = None
+    speed: float | None = None
     replay: str = ""
     session: str = ""
 

@@ -137,3 +137,23 @@ def test_every_command_explains_itself_without_loading_anything_heavy(command):
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert build_parser(command) is not None
+
+
+def test_a_replay_at_a_speed_tells_every_record_in_its_order(session):
+    told = solarcal("replay", str(session[0]), "--headless", "--speed", "1e6")
+    assert told.returncode == 0, told.stderr
+    at_once = solarcal("replay", str(session[0]), "--headless").stdout.splitlines()
+    records = session[0].read_text().count("\n") - 1
+    # At once they stand below a heading and its rule.
+    assert told.stdout.splitlines()[:records] == at_once[2 : 2 + records]
+    assert told.stdout.splitlines()[-1] == at_once[-1]
+
+
+@pytest.mark.parametrize(
+    "words", [("replay", "SESSION", "--speed", "0"), ("demo", "--speed", "-1")]
+)
+def test_a_speed_that_cannot_be_is_refused(session, words):
+    refused = solarcal(*(str(session[0]) if word == "SESSION" else word for word in words))
+    assert refused.returncode == 2
+    assert refused.stderr.count("\n") == 1
+    assert "speed" in refused.stderr

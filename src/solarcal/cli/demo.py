@@ -22,6 +22,13 @@ HELP = "the workstation on the built-in emulator; without a terminal a full head
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--scenario", metavar="NAME|FILE", default=DEFAULT_SCENARIO)
     add_emulator_arguments(parser)
+    parser.add_argument(
+        "--speed",
+        type=float,
+        metavar="N",
+        help="virtual seconds a real second; default: 1 on the screen, where + and - change it, "
+        "and headless as fast as it can be computed",
+    )
     add_schedule_arguments(parser)
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="the session file to write"
@@ -42,6 +49,7 @@ def run(args: argparse.Namespace) -> int:
                 start_utc=args.start or "",
                 seed=args.seed,
                 noise_deg=args.noise_deg,
+                speed=args.speed,
             ),
             output=args.output,
         )
@@ -57,7 +65,11 @@ def run_headless(args: argparse.Namespace) -> int:
 
     scenario = load_scenario(args.scenario, args.settings)
     emulator = Emulator(
-        scenario, start_utc_s=start_utc_s(args), seed=args.seed, noise_deg=args.noise_deg
+        scenario,
+        start_utc_s=start_utc_s(args),
+        seed=args.seed,
+        noise_deg=args.noise_deg,
+        speed=args.speed or 0.0,
     )
     with tempfile.TemporaryDirectory(prefix="solarcal-") as folder:
         line = Path(folder) / "tracker"

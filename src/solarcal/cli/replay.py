@@ -2,14 +2,27 @@
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from solarcal.cli.output import print_json
+from solarcal.cli.output import print_json, say
+from solarcal.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from solarcal.station.replay import Replay
 
 HELP = "a saved session as it happened"
+FASTEST = 1e6
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, metavar="FILE")
+    parser.add_argument(
+        "--speed",
+        type=float,
+        metavar="N",
+        help="recorded seconds a real second; default: 600 on the screen, where + and - change "
+        "it, and headless everything at once",
+    )
     parser.add_argument(
         "--headless", action="store_true", help="print what happened and the fit, no screen"
     )
@@ -21,11 +34,16 @@ def run(args: argparse.Namespace) -> int:
     from solarcal.cli.run import has_terminal, run_workstation
     from solarcal.station.replay import Replay
 
+    if args.speed is not None and not 0.0 < args.speed <= FASTEST:
+        raise ConfigurationError(f"--speed {args.speed:g}: give a number up to a million, above 0")
     replay = Replay.open(args.file)
     if has_terminal() and not (args.headless or args.json):
         from solarcal.config import Choice
 
-        return run_workstation(Choice(replay=str(args.file)))
+        return run_workstation(Choice(replay=str(args.file), speed=args.speed))
+    if args.speed is not None and not args.json:
+        _tell_as_it_happened(replay, args.speed)
+        return 0
     replay.jump(len(replay))
     if args.json:
         from solarcal.errors import FitError
@@ -53,3 +71,20 @@ def run(args: argparse.Namespace) -> int:
 
     print(replay_text(replay))
     return 0
+
+
+def _tell_as_it_happened(replay: "Replay", speed: float) -> None:
+    """Each record when its time has come, then the session as it ended."""
+    from solarcal.clock import SystemClock
+    from solarcal.report.session_report import record_line, session_text
+    from solarcal.station.judging import judge_session
+
+    for warning in replay.warnings:
+        say(warning)
+    clock = SystemClock()
+    for record in replay.records:
+        before_s = replay.utc_s
+        replay.step()
+        clock.wait(max(0.0, replay.utc_s - before_s) / speed)
+        print(record_line(record), flush=True)
+    print(f"\n{session_text(replay.view, judge_session(replay.view))}")

@@ -157,7 +157,7 @@ class SolarcalApp(ConductedApp):
             self._tell_start(str(error), error=True)
             return
         self.remember(msgspec.structs.replace(self.settings, last=choice))
-        self.push_screen(ReplayScreen(replay, Path(choice.replay).name))
+        self.push_screen(ReplayScreen(replay, Path(choice.replay).name, choice.speed))
 
     def _open_in_thread(self, choice: Choice, profile: Profile) -> None:
         from solarcal.tui.opening import open_line

@@ -160,7 +160,7 @@ def _emulated_line(choice: Choice) -> Iterator[str]:
         start_utc_s=parse_utc(choice.start_utc) if choice.start_utc else None,
         seed=choice.seed,
         noise_deg=choice.noise_deg,
-        speed=1.0,
+        speed=1.0 if choice.speed is None else choice.speed,
     )
     with contextlib.ExitStack() as line:
         try:

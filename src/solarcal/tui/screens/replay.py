@@ -20,6 +20,7 @@ from solarcal.tui.widgets.workstation_view import TABS, WorkstationView
 
 TICK_S = 0.1
 SPEEDS = (1.0, 10.0, 60.0, 300.0, 600.0, 1800.0, 3600.0)
+DEFAULT_SPEED = 600.0
 
 
 class ReplayScreen(StationScreen):
@@ -47,12 +48,12 @@ class ReplayScreen(StationScreen):
         Binding("tab", "next_tab(1)", "Next pane", show=False, priority=True),
     ]
 
-    def __init__(self, replay: Replay, file_name: str) -> None:
+    def __init__(self, replay: Replay, file_name: str, speed: float | None = None) -> None:
         super().__init__()
         self.replay = replay
         self._file_name = file_name
         self._playing = False
-        self._speed = SPEEDS[4]
+        self._speed = DEFAULT_SPEED if speed is None else speed
         self._utc_s = replay.utc_s
         self._points_seen: object = None
         self._ready = False
@@ -132,15 +133,21 @@ class ReplayScreen(StationScreen):
                 f"   {count} point{'' if count == 1 else 's'} so far",
             ]
         )
-        judged = self._judged
-        known = judged is not None and judged.session.points == self._points_seen
+        judged = self.judged_now
         words = verdict_words(
             state.session,
-            judged.judgement if judged is not None and known else None,
-            judged.reason if judged is not None and known else "",
+            judged.judgement if judged is not None else None,
+            judged.reason if judged is not None else "",
         )
         self.query_one("#verdict", HeadLine).show(words.parts())
         self._show_bar()
+
+    @property
+    def judged_now(self) -> FitReady | None:
+        """The fit of the points seen now, once it has come."""
+        judged = self._judged
+        known = judged is not None and judged.session.points == self._points_seen
+        return judged if known else None
 
     def _show_bar(self) -> None:
         total = len(self.replay)
@@ -225,8 +232,11 @@ class ReplayScreen(StationScreen):
         self._stand()
 
     def action_speed(self, step: int) -> None:
-        index = min(max(SPEEDS.index(self._speed) + step, 0), len(SPEEDS) - 1)
-        self._speed = SPEEDS[index]
+        now = self._speed
+        if step > 0:
+            self._speed = next((speed for speed in SPEEDS if speed > now), max(now, SPEEDS[-1]))
+        else:
+            self._speed = next((s for s in reversed(SPEEDS) if s < now), min(now, SPEEDS[0]))
         self._show_bar()
 
     def action_jump(self) -> None:
