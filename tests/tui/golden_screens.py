@@ -6,6 +6,10 @@
 import os
 import re
 from pathlib import Path
+from typing import Any
+
+from procedure_bench import PATIENCE, screen_text, settled_text
+from textual.pilot import Pilot
 
 FOLDER = Path(__file__).parent / "goldens"
 NUMBER = re.compile(r"[-+]?\d+\.\d+")
@@ -25,6 +29,21 @@ def check_golden(name: str, text: str) -> None:
     for number, (want, got) in enumerate(zip(kept, shown, strict=False), start=1):
         assert same_line(want, got), f"{name}, line {number}:\nkept  {want}\nshown {got}\n\n{text}"
     assert len(kept) == len(shown), f"{name}: {len(kept)} lines kept, {len(shown)} shown"
+
+
+async def shows_golden(pilot: Pilot[Any], name: str) -> None:
+    """Wait for the screen as it is kept: layout follows words, and fits follow points, in time."""
+    if os.environ.get("SOLARCAL_WRITE_GOLDENS"):
+        check_golden(name, await settled_text(pilot))
+        return
+    for _ in range(PATIENCE):
+        try:
+            check_golden(name, screen_text(pilot.app))
+        except AssertionError:
+            await pilot.pause(0.02)
+        else:
+            return
+    check_golden(name, screen_text(pilot.app))
 
 
 def same_line(want: str, got: str) -> bool:

@@ -23,7 +23,7 @@ from solarcal.unit.link import Link
 
 START = "2026-06-03T16:00:00Z"
 SMALL, LARGE = (80, 24), (140, 45)
-PATIENCE = 400
+PATIENCE = 1000
 """Turns of the event loop, a hundredth of a second each, before a test gives up waiting."""
 
 
@@ -138,14 +138,14 @@ async def shows(pilot: Pilot[int], *words: str) -> None:
     await until(pilot, lambda: all(word in screen_words(pilot.app) for word in words))
 
 
-async def settled_text(pilot: Pilot[int]) -> str:
+async def settled_text(pilot: Pilot[int], turns: int = 10) -> str:
     """The screen's text once nothing in it changes any more: layout follows words by a turn."""
     before, same = "", 0
     for _ in range(PATIENCE):
         await pilot.pause(0.02)
         now = screen_text(pilot.app)
         same = same + 1 if now == before else 0
-        if same == 10:
+        if same == turns:
             return now
         before = now
     raise AssertionError(f"never at rest:\n{before}")

@@ -3,13 +3,12 @@
 from types import SimpleNamespace
 
 import pytest
-from golden_screens import check_golden
+from golden_screens import shows_golden
 from procedure_bench import (
     LARGE,
     SMALL,
     bench,
     offset_set,
-    screen_text,
     shows,
     take_points,
     until,
@@ -57,7 +56,7 @@ async def test_start_offers_ports_emulated_trackers_and_sessions(size, monkeypat
     app = SolarcalApp(PERFORMERS, settings=Settings(last=Choice(scenario="tijeras-azel")))
     async with app.run_test(size=size) as pilot:
         await shows(pilot, "Last time", "/dev/ttyUSB7", "tilted-tower")
-        check_golden(name_of("start", size), screen_text(app))
+        await shows_golden(pilot, name_of("start", size))
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -69,13 +68,11 @@ async def test_workstation(points, size, sessions):
         app.push_screen(WorkstationScreen())
         await until(pilot, lambda: app.fit is not None)
         await until(pilot, lambda: station.session.fit_recorded and app.emulated_speed == 0.0)
-        await pilot.pause()
         for name, key in (("now", "1"), ("points", "2"), ("fit", "3"), ("plot", "4")):
             if size == LARGE and name != "now":
                 break
             await pilot.press(key)
-            await pilot.pause()
-            check_golden(name_of(f"workstation-{points}-{name}", size), screen_text(app))
+            await shows_golden(pilot, name_of(f"workstation-{points}-{name}", size))
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -90,8 +87,7 @@ async def test_replay_in_the_middle(size, sessions):
         await pilot.press("4")
         view = app.screen.query_one(WorkstationView)
         await until(pilot, lambda: view.solution is not None and view.solution.n_points == 6)
-        await pilot.pause()
-        check_golden(name_of("replay", size), screen_text(app))
+        await shows_golden(pilot, name_of("replay", size))
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -104,5 +100,4 @@ async def test_link_lost(size, tmp_path):
         cable.pulled = True
         app.station_conductor().submit("status", lambda s: s.poll())
         await shows(pilot, "LINK LOST", "reconnects by itself")
-        await pilot.pause()
-        check_golden(name_of("link-lost", size), screen_text(app))
+        await shows_golden(pilot, name_of("link-lost", size))

@@ -4,7 +4,7 @@ import zipfile
 from dataclasses import replace
 
 import pytest
-from golden_screens import check_golden
+from golden_screens import shows_golden
 from procedure_bench import (
     LARGE,
     SMALL,
@@ -77,7 +77,7 @@ async def test_the_plan_screen(four_points, size):
         await judged(app, pilot)
         await pilot.press("f4")
         await shows(pilot, "more point", "advised", "CONTINUE", "now ", "STOP")
-        check_golden(name_of("plan", size), await settled_text(pilot))
+        await shows_golden(pilot, name_of("plan", size))
 
 
 async def test_clouds_leaving_and_points_shape_the_plan_and_can_be_taken_back(four_points):

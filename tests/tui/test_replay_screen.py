@@ -1,7 +1,7 @@
 """A saved session on the workstation's screen: forward, BACK, play, jump."""
 
 import pytest
-from procedure_bench import SMALL, bench, screen_text, shows, take_points, until
+from procedure_bench import SMALL, bench, screen_text, settled_text, shows, take_points, until
 
 from solarcal.config import Choice
 from solarcal.tui.app import SolarcalApp
@@ -17,8 +17,8 @@ def recorded(tmp_path_factory):
     return path
 
 
-def replaying(path):
-    return SolarcalApp(PERFORMERS, start=Choice(replay=str(path)))
+def replaying(path, speed=None):
+    return SolarcalApp(PERFORMERS, start=Choice(replay=str(path), speed=speed))
 
 
 async def opened(pilot):
@@ -39,13 +39,13 @@ async def test_a_step_back_shows_exactly_what_was_shown_before(recorded):
         screen = await opened(pilot)
         shown = []
         for _ in range(len(screen.replay) + 1):
-            await pilot.pause()
-            shown.append(screen_text(pilot.app))
+            # The fit of these points comes from its own thread.
+            await until(pilot, lambda: not screen.replay.view.points or screen.judged_now)
+            shown.append(await settled_text(pilot, 3))
             await pilot.press("right")
         for text in reversed(shown[:-1]):
             await pilot.press("left")
-            await pilot.pause()
-            assert screen_text(pilot.app) == text
+            await until(pilot, lambda text=text: screen_text(pilot.app) == text)
 
 
 async def test_page_keys_go_from_point_to_point_and_numbers_jump(recorded):
@@ -103,3 +103,13 @@ async def test_a_file_that_cannot_be_read_is_said_on_the_start_screen(tmp_path):
     async with replaying(tmp_path / "bad.jsonl").run_test(size=SMALL) as pilot:
         await shows(pilot, "no complete session header")
         assert not isinstance(pilot.app.screen, ReplayScreen)
+
+
+async def test_a_speed_asked_for_is_kept_and_changed_from_there(recorded):
+    async with replaying(recorded, 90.0).run_test(size=SMALL) as pilot:
+        await opened(pilot)
+        await shows(pilot, "x90 ")
+        await pilot.press("plus")
+        await shows(pilot, "x300 ")
+        await pilot.press("minus")
+        await shows(pilot, "x60 ")

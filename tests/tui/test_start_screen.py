@@ -153,8 +153,7 @@ async def test_a_theme_is_remembered():
     app = app_with()
     async with app.run_test(size=(80, 24)) as pilot:
         app.theme = "sunlight"
-        await pilot.pause()
-    assert load_settings().theme == "sunlight"
+        await until(pilot, lambda: load_settings().theme == "sunlight")
 
 
 # -- the profile form ------------------------------------------------------------------------
