@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 from emulated_station import emulated_station
 
-from solarcal.session.records import RefCheck
+from solarcal.session.records import RefCheck, Void
 from solarcal.station.diagnosing import diagnose_session, diagnose_table, solve_merged
 from solarcal.station.evidence import direct_findings, evidence
 from solarcal.station.fitting import session_table, solve
+from solarcal.station.judging import judge_session
 from solarcal.station.state import SessionView, view_session
 from solarcal.station.technician import AutomaticTechnician, Schedule
 
@@ -90,7 +91,9 @@ def test_a_frozen_axis_is_found(day):
     assert finding.subject == "axis 1"
 
 
-def test_missed_counts_are_dated_by_the_points_and_then_nothing_else_fires(day):
+@pytest.fixture
+def lost_counts(day) -> SessionView:
+    """The day with 0.3 deg of counts missed on axis 2 from its sixth point on, and a check."""
     drive, reference = day.header.unit.drive2, day.header.unit.reference2_deg
     counts = round(drive.counts(reference + 0.3) - drive.counts(reference))
     lost = with_points(
@@ -109,12 +112,33 @@ def test_missed_counts_are_dated_by_the_points_and_then_nothing_else_fires(day):
         complete=True,
         difference_counts=(1, counts),
     )
-    session = view_session(lost.header, (*lost.records, check))
+    return view_session(lost.header, (*lost.records, check))
+
+
+def test_missed_counts_are_dated_by_the_points_and_then_nothing_else_fires(day, lost_counts):
+    session = lost_counts
     found = [f for f in diagnose_session(session, solve(session)) if f.certainty == "found"]
     (missed,) = found
     assert missed.kind == "missed_counts"
     assert missed.number == pytest.approx(0.3, abs=0.01)
     assert missed.labels == tuple(p.seq for p in day.accepted[5:])
+
+
+def test_points_read_with_missed_counts_keep_the_verdict_from_stop(lost_counts):
+    verdict = judge_session(lost_counts).verdict
+    assert verdict.state != "stop"
+    bad = [str(point.seq) for point in lost_counts.accepted[5:]]
+    (reason,) = [reason for reason in verdict.reasons if "strike these out" in reason]
+    assert all(label in reason for label in bad)
+    last = lost_counts.records[-1]
+    voids = tuple(
+        Void(seq=last.seq + 1 + i, utc=last.utc, voids=int(label), reason="missed counts")
+        for i, label in enumerate(bad)
+    )
+    struck = view_session(lost_counts.header, (*lost_counts.records, *voids))
+    # Whether the five that are left were all read before the loss, they alone may not tell.
+    for reason in judge_session(struck).verdict.reasons:
+        assert not any(f" {label}" in reason for label in bad)
 
 
 def test_a_table_brings_its_sides_and_sessions_merge(day):

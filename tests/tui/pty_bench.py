@@ -20,7 +20,8 @@ from typing import Any
 import pyte
 
 PATIENCE_S = 30.0
-TRIES = 3
+PACES = (5, 5, 2, 1)
+"""How many seconds of an emulator pass in a real one while keys are pressed, try after try."""
 KITTY = re.compile(rb"\x1b\[[<=>?][0-9;]*u")
 """Keyboard protocol requests, which pyte takes for something else."""
 
@@ -35,7 +36,7 @@ class InVain(AssertionError):
 
 
 def in_real_time(test: Callable[[Path], None]) -> Callable[[Path], None]:
-    """Up to three tries, each in a folder of its own.
+    """A few tries, each in a folder of its own, the later ones slower.
 
     Program, emulator and the keys are three processes in real time: on a machine that is busy
     elsewhere a key can come too late to keep the moving Sun on the plate. Only a screen waited for
@@ -44,13 +45,14 @@ def in_real_time(test: Callable[[Path], None]) -> Callable[[Path], None]:
 
     @functools.wraps(test)
     def tried(tmp_path: Path) -> None:
-        for number in range(TRIES):
+        for number, pace in enumerate(PACES, start=1):
             folder = tmp_path / str(number)
             folder.mkdir()
+            EmulatorProcess.pace = pace
             try:
                 return test(folder)
             except InVain:
-                if number == TRIES - 1:
+                if number == len(PACES):
                     raise
         raise AssertionError("no try was made")
 
@@ -73,6 +75,9 @@ def environment(home: Path) -> dict[str, str]:
 
 class EmulatorProcess:
     """``solarcal emulate`` on a pseudo-terminal of its own."""
+
+    pace = PACES[0]
+    """How fast its time may run while keys are pressed."""
 
     def __init__(self, link: Path, home: Path, *settings: str, start: str, speed: float) -> None:
         self.link = link

@@ -14,6 +14,8 @@ from pty_bench import (
     LEFT,
     RIGHT,
     UP,
+    EmulatorProcess,
+    InVain,
     Terminal,
 )
 
@@ -78,7 +80,7 @@ def centre(terminal: Terminal) -> None:
             )
 
         terminal.until(arrived)
-    raise AssertionError(f"the spot cannot be centred:\n{terminal.text()}")
+    raise InVain(f"the spot cannot be centred:\n{terminal.text()}")
 
 
 def hurry(terminal: Terminal, to: int = 60) -> None:
@@ -110,7 +112,7 @@ def set_sun_offset(terminal: Terminal) -> None:
     terminal.press(F6)
     terminal.shows("Set Sun Offset", "Arrow keys jog")
     # Seconds of life are long for a test: five times as fast still lets a jog be followed.
-    hurry(terminal, 5)
+    hurry(terminal, EmulatorProcess.pace)
     terminal.until(lambda: spot(terminal))
     centre(terminal)
     terminal.press(ENTER)
@@ -133,7 +135,7 @@ def take_point(terminal: Terminal, kind: str = "") -> None:
         terminal.shows("a check point, or one more data point?")
         terminal.press(kind)
     terminal.shows("1. Did you do a reference check?")
-    hurry(terminal, 5)
+    hurry(terminal, EmulatorProcess.pace)
     terminal.press("y")
     terminal.shows("2. Did you do a 'Set Sun Offset'?")
     terminal.press("y")

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from solarcal.model.finding import Finding
 from solarcal.model.forecast import TOLERANCE_DEG, Forecast, forecast
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.mechanism_solution import MechanismSolution
@@ -79,8 +80,9 @@ def judge_solution(
     points_left: int | None = None,
     struck: Sequence[tuple[float, float]] = (),
     bolt_circle: BoltCircle | None = None,
+    evidence: Sequence[Finding] = (),
 ) -> Judgement:
-    """The same for points already fitted."""
+    """The same for points already fitted, with what was seen beside them (``judge``)."""
     expected = forecast(solution, context)
     planned = None
     if at_utc_s is not None:
@@ -104,5 +106,6 @@ def judge_solution(
         tolerance_deg=tolerance_deg,
         best_today_deg=None if planned is None else planned.best_p95_deg,
         bolt_circle=bolt_circle,
+        evidence=evidence,
     )
     return Judgement(solution, expected, planned, verdict)

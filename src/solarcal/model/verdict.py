@@ -1,11 +1,14 @@
 """Stop, go on, give up for today, or look what is the matter."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from solarcal.model.cross_checks import LAST_POINTS, CrossChecks, cross_check
+from solarcal.model.finding import Finding
 from solarcal.model.forecast import TOLERANCE_DEG, Forecast
 from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.seen_evidence import weigh
 from solarcal.model.shims import SHIM_FIRST_DEG, BaseTilt, Shim, base_tilt, shim_heights, wind
 from solarcal.model.solution import Solution
 
@@ -58,6 +61,7 @@ def judge(
     tolerance_deg: float = TOLERANCE_DEG,
     best_today_deg: float | None = None,
     bolt_circle: BoltCircle | None = None,
+    evidence: Sequence[Finding] = (),
 ) -> Verdict:
     """The verdict on a fit.
 
@@ -71,19 +75,24 @@ def judge(
         The plan's best of the day; without it no day is called hopeless.
     bolt_circle
         For shim heights where the tower leans too much.
+    evidence
+        What clocks, reference checks, settings and read-outs say by themselves.
     """
     checks = cross_check(solution) if isinstance(solution, MechanismSolution) else None
     base, shims, lean_reasons = _lean(solution, tolerance_deg, bolt_circle)
-    wrong = [*lean_reasons, *_misfits(solution, checks)]
+    seen = weigh(evidence, set(solution.points.labels), tolerance_deg)
+    wrong = [*lean_reasons, *seen.wrong, *_misfits(solution, checks)]
     p95 = expected.year_p95_deg
     forecast_reason = (
         f"over the year 95 % of the pointing is expected within {p95:.3f} deg "
         f"({'within' if p95 <= tolerance_deg else 'above'} the tolerance of {tolerance_deg:g} deg)"
     )
     waiting, told = _borne_out(solution, checks, tolerance_deg)
+    waiting = [*seen.waiting, *waiting]
+    told = [*seen.cautions, *told]
     state: State
     if wrong:
-        state, reasons = "does_not_fit", [*wrong, forecast_reason, *told]
+        state, reasons = "does_not_fit", [*wrong, *seen.waiting, forecast_reason, *told]
     elif p95 <= tolerance_deg:
         state = "continue" if waiting else "stop"
         reasons = [*waiting, forecast_reason, *told]

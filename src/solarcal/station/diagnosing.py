@@ -24,6 +24,17 @@ from solarcal.station.known_lean import prior_of
 from solarcal.station.state import SessionView
 
 
+def session_evidence(session: SessionView, solution: Solution) -> tuple[Finding, ...]:
+    """What clocks, checks, settings and read-outs of a session say by themselves.
+
+    The fit, or one of the exact mechanism in its place, tells when counts were missed.
+    """
+    exact = None
+    if real_losses(session):
+        exact = exact_solution(solution, session_table(session), session.header)
+    return direct_findings(session, exact)
+
+
 def diagnose_session(session: SessionView, solution: Solution) -> tuple[Finding, ...]:
     """Everything found about the unit of a session, direct evidence first.
 

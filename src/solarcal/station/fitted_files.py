@@ -16,7 +16,12 @@ from solarcal.session.points import (
     table_from_session,
 )
 from solarcal.session.reader import Session, read_session
-from solarcal.station.diagnosing import diagnose_session, diagnose_table, solve_merged
+from solarcal.station.diagnosing import (
+    diagnose_session,
+    diagnose_table,
+    session_evidence,
+    solve_merged,
+)
 from solarcal.station.evidence import direct_findings
 from solarcal.station.fitting import solve_table
 from solarcal.station.state import view_session
@@ -35,13 +40,14 @@ def load_points(path: Path, fill_in: FillIn) -> tuple[PointTable, Session | None
 class FittedFiles:
     """A fit of one or several files of one unit, and what was noticed while reading them.
 
-    ``findings``: direct evidence of each session, whether the tower moved between several, and
-    what the residuals ask for.
+    ``evidence``: what clocks, checks, settings and read-outs of each session say by themselves.
+    ``findings``: the same, whether the tower moved between several, and what the residuals ask for.
     """
 
     table: PointTable
     solution: Solution
     sessions: tuple[Session, ...]
+    evidence: tuple[Finding, ...]
     findings: tuple[Finding, ...]
     warnings: tuple[str, ...]
 
@@ -78,12 +84,9 @@ def fit_files(
         solution = solve_table(table, chosen, terms or COEFFICIENT_NAMES, header)
     views = [view_session(session.header, session.records) for session in sessions]
     if len(views) == len(tables) == 1:
+        evidence = session_evidence(views[0], solution)
         findings = diagnose_session(views[0], solution)
     else:
-        direct = [finding for view in views for finding in direct_findings(view)]
-        findings = (
-            *dict.fromkeys(direct),
-            *moved,
-            *diagnose_table(table, solution, header),
-        )
-    return FittedFiles(table, solution, sessions, findings, table.warnings)
+        evidence = tuple(dict.fromkeys(f for view in views for f in direct_findings(view)))
+        findings = (*evidence, *moved, *diagnose_table(table, solution, header))
+    return FittedFiles(table, solution, sessions, evidence, findings, table.warnings)

@@ -105,5 +105,6 @@ def judge_fitted(
         until_utc_s=until_utc_s,
         points_left=points_left,
         struck=struck,
+        evidence=fitted.evidence,
     )
     return JudgedFiles(files, fitted, judgement, tolerance_deg)

@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 
+from solarcal.model.finding import Finding
 from solarcal.model.forecast import TOLERANCE_DEG
 from solarcal.model.judgement import Judgement, judge_solution
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.model.solution import Solution
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header
+from solarcal.station.diagnosing import session_evidence
 from solarcal.station.fitting import (
     fewest_points,
     newest_point_utc_s,
@@ -33,34 +35,13 @@ def judge_session(
     """
     if len(session.accepted) < fewest_points(method):
         return None
-    return judge_table(
-        session_table(session),
-        session.header,
-        method,
-        at_utc_s=at_utc_s,
-        until_utc_s=until_utc_s,
-        points_left=points_left,
-        struck=struck,
-    )
-
-
-def judge_table(
-    table: PointTable,
-    header: Header | None = None,
-    method: str = DEFAULT_METHOD,
-    *,
-    tolerance_deg: float | None = None,
-    at_utc_s: float | None = None,
-    until_utc_s: float | None = None,
-    points_left: int | None = None,
-    struck: Sequence[tuple[float, float]] = (),
-) -> Judgement:
-    """What a table's accepted points come to; ``header`` is that of the session they are from."""
+    table = session_table(session)
+    solution = solve_table(table, method, header=session.header)
     return judge_fit(
         table,
-        solve_table(table, method, header=header),
-        header,
-        tolerance_deg=tolerance_deg,
+        solution,
+        session.header,
+        evidence=session_evidence(session, solution),
         at_utc_s=at_utc_s,
         until_utc_s=until_utc_s,
         points_left=points_left,
@@ -78,8 +59,13 @@ def judge_fit(
     until_utc_s: float | None = None,
     points_left: int | None = None,
     struck: Sequence[tuple[float, float]] = (),
+    evidence: Sequence[Finding] = (),
 ) -> Judgement:
-    """The same for a table already fitted."""
+    """What a table's fitted points come to.
+
+    ``header`` is that of the session they are from, ``evidence`` what its clocks, checks, settings
+    and read-outs say by themselves.
+    """
     if tolerance_deg is None:
         tolerance_deg = TOLERANCE_DEG if header is None else header.tolerance_deg
     return judge_solution(
@@ -90,4 +76,5 @@ def judge_fit(
         until_utc_s=until_utc_s,
         points_left=points_left,
         struck=struck,
+        evidence=evidence,
     )

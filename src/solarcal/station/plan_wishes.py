@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 from solarcal.model.judgement import Judgement
 from solarcal.model.solution import Solution
+from solarcal.station.diagnosing import session_evidence
 from solarcal.station.fitting import session_table
 from solarcal.station.judging import judge_fit
 from solarcal.station.state import SessionView
@@ -72,4 +73,5 @@ def judge_as_wished(
         until_utc_s=until_utc_s,
         points_left=wishes.points_left(len(session.accepted)),
         struck=wishes.intervals(),
+        evidence=session_evidence(session, solution),
     )

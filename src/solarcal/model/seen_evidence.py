@@ -1,0 +1,60 @@
+"""What direct evidence means for the verdict: a fit can be smooth and its points still wrong."""
+
+from collections.abc import Iterable
+from collections.abc import Set as AbstractSet
+from typing import NamedTuple
+
+from solarcal.model.clock_evidence import SECONDS_PER_SUN_DEG
+from solarcal.model.finding import Finding
+
+
+class Weighed(NamedTuple):
+    """Sentences by what they ask for.
+
+    Attributes
+    ----------
+    wrong
+        The unit, its settings or its read-outs are not what the fit takes them for.
+    waiting
+        Points to be struck out or taken again before anybody stops.
+    cautions
+        The coefficients are right, but the unit will not point by them unless this is seen to.
+    """
+
+    wrong: tuple[str, ...]
+    waiting: tuple[str, ...]
+    cautions: tuple[str, ...]
+
+
+def weigh(evidence: Iterable[Finding], used: AbstractSet[int], tolerance_deg: float) -> Weighed:
+    """Sort direct findings.
+
+    Parameters
+    ----------
+    evidence
+        Findings of a session; those inferred from residuals are left to the fit's own checks.
+    used
+        Labels of the fitted points: points already struck out no longer matter.
+    tolerance_deg
+        What is smaller, in degrees of axis or of Sun, is no reason against anything.
+    """
+    wrong: list[str] = []
+    waiting: list[str] = []
+    cautions: list[str] = []
+    for finding in evidence:
+        if not finding.direct or finding.certainty != "found":
+            continue
+        number = abs(finding.number or 0.0)
+        match finding.kind:
+            case "frozen":
+                wrong.append(finding.sentence)
+            case "unit_sun" if number > tolerance_deg:
+                wrong.append(finding.sentence)
+            case "laptop_clock" if number > tolerance_deg * SECONDS_PER_SUN_DEG:
+                wrong.append(finding.sentence)
+            case "missed_counts" if number > tolerance_deg / 2.0:
+                if not used.isdisjoint(finding.labels):
+                    waiting.append(f"{finding.sentence}; take others, then strike these out")
+            case "clock_drift" | "clock_step" if number > tolerance_deg * SECONDS_PER_SUN_DEG:
+                cautions.append(finding.sentence)
+    return Weighed(tuple(wrong), tuple(waiting), tuple(cautions))
