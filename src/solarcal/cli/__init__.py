@@ -17,6 +17,7 @@ COMMANDS: dict[str, str] = {
     "demo": "calibrate the built-in emulator, to see how it is done",
     "calibrate": "the whole manual procedure by the automatic technician",
     "fit": "coefficients from session, CSV or TPOINT files",
+    "fleet": "fit thousands of sessions, list the worst trackers",
     "forecast": "expected error over the year, from saved points",
     "plan": "when to take the next points, and when to stop",
     "report": "certificate of a calibration, and the zip for the office",

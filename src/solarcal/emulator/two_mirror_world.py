@@ -83,6 +83,7 @@ class MirrorWorld:
         self._noise: list[list[float]] = []
         # Every update asks for the same instant some times.
         self._sun_at = (math.nan, 0.0, 0.0)
+        self._ray_at: tuple[float, Components] = (math.nan, (0.0, 0.0, 1.0))
 
     def sun_deg(self, utc_s: float) -> tuple[float, float]:
         """AX1, AX2 of the apparent Sun in the Earth's frame."""
@@ -98,8 +99,10 @@ class MirrorWorld:
 
     def spot_from(self, utc_s: float, t1_deg: float, t2_deg: float) -> tuple[float, float]:
         """The same if the axes stood there."""
-        sun1, sun2 = self.base.axes_deg(*self.sun_deg(utc_s))
-        x, y, z = ray_from_sky(direction_components(sun1, sun2), t1_deg, t2_deg)
+        if utc_s != self._ray_at[0]:
+            sun1, sun2 = self.base.axes_deg(*self.sun_deg(utc_s))
+            self._ray_at = utc_s, direction_components(sun1, sun2)
+        x, y, z = ray_from_sky(self._ray_at[1], t1_deg, t2_deg)
         if self.truth.fixed_mirrors:
             x, y, z = self._through_fixed((x, y, z))
         if z <= 0.0:

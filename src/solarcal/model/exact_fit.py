@@ -27,12 +27,12 @@ from solarcal.units import FloatArray, wrap_deg
 FREE_PRECISION = 1e-6
 """Weight of the prior in a fit 'without prior': it only chooses where the points leave a choice."""
 
-_FIRST_NOISE_DEG = 0.1
-_PLAIN_STEPS = 3
-_MOST_STEPS = 12
-_SETTLED = 2e-3
+FIRST_NOISE_DEG = 0.1
+PLAIN_STEPS = 3
+MOST_STEPS = 12
+SETTLED = 2e-3
 """In units of the prior: the curvature over so small a step is below a thousandth of the noise."""
-_LEAN_TRUSTED_DEG = 10.0
+LEAN_TRUSTED_DEG = 10.0
 """A lean step no linearisation is believed beyond."""
 
 
@@ -103,15 +103,15 @@ def fit_mechanism(
         )
 
     values = mean
-    for _ in range(_PLAIN_STEPS):
+    for _ in range(PLAIN_STEPS):
         step = _plain_step(linearised(values)[0])
         values = values + _trusted(step, unit)
-        if np.abs(step).max() < 10.0 * _SETTLED:
+        if np.abs(step).max() < 10.0 * SETTLED:
             break
     at, left, sky = linearised(values)
     mixture = solve_mixture(at)
-    for _ in range(_MOST_STEPS):
-        if np.abs(mixture.mean_step).max() < _SETTLED:
+    for _ in range(MOST_STEPS):
+        if np.abs(mixture.mean_step).max() < SETTLED:
             break
         values = values + _trusted(mixture.mean_step, unit)
         at, left, sky = linearised(values)
@@ -122,9 +122,9 @@ def fit_mechanism(
 def _plain_step(at: Linearised) -> FloatArray:
     """Ridge regression with a generous noise: only to come near."""
     n = len(at.residuals)
-    rows = at.slopes.reshape(2 * n, -1) / _FIRST_NOISE_DEG
+    rows = at.slopes.reshape(2 * n, -1) / FIRST_NOISE_DEG
     normal = rows.T @ rows + np.diag(np.maximum(at.precision, 1e-6))
-    pull = rows.T @ (at.residuals.reshape(-1) / _FIRST_NOISE_DEG) + at.precision * at.offset
+    pull = rows.T @ (at.residuals.reshape(-1) / FIRST_NOISE_DEG) + at.precision * at.offset
     step: FloatArray = np.linalg.solve(normal, pull)
     return step
 
@@ -133,7 +133,7 @@ def _trusted(step: FloatArray, unit: FloatArray) -> FloatArray:
     """The step in parameters, held to a lean for which the linearisation means something."""
     full = step * unit
     lean = float(np.hypot(full[0], full[2]))
-    held: FloatArray = full * min(1.0, _LEAN_TRUSTED_DEG / max(lean, 1e-12))
+    held: FloatArray = full * min(1.0, LEAN_TRUSTED_DEG / max(lean, 1e-12))
     return held
 
 

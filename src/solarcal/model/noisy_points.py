@@ -23,16 +23,16 @@ GIVEN_NOISE_LOG_SD = 0.5
 BLUNDER_CHANCE = 0.02
 BLUNDER_DEG = 0.7
 
-_COARSE_STEP = 0.4
-_COARSE_NODES: FloatArray = _COARSE_STEP * np.arange(-5.0, 9.0)
-_FINE_NODES: FloatArray = np.linspace(-2.6, 2.6, 9)
-_LEAST_LOG_SD = 0.05
-_ITERATIONS = 12
-_SEARCH_ITERATIONS = 6
-_SEARCH_SCALES = (0.0, 2 * _COARSE_STEP)
-_SETTLED = 1e-3
-_ROUNDING = 1e-14
-_MOST_SUSPECTS = 8
+COARSE_STEP = 0.4
+COARSE_NODES: FloatArray = COARSE_STEP * np.arange(-5.0, 9.0)
+FINE_NODES: FloatArray = np.linspace(-2.6, 2.6, 9)
+LEAST_LOG_SD = 0.05
+ITERATIONS = 12
+SEARCH_ITERATIONS = 6
+SEARCH_SCALES = (0.0, 2 * COARSE_STEP)
+SETTLED = 1e-3
+ROUNDING = 1e-14
+MOST_SUSPECTS = 8
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -84,17 +84,17 @@ def solve_mixture(at: Linearised, before: ScaleMixture | None = None) -> ScaleMi
     n = len(at.residuals)
     if before is None:
         start = _search_blunders(at) if n > 2 else np.zeros((1, n))
-        before = _at_scales(at, _COARSE_NODES + at.log_scale_mean, start)
-        narrowest = _COARSE_STEP / 2.0
+        before = _at_scales(at, COARSE_NODES + at.log_scale_mean, start)
+        narrowest = COARSE_STEP / 2.0
     else:
-        narrowest = _LEAST_LOG_SD
+        narrowest = LEAST_LOG_SD
     mean = float(before.weights @ before.log_scales)
     spread = float(np.sqrt(before.weights @ (before.log_scales - mean) ** 2))
     # A coarse grid cannot tell a width below its own step: 2n - k data leave about this one.
     sharpest = 1.0 / np.sqrt(4.0 * n + 2.0 / at.log_scale_sd**2)
-    spread = max(spread, min(sharpest, narrowest), _LEAST_LOG_SD)
+    spread = max(spread, min(sharpest, narrowest), LEAST_LOG_SD)
     best = before.blunder[int(np.argmax(before.weights))][np.newaxis]
-    return _at_scales(at, mean + spread * _FINE_NODES, best)
+    return _at_scales(at, mean + spread * FINE_NODES, best)
 
 
 def _search_blunders(at: Linearised) -> FloatArray:
@@ -103,16 +103,16 @@ def _search_blunders(at: Linearised) -> FloatArray:
     singles = [(i,) for i in range(n)]
     rows: list[tuple[int, ...]] = [(), *singles]
     if n > 3:
-        suspects = range(n) if n <= _MOST_SUSPECTS + 4 else _suspects(at)
+        suspects = range(n) if n <= MOST_SUSPECTS + 4 else _suspects(at)
         rows += list(combinations(suspects, 2))
     starts = np.zeros((len(rows), n))
     for row, chosen in zip(starts, rows, strict=True):
         row[list(chosen)] = 1.0
     best, best_score = starts[:1], -np.inf
-    for shift in _SEARCH_SCALES:
+    for shift in SEARCH_SCALES:
         log_scales = np.full(len(rows), at.log_scale_mean + shift)
         ones = np.ones(len(rows))
-        _, _, blunder, scores = _climb(at, log_scales, ones, starts, _SEARCH_ITERATIONS)
+        _, _, blunder, scores = _climb(at, log_scales, ones, starts, SEARCH_ITERATIONS)
         top = int(np.argmax(scores))
         if scores[top] > best_score:
             best, best_score = blunder[top : top + 1], scores[top]
@@ -122,9 +122,9 @@ def _search_blunders(at: Linearised) -> FloatArray:
 def _suspects(at: Linearised) -> list[int]:
     """The points whose leaving out improves the rest most."""
     n = len(at.residuals)
-    log_scales = np.full(n, at.log_scale_mean + _COARSE_STEP)
+    log_scales = np.full(n, at.log_scale_mean + COARSE_STEP)
     _, _, _, scores = _climb(at, log_scales, np.ones(n), np.eye(n), 2)
-    return sorted(np.argsort(scores)[::-1][:_MOST_SUSPECTS].tolist())
+    return sorted(np.argsort(scores)[::-1][:MOST_SUSPECTS].tolist())
 
 
 def _at_scales(at: Linearised, scales: FloatArray, start: FloatArray) -> ScaleMixture:
@@ -139,7 +139,7 @@ def _at_scales(at: Linearised, scales: FloatArray, start: FloatArray) -> ScaleMi
     if doubted:
         starts = np.concatenate((np.broadcast_to(start, (q, n)), starts))
         log_scales, widths = np.tile(log_scales, 2), np.tile(widths, 2)
-    steps, point_weights, blunder, scores = _climb(at, log_scales, widths, starts, _ITERATIONS)
+    steps, point_weights, blunder, scores = _climb(at, log_scales, widths, starts, ITERATIONS)
     better = np.arange(q)
     if doubted:
         better = np.where(scores[:q] >= scores[q:], better, better + q)
@@ -183,7 +183,7 @@ def _climb(
         weights = (1.0 - blunder) / good + blunder / bad
         normal = (weights @ squares).reshape(-1, k, k) + prior
         # Without a prior to speak of, free directions would be lost in rounding.
-        normal += _ROUNDING * np.einsum("bii->b", normal)[:, np.newaxis, np.newaxis] * np.eye(k)
+        normal += ROUNDING * np.einsum("bii->b", normal)[:, np.newaxis, np.newaxis] * np.eye(k)
         steps = np.linalg.solve(normal, (weights @ pulls + prior_pull)[..., np.newaxis])[..., 0]
         left = at.residuals - (steps @ flat.T).reshape(-1, n, 2)
         distance = np.einsum("bna,bna->bn", left, left)
@@ -191,7 +191,7 @@ def _climb(
         like_bad = log_bad - 0.5 * distance / bad
         likelihood = np.logaddexp(like_good, like_bad)
         before, blunder = blunder, np.exp(like_bad - likelihood)
-        if turn > 1 and np.abs(blunder - before).max() < _SETTLED:
+        if turn > 1 and np.abs(blunder - before).max() < SETTLED:
             break
 
     # The curvature that belongs to the last steps; the blunders have moved by nothing since.

@@ -142,7 +142,7 @@ def table_from_session(session: Session) -> PointTable:
         elevation_m=header.site.elevation_m,
         unit=unit_name(header),
         ax1_centre_deg=header.ax1_centre_deg,
-        ideal=_ideal_kind(header),
+        ideal=ideal_kind(header),
         utc_s=_column([_instant(p, header) for p in found]),
         ax1_deg=ideal[:, 0],
         ax2_deg=ideal[:, 1],
@@ -282,7 +282,8 @@ def _require_same_unit(first: PointTable, other: PointTable) -> None:
             )
 
 
-def _ideal_kind(header: Header) -> str:
+def ideal_kind(header: Header) -> str:
+    """What the ideal angles of a session are: one of `IDEALS`."""
     if header.sun_model in IDEALS and header.refraction == "none":
         return header.sun_model
     if header.refraction != "none":

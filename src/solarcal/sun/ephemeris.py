@@ -6,6 +6,8 @@ the Earth does is exact: the turn of the day, the parallax and the diurnal aberr
 """
 
 import math
+from dataclasses import dataclass
+from typing import Generic
 
 import numpy as np
 
@@ -27,6 +29,36 @@ _LIGHT_M_PER_S = 299792458.0
 _DEG_PER_RAD = 180.0 / math.pi
 # A block's dozen temporaries stay in the processor's cache.
 _BLOCK = 8192
+
+
+@dataclass(frozen=True, slots=True)
+class _Place(Generic[Angles]):
+    """Where somebody stands: one place, or one for each instant (n,).
+
+    ``north_au``, ``up_au`` of the vector from the geocentre, ``east_aberration`` by the turn of
+    the Earth, ``east_rad`` of the prepared site.
+    """
+
+    sin_lat: Angles
+    cos_lat: Angles
+    north_au: Angles
+    up_au: Angles
+    east_aberration: Angles
+    east_rad: Angles
+
+    @classmethod
+    def at(
+        cls, sin_lat: Angles, cos_lat: Angles, north_m: Angles, up_m: Angles, east_rad: Angles
+    ) -> "_Place[Angles]":
+        axis_m = cos_lat * up_m - sin_lat * north_m
+        aberration = _EARTH_RAD_PER_S * axis_m / _LIGHT_M_PER_S
+        return cls(sin_lat, cos_lat, north_m / _AU_M, up_m / _AU_M, aberration, east_rad)
+
+    def rows(self, part: slice) -> "_Place[Angles]":
+        """Those of a block; the one place is everybody's."""
+        if not isinstance(self.east_rad, np.ndarray):
+            return self
+        return _Place(*(getattr(self, name)[part] for name in self.__slots__))
 
 
 class SiteEphemeris:
@@ -73,11 +105,8 @@ class SiteEphemeris:
         self._inverse_distance = 0.5 * (1.0 / sun.distance_au[2:-3] + 1.0 / sun.distance_au[3:-2])
 
         latitude = site.latitude_deg * RAD_PER_DEG
-        self._sin_lat, self._cos_lat = math.sin(latitude), math.cos(latitude)
         north_m, up_m = precise.site_in_local_frame_m(site)
-        self._north_au, self._up_au = north_m / _AU_M, up_m / _AU_M
-        axis_m = self._cos_lat * up_m - self._sin_lat * north_m
-        self._east_aberration = _EARTH_RAD_PER_S * axis_m / _LIGHT_M_PER_S
+        self._here = _Place.at(math.sin(latitude), math.cos(latitude), north_m, up_m, 0.0)
 
         # Plain numbers for the path of a single position.
         self._cubics = [
@@ -103,13 +132,44 @@ class SiteEphemeris:
         if not isinstance(utc_s, np.ndarray):
             return self._one(float(utc_s))
         times = np.ascontiguousarray(utc_s, dtype=np.float64).reshape(-1)
+        azimuth, zenith = self._seen_from(self._here, times)
+        return azimuth.reshape(utc_s.shape), zenith.reshape(utc_s.shape)
+
+    def horizontal_elsewhere_deg(
+        self,
+        utc_s: FloatArray,
+        latitude_deg: FloatArray,
+        longitude_deg: FloatArray,
+        elevation_m: FloatArray,
+    ) -> tuple[FloatArray, FloatArray]:
+        """The same for one instant (n,) at each of n other places, all arrays (n,).
+
+        What is prepared is the Sun seen from the centre of the Earth; only the last step, the turn
+        to the horizon, knows where somebody stands.
+
+        Raises
+        ------
+        ConfigurationError
+            A time outside the interval.
+        """
+        latitude = latitude_deg * RAD_PER_DEG
+        sin_lat, cos_lat = np.sin(latitude), np.cos(latitude)
+        x, _, z = np.moveaxis(precise.places_m(latitude_deg, elevation_m), -1, 0)
+        north_m, up_m = cos_lat * z - sin_lat * x, sin_lat * z + cos_lat * x
+        east_rad = (longitude_deg - self.site.longitude_deg) * RAD_PER_DEG
+        places = _Place.at(sin_lat, cos_lat, north_m, up_m, east_rad)
+        return self._seen_from(places, np.ascontiguousarray(utc_s, dtype=np.float64))
+
+    def _seen_from(
+        self, place: _Place[float] | _Place[FloatArray], times: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         if times.size:
             self._require_inside(float(times.min()), float(times.max()))
         azimuth, zenith = np.empty_like(times), np.empty_like(times)
         for low in range(0, times.size, _BLOCK):
             part = slice(low, low + _BLOCK)
-            self._block(times[part], azimuth[part], zenith[part])
-        return azimuth.reshape(utc_s.shape), zenith.reshape(utc_s.shape)
+            self._block(place.rows(part), times[part], azimuth[part], zenith[part])
+        return azimuth, zenith
 
     def _motion_at(self, node_s: FloatArray) -> precise.EarthMotion:
         """Earth and Sun at the nodes, computed at every other one."""
@@ -133,32 +193,39 @@ class SiteEphemeris:
                 "a position outside was asked for"
             )
 
-    def _block(self, utc_s: FloatArray, azimuth_deg: FloatArray, zenith_deg: FloatArray) -> None:
+    def _block(
+        self,
+        place: _Place[float] | _Place[FloatArray],
+        utc_s: FloatArray,
+        azimuth_deg: FloatArray,
+        zenith_deg: FloatArray,
+    ) -> None:
         since_s = utc_s - self.start_utc_s
-        place = since_s * (1.0 / _STEP_S)
+        x = since_s * (1.0 / _STEP_S)
         # The end of the interval may be the last node, where no cubic begins.
-        index = np.minimum(place.astype(np.intp), self._count - 1)
-        place -= index
+        index = np.minimum(x.astype(np.intp), self._count - 1)
+        x -= index
         if index[0] == index[-1] and index.min() == index.max():
             # A block that lies within one cubic, as most do, needs no table look-up.
             index = index[:1]
 
-        hour_angle = _evaluate(self._hour_angle[:, index], place)
+        hour_angle = _evaluate(self._hour_angle[:, index], x)
         since_s *= _MEAN_SUN_RAD_PER_S
         hour_angle += since_s
-        sin_dec = _evaluate(self._sin_declination[:, index], place)
+        hour_angle += place.east_rad
+        sin_dec = _evaluate(self._sin_declination[:, index], x)
         inverse_au = self._inverse_distance[index]
 
         cos_dec = np.sqrt(1.0 - sin_dec * sin_dec)
         meridian = np.cos(hour_angle) * cos_dec
         west = np.sin(hour_angle) * cos_dec
-        west -= self._east_aberration
-        south = self._sin_lat * meridian
-        south -= self._cos_lat * sin_dec
-        south += self._north_au * inverse_au
-        up = self._cos_lat * meridian
-        up += self._sin_lat * sin_dec
-        up -= self._up_au * inverse_au
+        west -= place.east_aberration
+        south = place.sin_lat * meridian
+        south -= place.cos_lat * sin_dec
+        south += place.north_au * inverse_au
+        up = place.cos_lat * meridian
+        up += place.sin_lat * sin_dec
+        up -= place.up_au * inverse_au
 
         np.arctan2(west, south, out=azimuth_deg)
         azimuth_deg *= _DEG_PER_RAD
@@ -176,10 +243,11 @@ class SiteEphemeris:
         hour_angle = a0 + x * (a1 + x * (a2 + x * a3)) + _MEAN_SUN_RAD_PER_S * since_s
         sin_dec = d0 + x * (d1 + x * (d2 + x * d3))
         cos_dec = math.sqrt(1.0 - sin_dec * sin_dec)
+        here = self._here
         meridian = math.cos(hour_angle) * cos_dec
-        west = math.sin(hour_angle) * cos_dec - self._east_aberration
-        south = self._sin_lat * meridian - self._cos_lat * sin_dec + self._north_au * inverse_au
-        up = self._cos_lat * meridian + self._sin_lat * sin_dec - self._up_au * inverse_au
+        west = math.sin(hour_angle) * cos_dec - here.east_aberration
+        south = here.sin_lat * meridian - here.cos_lat * sin_dec + here.north_au * inverse_au
+        up = here.cos_lat * meridian + here.sin_lat * sin_dec - here.up_au * inverse_au
         azimuth = math.atan2(west, south) * _DEG_PER_RAD + 180.0
         zenith = math.atan2(math.hypot(west, south), up) * _DEG_PER_RAD
         return (azimuth if azimuth < 360.0 else 0.0), zenith

@@ -15,7 +15,7 @@ import numpy as np
 
 from solarcal.site import Site
 from solarcal.timescale import SECONDS_PER_DAY
-from solarcal.units import RAD_PER_DEG, FloatArray
+from solarcal.units import RAD_PER_DEG, Angles, FloatArray
 
 _WGS84 = 1
 _LIGHT_AU_PER_DAY = erfa.DC
@@ -172,7 +172,12 @@ def site_in_local_frame_m(site: Site) -> tuple[float, float]:
 
     The eastward one is zero: the ellipsoid is one of revolution.
     """
-    x, _, z = erfa.gd2gc(_WGS84, 0.0, site.latitude_deg * RAD_PER_DEG, site.elevation_m)
+    x, _, z = places_m(site.latitude_deg, site.elevation_m)
     latitude = site.latitude_deg * RAD_PER_DEG
     sin_lat, cos_lat = math.sin(latitude), math.cos(latitude)
     return float(cos_lat * z - sin_lat * x), float(sin_lat * z + cos_lat * x)
+
+
+def places_m(latitude_deg: Angles, elevation_m: Angles) -> FloatArray:
+    """Vectors from the geocentre on the meridian of Greenwich, (..., 3) metres; z to the pole."""
+    return np.asarray(erfa.gd2gc(_WGS84, 0.0, latitude_deg * RAD_PER_DEG, elevation_m))

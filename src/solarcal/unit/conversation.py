@@ -248,4 +248,6 @@ class Conversation:
 
 def _readable(frame: bytes) -> str:
     text = frame.decode("ascii", "backslashreplace").rstrip("\r\n")
+    if text.isprintable():
+        return text
     return "".join(c if c.isprintable() else "?" for c in text)

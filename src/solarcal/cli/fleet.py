@@ -1,0 +1,133 @@
+"""``solarcal fleet``: fit thousands of session files, list the worst trackers."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from solarcal.cli.output import print_json, say
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from solarcal.station.fleet import Fleet, FleetMember, WorstBy
+
+HELP = "fit all session files of a folder, each on its own, and list the worst trackers"
+
+_NAMED = 10
+"""Unreadable files named on a screen; the JSON document names all."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("folder", type=Path, metavar="DIR", help="also the folders in it")
+    parser.add_argument(
+        "--worst-by",
+        choices=("rms", "lean", "sigma", "noise"),
+        default="rms",
+        help="rms of the residuals on sky (default), the lean, the sigma of the lean, or the "
+        "noise of one point",
+    )
+    parser.add_argument(
+        "--top", type=_count, default=20, metavar="N", help="how many to list; 0: all; default 20"
+    )
+    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
+def _count(text: str) -> int:
+    """A number of lines, for argparse."""
+    number = int(text)
+    if number < 0:
+        raise ValueError(text)
+    return number
+
+
+def run(args: argparse.Namespace) -> int:
+    from solarcal.station.fleet import fit_fleet, session_files
+
+    files = session_files(args.folder)
+    fleet = fit_fleet(files, _progress_on(sys.stderr.isatty()))
+    worst = fleet.worst(args.worst_by, args.top)
+    if args.json:
+        print_json(
+            {
+                "folder": str(args.folder),
+                "files": len(files),
+                "fitted": len(fleet.members),
+                "unreadable": [
+                    {"file": path, "reason": reason} for path, reason in fleet.unreadable
+                ],
+                "worst_by": args.worst_by,
+                "sessions": [member.as_json() for member in worst],
+            }
+        )
+    else:
+        print("\n".join(_table(fleet, worst, args.worst_by, args.folder)))
+    return 0 if fleet.members else 1
+
+
+def _progress_on(terminal: bool) -> "Callable[[str, int, int], None]":
+    """One line rewritten in place on a terminal; elsewhere a line for each quarter."""
+    told: dict[str, int] = {}
+
+    def progress(what: str, done: int, total: int) -> None:
+        if terminal:
+            end = "\n" if done == total else ""
+            print(f"\r{what} {done:6d} of {total}", end=end, file=sys.stderr, flush=True)
+        elif (quarter := 4 * done // max(total, 1)) > told.get(what, -1):
+            told[what] = quarter
+            say(f"{what} {done} of {total}")
+
+    return progress
+
+
+def _table(
+    fleet: "Fleet", worst: "tuple[FleetMember, ...]", worst_by: "WorstBy", folder: Path
+) -> list[str]:
+    from solarcal.report.columns import columns, number
+
+    what = {"rms": "rms", "lean": "lean", "sigma": "lean's sigma", "noise": "noise"}[worst_by]
+    lines = [
+        f"{len(fleet.members)} sessions fitted by robust; the {len(worst)} worst by {what}, deg:",
+        "",
+        *columns(
+            ("file", "pts", "out", "rms", "max", "noise", "lean", "sigma"),
+            [
+                (
+                    _shortened(m.path, folder),
+                    str(m.points),
+                    str(len(m.outliers)),
+                    number(m.sky_rms_deg, 3),
+                    number(m.sky_max_deg, 3),
+                    number(m.noise_deg, 3),
+                    number(m.lean_deg, 3),
+                    number(m.lean_sigma_deg, 3),
+                )
+                for m in worst
+            ],
+            "<>>>>>>>",
+        ),
+        "",
+        "out: points that are more likely blunders than not. `solarcal fit FILE` tells the rest.",
+    ]
+    if fleet.unreadable:
+        lines += ["", f"{len(fleet.unreadable)} files could not be read or fitted:"]
+        lines += [f"  {reason}" for reason in _named(fleet)]
+    return lines
+
+
+def _named(fleet: "Fleet") -> list[str]:
+    named = [
+        reason if path in reason else f"{path}: {reason}"
+        for path, reason in fleet.unreadable[:_NAMED]
+    ]
+    left = len(fleet.unreadable) - len(named)
+    return [*named, *([f"and {left} more; --json names them all"] if left else [])]
+
+
+_LONGEST_NAME = 31
+
+
+def _shortened(path: str, folder: Path) -> str:
+    """The file within its folder; its end, where that is too long for a line."""
+    name = str(Path(path).relative_to(folder))
+    return name if len(name) <= _LONGEST_NAME else "..." + name[3 - _LONGEST_NAME :]

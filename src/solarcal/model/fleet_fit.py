@@ -1,0 +1,223 @@
+"""``robust`` for thousands of sessions at once: the mechanism, without what a year of Sun is for.
+
+The same steps as ``exact_fit``, each taken for all sessions that still need it. What comes out is
+the mechanism and how well it is known; the six numbers to UPLOAD need the year of each site and
+are the business of ``methods.fit``.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solarcal.model import exact_fit as alone
+from solarcal.model.exact_errors import LARGEST_LEAN_DEG, LEAN_STEP_DEG
+from solarcal.model.fleet_climb import Indices, ManyLinearised, ManyMixtures, solve_mixtures
+from solarcal.model.noisy_points import GIVEN_NOISE_LOG_SD, NOISE_LOG_SD, TYPICAL_NOISE_DEG
+from solarcal.model.prior import Prior
+from solarcal.units import RAD_PER_DEG, FloatArray, wrap_deg
+
+AT_ONCE = 160
+"""Sessions a batch: its arrays stay in the processor's cache."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ManyPoints:
+    """n points of each of s sessions, from where the Sun really stood; degrees.
+
+    ``ax1_deg`` on the branch, ``ax2_deg``, ``err1_deg``, ``err2_deg`` (s, n) as in ``TruePoints``;
+    ``sigma_deg`` (s, n), NaN throughout a session that gives none;
+    ``prior_mean``, ``prior_sigma`` (s, 6).
+    """
+
+    ax1_deg: FloatArray
+    ax2_deg: FloatArray
+    err1_deg: FloatArray
+    err2_deg: FloatArray
+    sigma_deg: FloatArray
+    prior_mean: FloatArray
+    prior_sigma: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.ax1_deg)
+
+    def take(self, chosen: Indices | slice) -> "ManyPoints":
+        return ManyPoints(
+            self.ax1_deg[chosen],
+            self.ax2_deg[chosen],
+            self.err1_deg[chosen],
+            self.err2_deg[chosen],
+            self.sigma_deg[chosen],
+            self.prior_mean[chosen],
+            self.prior_sigma[chosen],
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ManyMechanisms:
+    """What ``robust`` says of s sessions.
+
+    ``mean`` (s, 6), ``covariance`` (s, 6, 6): P1..P6 of the exact mechanism; ``noise_deg`` (s,) of
+    one point on sky, per axis (the median); ``residual1_deg``, ``residual2_deg`` (s, n) axis
+    degrees; ``blunder`` (s, n) probabilities.
+    """
+
+    mean: FloatArray
+    covariance: FloatArray
+    noise_deg: FloatArray
+    residual1_deg: FloatArray
+    residual2_deg: FloatArray
+    blunder: FloatArray
+
+
+def fit_many(
+    points: ManyPoints, widths: tuple[tuple[float, float], ...] = Prior().widths
+) -> ManyMechanisms:
+    """Fit sessions of the same number of points, at least one; best AT_ONCE of them a call.
+
+    ``widths`` are the prior's. Agrees with ``methods.fit(method="robust")`` but for rounding.
+    """
+    values = points.prior_mean.copy()
+    active: Indices = np.arange(len(points))
+    for _ in range(alone.PLAIN_STEPS):
+        at, _, _ = _linearised(points.take(active), values[active], widths)
+        step = _plain_steps(at)
+        values[active] += _trusted(step, points.prior_sigma[active])
+        active = active[np.abs(step).max(axis=1) >= 10.0 * alone.SETTLED]
+        if not active.size:
+            break
+    at, left, sky = _linearised(points, values, widths)
+    mixture = solve_mixtures(at)
+    for _ in range(alone.MOST_STEPS):
+        mean_step = mixture.mean_step
+        active = np.flatnonzero(np.abs(mean_step).max(axis=1) >= alone.SETTLED)
+        if not active.size:
+            break
+        values[active] += _trusted(mean_step[active], points.prior_sigma[active])
+        moved, left[active], sky[active] = _linearised(points.take(active), values[active], widths)
+        mixture = mixture.replaced(active, solve_mixtures(moved, mixture.take(active)))
+        at.residuals[active], at.slopes[active] = moved.residuals, moved.slopes
+        at.offset[active] = moved.offset
+    return _concluded(points, at, mixture, values, left, sky)
+
+
+def _linearised(
+    points: ManyPoints, values: FloatArray, widths: tuple[tuple[float, float], ...]
+) -> tuple[ManyLinearised, FloatArray, FloatArray]:
+    """Each session about its place (s, 6); what is left (s, 2, n) and axis to sky (s, 2, n)."""
+    errors, slopes = _errors_and_slopes(points, values)
+    left = np.stack((points.err1_deg, points.err2_deg), axis=1) - errors
+    left[:, 0] = wrap_deg(left[:, 0])
+    own_deg = points.ax2_deg + errors[:, 1] - values[:, 3:4] + values[:, 5:6] * points.ax2_deg
+    sky = np.ones_like(left)
+    sky[:, 0] = np.sin(own_deg * RAD_PER_DEG)
+    unit = points.prior_sigma
+    given = np.isfinite(points.sigma_deg.sum(axis=1))
+    at = ManyLinearised(
+        residuals=left * sky,
+        slopes=slopes * sky[..., np.newaxis] * unit[:, np.newaxis, np.newaxis, :],
+        offset=(points.prior_mean - values) / unit,
+        widths=widths,
+        sigma_deg=np.where(given[:, np.newaxis], points.sigma_deg, 1.0),
+        log_scale_mean=np.where(given, 0.0, np.log(TYPICAL_NOISE_DEG)),
+        log_scale_sd=np.where(given, GIVEN_NOISE_LOG_SD, NOISE_LOG_SD),
+    )
+    return at, left, sky
+
+
+def _errors_and_slopes(points: ManyPoints, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Errors (s, 2, n) and slopes (s, 2, n, 6), as ``exact_errors.errors_and_slopes``."""
+    errors = _axis_errors_deg(points, values)
+    slopes = np.zeros((*errors.shape, 6))
+    for index in (0, 2):
+        nearby = values.copy()
+        step = np.where(values[:, index] > 0.0, -LEAN_STEP_DEG, LEAN_STEP_DEG)
+        nearby[:, index] += step
+        change = _axis_errors_deg(points, nearby) - errors
+        change[:, 0] -= 360.0 * np.round(change[:, 0] / 360.0)
+        slopes[..., index] = change / step[:, np.newaxis, np.newaxis]
+    slopes[:, 0, :, 1] = 1.0
+    slopes[:, 1, :, 3] = 1.0
+    slopes[:, 0, :, 4] = -points.ax1_deg
+    slopes[:, 1, :, 5] = -points.ax2_deg
+    return errors, slopes
+
+
+def _axis_errors_deg(points: ManyPoints, values: FloatArray) -> FloatArray:
+    """(s, 2, n): ``Mechanism.errors_deg`` of a mechanism with neither C, N nor sag."""
+    P1, P2, P3, P4, P5, P6 = values.T[:, :, np.newaxis]
+    lean = np.hypot(P1, P3)
+    shrink = np.minimum(1.0, LARGEST_LEAN_DEG / np.maximum(lean, 1e-12))
+    angle = lean * shrink * RAD_PER_DEG
+    x, y = -P3 / np.maximum(lean, 1e-300), -P1 / np.maximum(lean, 1e-300)
+    cos, sin = np.cos(angle), np.sin(angle)
+    rest = 1.0 - cos
+    ax1, ax2 = points.ax1_deg * RAD_PER_DEG, points.ax2_deg * RAD_PER_DEG
+    sin2 = np.sin(ax2)
+    sun_x, sun_y, sun_z = sin2 * np.cos(ax1), sin2 * np.sin(ax1), np.cos(ax2)
+    # Rodrigues' formula for an axis (x, y, 0) in the plane; see Mechanism.
+    own_x = (cos + rest * x * x) * sun_x + rest * x * y * sun_y - sin * y * sun_z
+    own_y = rest * x * y * sun_x + (cos + rest * y * y) * sun_y + sin * x * sun_z
+    own_z = sin * y * sun_x - sin * x * sun_y + cos * sun_z
+    axis1 = np.arctan2(own_y, own_x) / RAD_PER_DEG
+    axis2 = np.arctan2(np.sqrt(own_x * own_x + own_y * own_y), own_z) / RAD_PER_DEG
+    error1 = wrap_deg(axis1 - points.ax1_deg) + P2 - P5 * points.ax1_deg
+    error2 = axis2 - points.ax2_deg + P4 - P6 * points.ax2_deg
+    return np.stack((error1, error2), axis=1)
+
+
+def _plain_steps(at: ManyLinearised) -> FloatArray:
+    """Ridge regressions with a generous noise (s, 6): only to come near."""
+    s, _, n, k = at.slopes.shape
+    rows = at.slopes.reshape(s, 2 * n, k) / alone.FIRST_NOISE_DEG
+    turned = rows.transpose(0, 2, 1)
+    seen = at.residuals.reshape(s, 2 * n, 1) / alone.FIRST_NOISE_DEG
+    pull = turned @ seen + at.offset[..., np.newaxis]
+    steps = np.linalg.solve(turned @ rows + np.eye(k), pull)[..., 0]
+    return steps.astype(np.float64, copy=False)
+
+
+def _trusted(step: FloatArray, unit: FloatArray) -> FloatArray:
+    full = step * unit
+    lean = np.hypot(full[:, 0], full[:, 2])
+    held: FloatArray = full * np.minimum(
+        1.0, alone.LEAN_TRUSTED_DEG / np.maximum(lean, 1e-12)
+    ).reshape(-1, 1)
+    return held
+
+
+def _concluded(
+    points: ManyPoints,
+    at: ManyLinearised,
+    mixture: ManyMixtures,
+    values: FloatArray,
+    left: FloatArray,
+    sky: FloatArray,
+) -> ManyMechanisms:
+    unit, weights = points.prior_sigma, mixture.weights
+    step = mixture.mean_step
+    left = left - np.einsum("sank,sk->san", at.slopes, step) / sky
+    squares = np.einsum("sani,sanj->snij", at.slopes, at.slopes)
+    s, n, k = squares.shape[:3]
+    normal = (mixture.point_weights @ squares.reshape(s, n, k * k)).reshape(s, -1, k, k)
+    normal += np.eye(k) / (mixture.widths**2)[..., np.newaxis, np.newaxis]
+    inner: FloatArray = np.einsum("sq,sqij->sij", weights, np.linalg.inv(normal))
+    away = mixture.steps - step[:, np.newaxis]
+    inner += np.einsum("sq,sqi,sqj->sij", weights, away, away)
+    noise = np.exp(mixture.log_scales) * np.sqrt(np.mean(at.sigma_deg**2, axis=1))[:, np.newaxis]
+    return ManyMechanisms(
+        mean=values + step * unit,
+        covariance=inner * unit[:, :, np.newaxis] * unit[:, np.newaxis, :],
+        noise_deg=_medians(noise, weights),
+        residual1_deg=left[:, 0],
+        residual2_deg=left[:, 1],
+        blunder=np.einsum("sq,sqn->sn", weights, mixture.blunder),
+    )
+
+
+def _medians(noise_deg: FloatArray, weights: FloatArray) -> FloatArray:
+    """Half of each session's weight lies below, (s,); see ``MechanismPosterior``."""
+    order = np.argsort(noise_deg, axis=1)
+    reached = np.cumsum(np.take_along_axis(weights, order, 1), axis=1)
+    logs = np.log(np.take_along_axis(noise_deg, order, 1))
+    pairs = zip(reached, logs, strict=True)
+    return np.exp([np.interp(0.5, below, log) for below, log in pairs])

@@ -1,0 +1,135 @@
+"""The second reader: of a session file only its header and its live, accepted points, fast.
+
+It is for those who read thousands of files and want nothing but what a fit is made of. The first
+reader (``reader.read_session``) proves every line; this one looks only at the header, at points
+and at voids, in the order of their lines, and does not decode the rest. Of a file it cannot take at
+its word (a torn line, a line it does not understand, numbers out of order) it says so, and the
+first reader decides. So both give the same points of every file the first one accepts; what this
+one lets pass is damage inside records that are no points.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from solarcal.errors import ConfigurationError, SessionFileError
+from solarcal.session.lines import decode_record
+from solarcal.session.points import IMPORTED_MODEL, ideal_kind
+from solarcal.session.records import Header, Pair, PointStatus
+from solarcal.timescale import parse_utc
+
+_WANTED = (b'"point"', b'"void"')
+
+
+class _Point(msgspec.Struct, tag="point"):
+    seq: int
+    utc: str
+    status: PointStatus
+    ideal_deg: Pair | None = None
+    error_deg: Pair | None = None
+    sigma_deg: float | None = None
+    read_utc: str | None = None
+
+
+class _Void(msgspec.Struct, tag="void"):
+    seq: int
+    utc: str
+    voids: int
+
+
+_decoder = msgspec.json.Decoder(_Point | _Void)
+
+
+class NeedsFirstReader(Exception):
+    """This file is for ``reader.read_session``: it will read it, or say what is wrong."""
+
+
+@dataclass(frozen=True, slots=True)
+class PointsOnly:
+    """Live accepted points of a session, one list a column, as ``PointTable`` has them.
+
+    ``utc_s`` NaN where unknown; ``sigma_deg`` None unless every point has one.
+    """
+
+    header: Header
+    ideal: str
+    labels: list[int]
+    utc_s: list[float]
+    ideal_deg: list[Pair]
+    error_deg: list[Pair]
+    sigma_deg: list[float] | None
+
+
+def read_points_only(path: str | Path) -> PointsOnly:
+    """Header and live accepted points of a session file.
+
+    Raises
+    ------
+    SessionFileError
+        The file is missing or cannot be opened.
+    NeedsFirstReader
+        It is no plain session file; ``read_session`` knows what to say of it.
+    """
+    try:
+        content = Path(path).read_bytes()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise SessionFileError(f"{path} cannot be read: {reason}") from None
+    try:
+        return _points_of(content)
+    except (ValueError, RecursionError, ConfigurationError) as error:
+        raise NeedsFirstReader(str(error)) from None
+
+
+def _points_of(content: bytes) -> PointsOnly:
+    head, _, rest = content.partition(b"\n")
+    header = decode_record(head)
+    if not isinstance(header, Header) or header.format != 1 or not content.endswith(b"\n"):
+        raise NeedsFirstReader("no plain session header, or a torn end")
+    if b'"torn"' in rest or b"\\u" in rest:
+        # An escaped type name would escape this reader.
+        raise NeedsFirstReader("torn or escaped lines")
+    points: list[_Point] = []
+    voids: list[_Void] = []
+    last = header.seq
+    for line in rest.split(b"\n"):
+        if _WANTED[0] not in line and _WANTED[1] not in line:
+            continue
+        record = _decoder.decode(line)
+        if record.seq <= last:
+            raise NeedsFirstReader("sequence numbers out of order")
+        last = record.seq
+        if isinstance(record, _Point):
+            points.append(record)
+        elif record.voids < record.seq:
+            voids.append(record)
+        else:
+            raise NeedsFirstReader("a void of what comes after it")
+    struck: set[int] = set()
+    for void in reversed(voids):
+        if void.seq not in struck:
+            struck.add(void.voids)
+    live = [p for p in points if p.status == "accepted" and p.seq not in struck]
+    ideal = [p.ideal_deg for p in live if p.ideal_deg is not None]
+    error = [p.error_deg for p in live if p.error_deg is not None]
+    if not len(ideal) == len(error) == len(live):
+        raise NeedsFirstReader("an accepted point without angles")
+    sigma = [p.sigma_deg for p in live if p.sigma_deg is not None]
+    imported = header.unit.model == IMPORTED_MODEL
+    return PointsOnly(
+        header=header,
+        ideal=ideal_kind(header),
+        labels=[p.seq for p in live],
+        utc_s=[_instant(p, imported) for p in live],
+        ideal_deg=ideal,
+        error_deg=error,
+        sigma_deg=sigma if sigma and len(sigma) == len(live) else None,
+    )
+
+
+def _instant(point: _Point, imported: bool) -> float:
+    if point.read_utc is not None:
+        return parse_utc(point.read_utc)
+    # The time of an import says nothing about when its points were taken.
+    return float("nan") if imported else parse_utc(point.utc)

@@ -1,0 +1,216 @@
+"""Thousands of sessions at once: which trackers are worst, and how well that is known.
+
+Every session is fitted on its own by ``robust``; nothing is merged. Plain sessions go through the
+second reader and the batched fit; whatever is out of the ordinary (a heliostat, a torn file, points
+no fit takes) goes the way of ``solarcal fit``, one by one, and fails with the words it has there.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+import numpy as np
+
+from solarcal.errors import FitError, InputFileError, SolarcalError
+from solarcal.model.fleet_fit import AT_ONCE, ManyMechanisms, fit_many
+from solarcal.model.mechanism_solution import OUTLIER_PROBABILITY, MechanismSolution
+from solarcal.mount.formula import COEFFICIENT_NAMES
+from solarcal.session.points import unit_name
+from solarcal.session.points_only import NeedsFirstReader, read_points_only
+from solarcal.station.fitted_files import load_points
+from solarcal.station.fitting import solve_table
+from solarcal.station.fleet_points import PlainSession, plain_session, seen_points
+from solarcal.units import FloatArray
+
+WorstBy = Literal["rms", "lean", "sigma", "noise"]
+WORST_BY: tuple[WorstBy, ...] = get_args(WorstBy)
+
+Progress = Callable[[str, int, int], None]
+"""Told what is being done, how many are done, of how many."""
+
+_READ_BETWEEN_REPORTS = 200
+
+
+@dataclass(frozen=True, slots=True)
+class FleetMember:
+    """What ``robust`` says of one session. Degrees; P5, P6 in deg/deg.
+
+    ``values``, ``sigmas`` are P1..P6 of the exact mechanism, not yet what one uploads;
+    ``sky_rms_deg``, ``sky_max_deg`` of the residuals; ``outliers`` the records that are more
+    likely blunders than not.
+    """
+
+    path: str
+    unit: str
+    geometry: str
+    points: int
+    values: tuple[float, ...]
+    sigmas: tuple[float, ...]
+    lean_deg: float
+    lean_sigma_deg: float
+    noise_deg: float
+    sky_rms_deg: float
+    sky_max_deg: float
+    outliers: tuple[int, ...]
+
+    def ranked_by(self, worst_by: WorstBy) -> float:
+        return {
+            "rms": self.sky_rms_deg,
+            "lean": self.lean_deg,
+            "sigma": self.lean_sigma_deg,
+            "noise": self.noise_deg,
+        }[worst_by]
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "file": self.path,
+            "unit": self.unit,
+            "geometry": self.geometry,
+            "points": self.points,
+            "mechanism": dict(zip(COEFFICIENT_NAMES, self.values, strict=True)),
+            "sigmas": dict(zip(COEFFICIENT_NAMES, self.sigmas, strict=True)),
+            "lean_deg": self.lean_deg,
+            "lean_sigma_deg": self.lean_sigma_deg,
+            "noise_deg": self.noise_deg,
+            "sky_rms_deg": self.sky_rms_deg,
+            "sky_max_deg": self.sky_max_deg,
+            "outliers": list(self.outliers),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Fleet:
+    """The sessions that could be fitted, and (file, reason) of those that could not."""
+
+    members: tuple[FleetMember, ...]
+    unreadable: tuple[tuple[str, str], ...]
+
+    def worst(self, worst_by: WorstBy, top: int) -> tuple[FleetMember, ...]:
+        """The worst first; ``top`` 0 for all of them."""
+        ranked = sorted(self.members, key=lambda m: (-m.ranked_by(worst_by), m.path))
+        return tuple(ranked[:top] if top else ranked)
+
+
+def session_files(folder: Path) -> tuple[Path, ...]:
+    """The session files of a folder and the folders in it, by name.
+
+    Raises
+    ------
+    InputFileError
+        No folder, or no session file in it.
+    """
+    if not folder.is_dir():
+        raise InputFileError(f"{folder} is not a folder; give the one the session files are in")
+    files = tuple(sorted(path for path in folder.rglob("*.jsonl") if path.is_file()))
+    if not files:
+        raise InputFileError(f"there is no session file (.jsonl) in {folder}")
+    return files
+
+
+def _silent(what: str, done: int, total: int) -> None:
+    del what, done, total
+
+
+def fit_fleet(paths: Sequence[Path], progress: Progress = _silent) -> Fleet:
+    """Fit every session on its own; a file that cannot be read or fitted is named, not fatal."""
+    plain: list[PlainSession] = []
+    unusual: list[Path] = []
+    unreadable: list[tuple[str, str]] = []
+    for done, path in enumerate(paths):
+        if done % _READ_BETWEEN_REPORTS == 0:
+            progress("reading", done, len(paths))
+        try:
+            session = plain_session(str(path), read_points_only(path))
+        except NeedsFirstReader:
+            unusual.append(path)
+        except SolarcalError as error:
+            unreadable.append((str(path), str(error)))
+        else:
+            if session is None:
+                unusual.append(path)
+            else:
+                plain.append(session)
+    progress("reading", len(paths), len(paths))
+    members: list[FleetMember] = []
+    seen, refused = seen_points(plain)
+    unusual += [Path(session.path) for session in refused]
+    fitted = 0
+    for sessions, points, sine2, labels in seen:
+        for low in range(0, len(sessions), AT_ONCE):
+            progress("fitting", fitted, len(paths))
+            part = slice(low, low + AT_ONCE)
+            found = fit_many(points.take(part))
+            members += _members(sessions[part], labels[part], sine2[part], found)
+            fitted += len(sessions[part])
+    for path in sorted(unusual):
+        progress("fitting", fitted, len(paths))
+        try:
+            members.append(_fitted_alone(path))
+        except SolarcalError as error:
+            unreadable.append((str(path), str(error)))
+        fitted += 1
+    progress("fitting", len(paths), len(paths))
+    return Fleet(tuple(sorted(members, key=lambda member: member.path)), tuple(sorted(unreadable)))
+
+
+def _members(
+    sessions: Sequence[PlainSession],
+    labels: Sequence[tuple[int, ...]],
+    sine2: FloatArray,
+    found: ManyMechanisms,
+) -> list[FleetMember]:
+    sky = np.hypot(found.residual1_deg * sine2, found.residual2_deg)
+    rms = np.sqrt(np.mean(sky**2, axis=1)).tolist()
+    largest = sky.max(axis=1).tolist()
+    sigmas = np.sqrt(np.einsum("sii->si", found.covariance)).tolist()
+    P1, P3 = found.mean[:, 0], found.mean[:, 2]
+    lean = np.hypot(P1, P3)
+    # Along the lean itself; without one, along P1 (as summarise has it).
+    along = np.stack((np.where(lean > 0.0, P1, 1.0), P3), axis=1)
+    along /= np.where(lean > 0.0, lean, 1.0)[:, np.newaxis]
+    block = found.covariance[:, [[0], [2]], [[0, 2]]]
+    lean_sigma = np.sqrt(np.einsum("si,sij,sj->s", along, block, along)).tolist()
+    doubted = found.blunder > OUTLIER_PROBABILITY
+    values, noise = found.mean.tolist(), found.noise_deg.tolist()
+    return [
+        FleetMember(
+            path=session.path,
+            unit=unit_name(session.points.header),
+            geometry=session.points.header.geometry,
+            points=len(labels[i]),
+            values=tuple(values[i]),
+            sigmas=tuple(sigmas[i]),
+            lean_deg=float(lean[i]),
+            lean_sigma_deg=lean_sigma[i],
+            noise_deg=noise[i],
+            sky_rms_deg=rms[i],
+            sky_max_deg=largest[i],
+            outliers=tuple(labels[i][k] for k in np.flatnonzero(doubted[i])),
+        )
+        for i, session in enumerate(sessions)
+    ]
+
+
+def _fitted_alone(path: Path) -> FleetMember:
+    """The way of ``solarcal fit``."""
+    table, session = load_points(path, {})
+    solution = solve_table(table, "robust", header=None if session is None else session.header)
+    if not isinstance(solution, MechanismSolution):
+        raise FitError(f"{path}: no mechanism was fitted")
+    mechanism = solution.mechanism
+    posterior = solution.posterior
+    return FleetMember(
+        path=str(path),
+        unit=table.unit,
+        geometry=table.geometry,
+        points=solution.n_points,
+        values=tuple(posterior.mean.tolist()),
+        sigmas=tuple(np.sqrt(np.diag(posterior.covariance)).tolist()),
+        lean_deg=mechanism.lean_deg,
+        lean_sigma_deg=mechanism.lean_sigma_deg,
+        noise_deg=mechanism.noise_deg,
+        sky_rms_deg=solution.sky_rms_deg,
+        sky_max_deg=solution.sky_max_deg,
+        outliers=solution.outliers,
+    )
