@@ -23,6 +23,7 @@ from procedure_bench import (
 )
 
 from solarcal.tui.screens.sun_offset import SunOffsetDialog
+from solarcal.unit.drivers.solartrak import SolarTrakUnit
 
 GOLDENS = Path(__file__).parent / "goldens"
 SIZES = [SMALL, LARGE]
@@ -83,6 +84,22 @@ async def test_sun_offset(size: tuple[int, int]) -> None:
         assert isinstance(dialog, SunOffsetDialog)
         await until(pilot, lambda: not dialog._waiting)
         compare("sun-offset", size, only_dialog(await settled_text(pilot)))
+
+
+@pytest.mark.parametrize("size", SIZES)
+@on_loop
+async def test_sun_offset_on_a_real_unit(
+    size: tuple[int, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    station, _ = bench()
+    monkeypatch.setattr(SolarTrakUnit, "emulation", property(lambda unit: None))
+    async with workstation(station, size) as (app, pilot):
+        await pilot.press("f6")
+        await shows(pilot, "mode TRACK", "Sunspot plate", "Leave")
+        dialog = app.screen
+        assert isinstance(dialog, SunOffsetDialog)
+        await until(pilot, lambda: not dialog._waiting)
+        compare("sun-offset-real", size, only_dialog(await settled_text(pilot)))
 
 
 @pytest.mark.parametrize("size", SIZES)

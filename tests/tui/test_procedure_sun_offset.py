@@ -128,7 +128,7 @@ async def test_on_a_real_unit_the_calculator_turns_readings_into_jogs(
     monkeypatch.setattr(SolarTrakUnit, "emulation", property(lambda unit: None))
     async with workstation(station) as (_, pilot):
         await opened(pilot)
-        await shows(pilot, "Sunspot calculator", "Jog by E")
+        await shows(pilot, "Sunspot plate", "Jog E")
         before = standing(station)
         await pilot.press("tab")
         for text in ("500", "4", "13", "4.5", "5.3727"):
@@ -149,7 +149,7 @@ async def test_a_field_of_the_calculator_that_is_empty_is_named(
     async with workstation(station) as (_, pilot):
         await opened(pilot)
         await pilot.press("j")
-        await shows(pilot, "H plate above mirror: '' is not a number")
+        await shows(pilot, "H plate over mirror: '' is not a number")
 
 
 def test_the_spot_is_where_the_arrow_keys_have_to_go() -> None:

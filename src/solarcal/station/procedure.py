@@ -210,7 +210,7 @@ class Station(StationCore):
         self._demand_idle(what)
         session = self.session
         if session.initialised is None and not check:
-            raise ProcedureRefused("initialise the data file first (Alt-F3), once per calibration")
+            raise ProcedureRefused("initialise the data file first (F3), once per calibration")
         if check and not session.uploads:
             raise ProcedureRefused("check points come after an upload; there has been none yet")
         status = self.poll()

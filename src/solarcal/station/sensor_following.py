@@ -116,7 +116,7 @@ def _demand_ready(station: Station, commanded: bool) -> None:
         )
     session = station.session
     if session.initialised is None:
-        raise ProcedureRefused("initialise the data file first (Alt-F3), once per calibration")
+        raise ProcedureRefused("initialise the data file first (F3), once per calibration")
     if not session.ref_checks or not session.ref_checks[-1].complete:
         raise ProcedureRefused("do a reference check first; without one no point would count")
     mode = station.poll().mode

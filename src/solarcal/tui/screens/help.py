@@ -64,12 +64,15 @@ def help_lines(actions: tuple[Action, ...], width: int = 78) -> list[str]:
         )
     lines += [
         "",
-        "Tab, 1 2 3 4       Panes        Now, Points, P1-P6, Plot (where there is no room for all)",
+        "Tab, 1 2 3 4 5     Panes        Now, Points, P1-P6, Plot, Checks",
         "Ctrl+P             Palette      Every action by its name, and the themes",
         "Escape             Back         Leaves a dialog and changes nothing",
         "",
-        "Keys can be changed in keymap.toml in the config folder (solarcal doctor says where);",
-        "solarcal keys shows what this terminal sends.",
+        *textwrap.wrap(
+            "Keys can be changed in keymap.toml in the config folder (solarcal doctor says "
+            "where); solarcal keys shows what this terminal sends.",
+            width,
+        ),
     ]
     return lines
 

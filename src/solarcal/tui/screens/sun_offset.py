@@ -46,7 +46,7 @@ class SunOffsetDialog(PacedDialog):
         DialogKey("behind", "Behind", "b", "b"),
         DialogKey("follow", "Follow", "f", "f"),
         DialogKey("track", "Track", "t", "t"),
-        DialogKey("calculate", "Jog by E", "j", "j"),
+        DialogKey("calculate", "Jog E", "j", "j"),
         DialogKey("jog(-1,0)", "axis 1 -", "left", "left", button=False),
         DialogKey("jog(1,0)", "axis 1 +", "right", "right", button=False),
         DialogKey("jog(0,-1)", "axis 2 -", "down", "down", button=False),
@@ -93,9 +93,19 @@ class SunOffsetDialog(PacedDialog):
         super().on_mount()
         self._show_steps()
         self._offer()
-        self.say("Arrow keys jog: left/right axis 1, down/up axis 2. Nothing moves before one.")
+        self.say(self._how_to_begin())
         self._look()
         self.set_interval(LOOK_EVERY_S, self._look)
+
+    def _how_to_begin(self) -> str:
+        status = self.station_app.state.live.status
+        tracks = status is not None and status.mode is Mode.TRACK
+        first = "" if tracks else "The unit does not track: press t, and it goes to its Sun. "
+        fields = "" if self.emulated else " Tab reaches the plate's fields, Esc the arrows."
+        return (
+            f"{first}Arrow keys jog: left/right axis 1, down/up axis 2. "
+            f"Nothing moves before one.{fields}"
+        )
 
     def on_resize(self, event: Resize) -> None:
         room = self.app.size
@@ -127,6 +137,9 @@ class SunOffsetDialog(PacedDialog):
         self.action_step(self._step + 1)
 
     def action_behind(self) -> None:
+        if self._view is not None and all(self._view.watch.from_behind):
+            self.say("Both axes came from behind already: nothing to take up.", "good")
+            return
         self._submit(NUDGE, lambda station: self._jog.go_behind())
 
     def action_follow(self) -> None:
@@ -235,7 +248,9 @@ class SunOffsetDialog(PacedDialog):
         if self.emulated:
             sight = self.query_one(Sunspot)
             sight.show(view.spot, view.status.ideal2_deg)
-            words = f"{sight.words()}\nplate +-{sight.half_width_deg:g} deg; it belongs in the ring"
+            words = (
+                f"{sight.words()}\n+-{sight.half_width_deg:g} deg plate; press arrows towards it"
+            )
         self.query_one("#axes", Static).update(
             jog_table(view, follows=self._jog.follows, words=words)
         )

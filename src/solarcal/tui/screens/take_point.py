@@ -185,6 +185,7 @@ class TakePointDialog(PacedDialog):
                 self.say("The first NO ends the attempt; it stays in the file as aborted.")
         elif state.activity is Activity.READY and new:
             gathering.at(0.0)
+            self.say("")
             self._gather()
         elif state.activity is Activity.RESULT and not self._asked_to_judge:
             self._asked_to_judge = True

@@ -23,8 +23,8 @@ def jog_table(view: JogView, *, follows: bool, words: str) -> Content:
     row("target", _pair(view.target_deg) if view.target_deg else ("-", "-"))
     row("off ideal", _two(f"{r - i:+.4f}" for r, i in zip(readings, ideals, strict=True)))
     row("offset O", (f"{status.offsets.O1:+.4f}", f"{status.offsets.O2:+.4f}"))
-    row("moving", _two({1: "+", -1: "-"}.get(sense, "at rest") for sense in status.moving))
-    row("Sun goes", _two("+" if sense > 0 else "-" for sense in view.senses))
+    row("moving", _two({1: "to +", -1: "to -"}.get(sense, "at rest") for sense in status.moving))
+    row("Sun goes", _two("to +" if sense > 0 else "to -" for sense in view.senses))
     came = _two(
         "from behind"
         if ok

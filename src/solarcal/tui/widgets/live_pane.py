@@ -151,7 +151,7 @@ def _axes(header: Header, status: Status) -> list[list[Part]]:
             f"{'mode':8} ",
             (f"{status.mode:7}", "bold"),
             f" update {phase_bar(status.update_phase, 12)} {100.0 * status.update_phase:3.0f} %"
-            + ("" if status.referenced else "  NOT REFERENCED"),
+            + ("" if status.referenced else "  NO REF CHECK"),
         ],
     ]
 

@@ -11,11 +11,11 @@ from solarcal.optics.sunspot import spot_error_deg
 from solarcal.tui.widgets.field import Field
 
 FIELDS = (
-    ("spot-height", "H  plate above mirror", ""),
-    ("spot-hole", "Do hole diameter", ""),
-    ("spot-diameter", "Ds spot diameter", ""),
-    ("spot-edge1", "E1 edge to edge, + side", "axis 1"),
-    ("spot-edge2", "E2 edge to edge, + side", "axis 2"),
+    ("spot-height", "H  plate over mirror"),
+    ("spot-hole", "Do hole diameter"),
+    ("spot-diameter", "Ds spot diameter"),
+    ("spot-edge1", "E1 edges, axis 1 +"),
+    ("spot-edge2", "E2 edges, axis 2 +"),
 )
 
 
@@ -24,14 +24,14 @@ class SpotCalculator(Vertical):
 
     DEFAULT_CSS = """
     SpotCalculator { width: 44; height: auto; }
-    SpotCalculator Field > .label { width: 24; }
-    SpotCalculator Field > Input { max-width: 10; }
+    SpotCalculator Field > .label { width: 21; }
+    SpotCalculator Field > Input { max-width: 12; }
     """
 
     def compose(self) -> ComposeResult:
-        yield Label("Sunspot calculator (all in one unit of length)")
-        for name, label, unit in FIELDS:
-            yield Field(name, label, unit)
+        yield Label("Sunspot plate, one unit of length")
+        for name, label in FIELDS:
+            yield Field(name, label)
         yield Label("", id="spot-errors")
 
     def jogs_deg(self, ideal2_deg: float) -> tuple[float, float]:
@@ -44,7 +44,7 @@ class SpotCalculator(Vertical):
             moves the spot.
         """
         height, hole, spot, edge1, edge2 = (
-            self.query_one(f"#{name}", Field).number() for name, _, _ in FIELDS
+            self.query_one(f"#{name}", Field).number() for name, _ in FIELDS
         )
         across = spot_error_deg(height, hole, spot, edge1)
         along = spot_error_deg(height, hole, spot, edge2)
@@ -53,7 +53,5 @@ class SpotCalculator(Vertical):
             raise ConfigurationError(
                 "so near its pole axis 1 hardly moves the spot; wait until the Sun is elsewhere"
             )
-        self.query_one("#spot-errors", Label).update(
-            f"error on the sky: {across:+.3f}, {along:+.3f} deg"
-        )
+        self.query_one("#spot-errors", Label).update(f"sky error {across:+.3f}, {along:+.3f} deg")
         return across / weight, along

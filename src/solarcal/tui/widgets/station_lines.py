@@ -59,23 +59,35 @@ class NextLines(Static):
     def show_step(
         self, step: NextStep, key: str, utc_s: float | None, verdict: "VerdictWords"
     ) -> None:
-        parts: list[Part] = [("▶ ", "bold $accent"), (step.sentence, "bold")]
+        sentence = Content.assemble(("▶ ", "bold $accent"), (step.sentence, "bold"))
+        tail: list[tuple[str, str]] = []
         if key:
-            parts.append((f"  [{key}]", "bold $footer-key-foreground"))
+            tail.append((f"[{key}]", "bold $footer-key-foreground"))
         left = step.countdown_s(utc_s)
         if left:
-            parts.append((f"  due in {countdown_text(left)}", "$accent"))
+            tail.append((f"due in {countdown_text(left)}", "$accent"))
         elif left is not None:
-            parts.append(("  due NOW", "bold reverse $accent"))
+            tail.append(("due NOW", "bold reverse $accent"))
         # Not the size of this widget: before the first layout it has none.
         width = max(self.app.size.width - 2, 20)
-        lines = Content.assemble(*parts).wrap(width)[: self.ROWS - 1]
+        lines = _with_tail(sentence.wrap(width), tail, width)[: self.ROWS - 1]
         room = self.ROWS - len(lines)
         said = Content.assemble(*verdict.parts()).wrap(width)
         if len(said) > room:
             last = said[room - 1].truncate(width - 1).append("…")
             said = [*said[: room - 1], last]
         self.update(Content("\n").join([*lines, *said]), layout=False)
+
+
+def _with_tail(lines: list[Content], tail: list[tuple[str, str]], width: int) -> list[Content]:
+    """Keys and times after the sentence, none of them torn apart by the end of a line."""
+    for words, style in tail:
+        piece = Content.styled(words, style)
+        if lines[-1].cell_length + 2 + piece.cell_length <= width:
+            lines[-1] = Content.assemble(lines[-1], "  ", piece)
+        else:
+            lines.append(piece)
+    return lines
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,245 @@
+"""The pictures of the documentation, one function each, in the order of a day."""
+
+from collections.abc import Callable, Coroutine
+from pathlib import Path
+from typing import Any
+
+from solarcal.config import Choice, Settings
+from solarcal.tui.app import SolarcalApp
+from solarcal.tui.messages import StartOffers
+from solarcal.tui.offers import Entry, Offers, gather_offers
+from solarcal.tui.performers import PERFORMERS
+from solarcal.tui.pictures.stage import LARGE, SMALL, Day, picture, shows, until
+from solarcal.tui.screens.start import StartScreen
+from solarcal.tui.widgets.workstation_view import PLOTS, WorkstationView
+
+Scene = Callable[[Path], Coroutine[Any, Any, str]]
+SCENES: dict[str, Scene] = {}
+MORNING, LATE_MORNING = "2026-06-03T13:30:00Z", "2026-06-03T15:00:00Z"
+QUESTIONS = ("1. Did you", "2. Did you", "3. Do you")
+
+
+def scene(make: Scene) -> Scene:
+    """The function's name is the file's."""
+    SCENES[make.__name__.replace("_", "-")] = make
+    return make
+
+
+class _PicturedStart(StartScreen):
+    """Offers made up here: what is plugged into this computer is nobody's business."""
+
+    def _look_up(self) -> None:
+        port: Entry = ("/dev/ttyUSB0     USB serial adapter (FTDI)", Choice(port="/dev/ttyUSB0"))
+        scenarios = gather_offers(Settings()).scenarios
+        self.post_message(StartOffers(Offers([], [port], scenarios, [])))
+
+
+@scene
+async def start(folder: Path) -> str:
+    del folder
+    app = SolarcalApp(PERFORMERS)
+    async with app.run_test(size=SMALL) as pilot:
+        app.push_screen(_PicturedStart())
+        await shows(pilot, "/dev/ttyUSB0", "Emulated trackers")
+        return await picture(pilot, "The start screen: ports, emulated trackers, saved sessions")
+
+
+@scene
+async def connected(folder: Path) -> str:
+    day = Day(folder)
+    day.station.poll()
+    async with day.workstation() as pilot:
+        await shows(pilot, "Set the unit's clock", "NO REF CHECK")
+        return await picture(pilot, "Just connected: the first thing to do is the clock")
+
+
+@scene
+async def clock(folder: Path) -> str:
+    async with Day(folder, scenario="wrong-clock").workstation() as pilot:
+        await pilot.press("f10")
+        await shows(pilot, "Unit - laptop")
+        return await picture(pilot, "Both clocks compared")
+
+
+@scene
+async def reference_check(folder: Path) -> str:
+    async with Day(folder).workstation() as pilot:
+        await pilot.press("f5")
+        await shows(pilot, "Start: drive to the switches")
+        await pilot.press("enter")
+        await shows(pilot, "Track again", "Check no. 1 complete")
+        return await picture(pilot, "A reference check, complete")
+
+
+@scene
+async def sun_offset(folder: Path) -> str:
+    async with Day(folder, MORNING).prepared().workstation() as pilot:
+        await pilot.press("f6")
+        await shows(pilot, "mode TRACK", "(deg, sky)")
+        return await picture(pilot, "Set Sun Offset on an emulated tracker: its sunspot is drawn")
+
+
+@scene
+async def sun_offset_real(folder: Path) -> str:
+    async with Day(folder, MORNING, real=True).prepared().workstation() as pilot:
+        await pilot.press("f6")
+        await shows(pilot, "mode TRACK", "came")
+        return await picture(pilot, "Set Sun Offset on a real tracker: the sunspot calculator")
+
+
+@scene
+async def initialise(folder: Path) -> str:
+    async with Day(folder, MORNING).prepared().offset_set().workstation() as pilot:
+        await pilot.press("f3")
+        await shows(pilot, "Are you sure?")
+        return await picture(pilot, "Initialise the data file")
+
+
+@scene
+async def questions(folder: Path) -> str:
+    async with Day(folder, MORNING).prepared().taken(4).offset_set().workstation() as pilot:
+        await pilot.press("f7")
+        for words in QUESTIONS[:2]:
+            await shows(pilot, words)
+            await pilot.press("y")
+        await shows(pilot, QUESTIONS[2], "The spot is")
+        return await picture(pilot, "The third question, with what the program saw beside it")
+
+
+@scene
+async def result(folder: Path) -> str:
+    async with Day(folder, MORNING).prepared().taken(4).offset_set().workstation() as pilot:
+        await pilot.press("f7")
+        for words in QUESTIONS:
+            await shows(pilot, words)
+            await pilot.press("y")
+        await shows(pilot, "Store it?", "in sigmas")
+        return await picture(pilot, "The result of a gathering: store it or not?")
+
+
+@scene
+async def error_plot(folder: Path) -> str:
+    async with Day(folder, MORNING).prepared().taken(5).workstation() as pilot:
+        await pilot.press("4")
+        await shows(pilot, "apparent solar time")
+        return await picture(pilot, "The error plot after five points")
+
+
+@scene
+async def plan(folder: Path) -> str:
+    async with Day(folder, MORNING).prepared().taken(4).workstation() as pilot:
+        await pilot.press("f4")
+        await shows(pilot, "the rest of the day", "until local")
+        await pilot.press("down", "down", "down", "space")
+        await shows(pilot, "cloud")
+        return await picture(pilot, "The plan of the day, one half hour struck out for cloud")
+
+
+@scene
+async def workstation(folder: Path) -> str:
+    async with Day(folder, MORNING).prepared().taken(12).workstation(LARGE) as pilot:
+        await shows(pilot, "Year 95 %")
+        return await picture(pilot, "The workstation after twelve points")
+
+
+@scene
+async def sunlight(folder: Path) -> str:
+    day = Day(folder, MORNING).prepared().taken(12)
+    async with day.workstation(SMALL, theme="sunlight") as pilot:
+        return await picture(pilot, "The theme for bright sunlight")
+
+
+@scene
+async def forecast(folder: Path) -> str:
+    async with Day(folder, MORNING).prepared().taken(7).workstation(SMALL) as pilot:
+        await pilot.press("4")
+        for _ in range(PLOTS.index("forecast")):
+            await pilot.press("v")
+        await shows(pilot, "mean solar hour")
+        return await picture(pilot, "The expected error of the whole year")
+
+
+@scene
+async def link_lost(folder: Path) -> str:
+    day = Day(folder, MORNING).prepared().taken(3)
+    async with day.workstation() as pilot:
+        day.cable.pulled = True
+        app = pilot.app
+        assert isinstance(app, SolarcalApp)
+        app.station_conductor().submit("status", lambda station: station.poll())
+        await shows(pilot, "LINK LOST", "reconnects by itself")
+        return await picture(pilot, "The cable was pulled")
+
+
+@scene
+async def upload(folder: Path) -> str:
+    async with Day(folder, MORNING).prepared().taken(12).workstation() as pilot:
+        await pilot.press("f8")
+        await shows(pilot, "Upload?")
+        return await picture(pilot, "Upload: in force, new, and what rounding costs")
+
+
+@scene
+async def uploaded(folder: Path) -> str:
+    async with Day(folder, MORNING).prepared().taken(12).workstation() as pilot:
+        await pilot.press("f8")
+        await shows(pilot, "Upload?")
+        await pilot.press("y")
+        await shows(pilot, "read back EQUAL")
+        return await picture(pilot, "Uploaded and read back")
+
+
+@scene
+async def proven(folder: Path) -> str:
+    day = Day(folder, MORNING).prepared().taken(11)
+    day.technician.upload()
+    day.technician.take_checks()
+    async with day.workstation() as pilot:
+        await pilot.press("5")
+        await shows(pilot, "SIGNED OFF")
+        return await picture(pilot, "Two check points prove the upload")
+
+
+@scene
+async def report(folder: Path) -> str:
+    day = Day(folder, MORNING).prepared().taken(11)
+    day.technician.upload()
+    day.technician.take_checks()
+    async with day.workstation() as pilot:
+        await pilot.press("e")
+        await shows(pilot, "Write it?", "Status")
+        return await picture(pilot, "The certificate of this session")
+
+
+@scene
+async def recompute(folder: Path) -> str:
+    async with Day(folder, MORNING).prepared().taken(7).workstation() as pilot:
+        await pilot.press("f9")
+        await shows(pilot, "Space")
+        await pilot.press("enter")
+        await shows(pilot, "OPEN", "P6")
+        return await picture(pilot, "Recompute: a saved session opened beside the running one")
+
+
+@scene
+async def replay(folder: Path) -> str:
+    path = Day(folder, MORNING).prepared().taken(8).path
+    app = SolarcalApp(PERFORMERS, start=Choice(replay=str(path)))
+    async with app.run_test(size=SMALL) as pilot:
+        await shows(pilot, "REPLAY")
+        for _ in range(6):
+            await pilot.press("pagedown")
+        view = app.screen.query_one(WorkstationView)
+        await until(pilot, lambda: view.solution is not None and view.solution.n_points == 6)
+        await pilot.press("4")
+        return await picture(pilot, "Replay: the session as it stood after its sixth point")
+
+
+@scene
+async def calculators(folder: Path) -> str:
+    del folder
+    app = SolarcalApp(PERFORMERS)
+    async with app.run_test(size=SMALL) as pilot:
+        await pilot.press("f11")
+        await shows(pilot, "Sunspot device")
+        return await picture(pilot, "The field calculators")

@@ -1,0 +1,191 @@
+"""The pages say what is so: commands parse, links lead somewhere, keys are bound."""
+
+import re
+import shlex
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from solarcal.cli import COMMANDS, build_parser
+from solarcal.tui.bindings import ACTIONS
+from solarcal.tui.keyboard import shown_key
+from solarcal.unit.drivers import DRIVERS
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", ROOT / "sessions" / "README.md", *sorted(ROOT.glob("docs/*.md"))]
+PICTURES = ROOT / "docs" / "pictures"
+LARGEST_PICTURE_BYTES = 150_000
+
+PROGRAM = re.compile(r"^(?:\$ )?(?:\.venv[/\\]bin[/\\]|\.venv\\Scripts\\)?solarcal(?= |$)")
+PLACEHOLDERS = {"SEQ": "1", "N": "1"}
+SHELL_KEYS = {"Ctrl+C", "Ctrl+Q"}
+"""Ctrl+C ends the emulator of a shell; Ctrl+Q frees a terminal (and quits)."""
+
+
+@cache
+def text_of(page: Path) -> str:
+    return page.read_text(encoding="utf-8")
+
+
+def code_lines(page: Path) -> list[str]:
+    """Lines of code blocks, fenced or indented, continued lines joined."""
+    lines, fenced = [], False
+    for line in text_of(page).replace("\\\n", " ").splitlines():
+        if line.startswith("```"):
+            fenced = not fenced
+        elif fenced or line.startswith("    "):
+            lines.append(line.strip())
+    return lines
+
+
+def spans(page: Path) -> list[str]:
+    """Inline code, outside of fenced blocks."""
+    prose = re.sub(r"^```.*?^```", "", text_of(page), flags=re.DOTALL | re.MULTILINE)
+    return [span.replace("\\|", "|") for span in re.findall(r"`([^`\n]+)`", prose)]
+
+
+def commands(page: Path) -> list[tuple[str, bool]]:
+    """Command lines after ``solarcal``; True for those of code blocks, which must be complete."""
+    found = []
+    for lines, complete in ((code_lines(page), True), (spans(page), False)):
+        for line in lines:
+            if not PROGRAM.match(line):
+                continue
+            # Two spaces or a `#` begin a remark, `|` and `>` belong to the shell.
+            line = re.split(r"\s{2,}(?![\\-])|\s#|\s[|>]\s", PROGRAM.sub("", line).strip())[0]
+            found.append((line.strip(), complete))
+    return found
+
+
+def argv_of(line: str) -> list[str]:
+    words = []
+    for word in shlex.split(line.replace("FILE...", "FILE")):
+        if word == "...":
+            # More may follow, or the value before it is left to the reader.
+            word = "TEXT" if words and words[-1].startswith("--") else ""
+        if not word or word.startswith("[") or word.endswith("]"):
+            continue
+        words.append(PLACEHOLDERS.get(word, word))
+    return words
+
+
+def trouble(line: str, *, complete: bool) -> str:
+    """What argparse has against a command line; empty for nothing."""
+    argv = argv_of(line)
+    if not argv or argv[0] == "COMMAND" or argv == ["--version"]:
+        return ""
+    name = next((word for word in argv if not word.startswith("-")), "")
+    if name not in COMMANDS:
+        return f"no command {name!r}"
+    if argv == [name] and not complete:
+        return ""
+    try:
+        build_parser(name).parse_args(argv)
+    except SystemExit as end:
+        return "" if end.code == 0 else "argparse refuses it"
+    return ""
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_command_line_parses(page, capsys):
+    for line, complete in commands(page):
+        said = trouble(line, complete=complete)
+        assert not said, f"{page.name}: solarcal {line}: {said}\n{capsys.readouterr().err}"
+
+
+def test_a_command_line_that_is_wrong_would_be_found(capsys):
+    assert trouble("fit FILE --no-such-option", complete=True)
+    assert trouble("fitt FILE", complete=True)
+    assert trouble("upload FILE", complete=True)
+    assert not trouble("upload FILE --port URL", complete=True)
+    capsys.readouterr()
+
+
+def test_every_command_is_documented():
+    shown = {argv_of(line)[0] for page in PAGES for line, _ in commands(page) if argv_of(line)}
+    assert set(COMMANDS) - shown == set()
+
+
+def anchors(page: Path) -> set[str]:
+    """The names by which headings can be linked to."""
+    headings = re.findall(r"^#+ (.+)$", text_of(page), flags=re.MULTILINE)
+    slugs = set()
+    for heading in headings:
+        words = re.sub(r"[^\w\- ]", "", heading.replace("`", "").lower())
+        slugs.add(words.replace(" ", "-"))
+    return slugs
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_every_link_leads_somewhere(page):
+    for target in re.findall(r"\]\(([^)\s]+)\)", text_of(page)):
+        assert "://" not in target, f"{page.name}: {target} leaves the project"
+        path, _, anchor = target.partition("#")
+        to = (page.parent / path).resolve() if path else page
+        assert to.exists(), f"{page.name}: {target} is not there"
+        assert not anchor or anchor in anchors(to), f"{page.name}: no heading for {target}"
+
+
+def test_every_page_is_in_the_index():
+    index = text_of(ROOT / "docs" / "README.md")
+    for page in ROOT.glob("docs/*.md"):
+        assert page.name == "README.md" or f"]({page.name}" in index, page.name
+    assert "](docs/README.md)" in text_of(ROOT / "README.md")
+
+
+def test_every_key_named_is_bound():
+    source = "".join(
+        path.read_text(encoding="utf-8") for path in (ROOT / "src/solarcal/tui").rglob("*.py")
+    )
+    bound = {key.lower() for action in ACTIONS for key in action.keys}
+    bound |= set(re.findall(r"\b(?:alt|ctrl|shift)\+\w+", source)) | {"ctrl+p"}
+    for page in PAGES:
+        prose = text_of(page)
+        for key in re.findall(r"\b(?:Alt|Ctrl|Shift)\+(?:F\d+|[A-Z])\b(?!-)|\bF\d{1,2}\b", prose):
+            assert key in SHELL_KEYS or key.lower() in bound, f"{page.name}: {key}"
+
+
+def test_the_table_of_keys_is_that_of_the_program():
+    rows = {}
+    for line in text_of(ROOT / "docs" / "workstation.md").splitlines():
+        for ids, keys in re.findall(r"\| (`\w+`(?:, `\w+`)*) \| ([^|]+) ", line):
+            names = re.findall(r"`(\w+)`", ids)
+            parts = keys.split(",") if len(names) > 1 else [keys]
+            rows |= dict(zip(names, parts, strict=True)) if names[0] in _IDS else {}
+    for action in ACTIONS:
+        named = set(rows[action.id].replace("`", "").split())
+        written = {shown_key(key).replace("^", "Ctrl+") for key in action.keys}
+        assert named == written - {"keypad ."}, action.id
+
+
+_IDS = {action.id for action in ACTIONS}
+
+
+def test_every_driver_is_in_the_page_on_hardware():
+    page = text_of(ROOT / "docs" / "hardware.md")
+    for driver in DRIVERS:
+        assert f"`{driver}`" in page, driver
+
+
+def test_pictures_are_those_the_program_makes_and_all_are_used():
+    scenes = (ROOT / "src/solarcal/tui/pictures/scenes.py").read_text(encoding="utf-8")
+    made = {
+        name.replace("_", "-") for name in re.findall(r"^@scene\nasync def (\w+)", scenes, re.M)
+    }
+    assert {path.stem for path in PICTURES.glob("*.svg")} == made
+    used = {
+        Path(target).stem
+        for page in PAGES
+        for target in re.findall(r"\]\((\S+\.svg)\)", text_of(page))
+    }
+    assert used == made
+
+
+@pytest.mark.parametrize("picture", sorted(PICTURES.glob("*.svg")), ids=lambda path: path.stem)
+def test_a_picture_is_small_and_fetches_nothing(picture):
+    svg = picture.read_text(encoding="utf-8")
+    assert len(svg) < LARGEST_PICTURE_BYTES
+    assert set(re.findall(r"https?://[^\"'\s<)]+", svg)) == {"http://www.w3.org/2000/svg"}
+    for fetched in ("@font-face", "@import", "<image", "<use", "href", "url("):
+        assert fetched not in svg
