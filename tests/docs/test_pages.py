@@ -4,6 +4,7 @@ import re
 import shlex
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -189,3 +190,30 @@ def test_a_picture_is_small_and_fetches_nothing(picture):
     assert set(re.findall(r"https?://[^\"'\s<)]+", svg)) == {"http://www.w3.org/2000/svg"}
     for fetched in ("@font-face", "@import", "<image", "<use", "href", "url("):
         assert fetched not in svg
+
+
+def test_the_client_of_the_protocol_page_speaks_the_protocol():
+    page = text_of(ROOT / "docs" / "protocol.md")
+    (example,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    client: dict[str, Any] = {}
+    exec(example, client)
+    shown = re.findall(r"^    ([<>][0-9A-F]{4} .*)$", page, re.MULTILINE)
+    sent, received = shown[0::2], shown[1::2]
+    for number, (ask, reply) in enumerate(zip(sent, received, strict=True), start=1):
+        text = ask[6:].partition("*")[0]
+        assert client["request"](number, text) == ask
+        if " NO " in reply:
+            with pytest.raises(RuntimeError, match="20 locked"):
+                client["answer"](number, reply)
+        else:
+            assert client["answer"](number, reply) == reply[9:].partition("*")[0].split(" ")
+            assert client["answer"](number, reply.replace("OK", "KO")) is None
+            assert client["answer"](number + 1, reply) is None
+
+
+def test_every_scenario_is_in_the_page_on_the_emulator():
+    table = text_of(ROOT / "docs" / "emulator.md").partition("## Scenarios")[2].partition("###")[0]
+    rows = [line.split("|")[1] for line in table.splitlines() if line.startswith("| `")]
+    assert {name for row in rows for name in re.findall(r"`([\w-]+)`", row)} == {
+        path.stem for path in (ROOT / "src/solarcal/emulator/scenarios").glob("*.toml")
+    }

@@ -7,7 +7,8 @@ from typing import get_args
 import pytest
 
 from solarcal.session.interchange import read_table
-from solarcal.session.records import Header, KnownRecord, UnitRecord
+from solarcal.session.reader import read_session
+from solarcal.session.records import Header, KnownRecord, PointRecord, UnitRecord
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "session-file.md").read_text("utf-8")
 NAMES = set(re.findall(r"`([^`\n]+)`", PAGE))
@@ -20,6 +21,19 @@ def test_every_record_and_field_is_described(kind: type) -> None:
     assert fields <= NAMES
     if kind not in (Header, UnitRecord):
         assert kind.__struct_config__.tag in NAMES  # type: ignore[attr-defined]
+
+
+def test_the_example_session_is_read_and_has_every_kind_of_record(tmp_path: Path) -> None:
+    lines = re.findall(r'^    (\{"type":.+)$', PAGE, re.MULTILINE)
+    (tmp_path / "example.jsonl").write_text("\n".join(lines) + "\n")
+    session = read_session(tmp_path / "example.jsonl")
+    assert session.warnings == ()
+    assert {type(record) for record in session.records} | {Header} == set(get_args(KnownRecord))
+    point = next(r for r in session.records if isinstance(r, PointRecord))
+    assert point.error_deg is not None
+    assert point.reading_deg is not None
+    assert point.ideal_deg is not None
+    assert point.error_deg[0] == pytest.approx(point.reading_deg[0] - point.ideal_deg[0])
 
 
 @pytest.mark.parametrize(("example", "name"), list(zip(EXAMPLES, ("a.csv", "a.dat"), strict=True)))

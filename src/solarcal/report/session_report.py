@@ -192,7 +192,8 @@ def _what(record: Record) -> str:
             return told + (f": {left:.4f} deg left on the sky" if left is not None else "")
         case FitRecord():
             values = " ".join(f"{p:+.4f}" for p in record.coefficients.as_tuple()[:4])
-            return f"fit of {record.points} points: P1..P4 {values} (rms {record.sky_rms_deg:.4f})"
+            those = f"{record.points} point{'s' if record.points > 1 else ''}"
+            return f"fit of {those}: P1..P4 {values} (rms {record.sky_rms_deg:.4f})"
         case UploadRecord():
             kind = "rollback" if record.rollback else "upload"
             return f"{kind}, read back {'equal' if record.verified else 'DIFFERENT'}"

@@ -151,7 +151,7 @@ CALCULATORS = (
     ),
     Calculator(
         "heliostat-target", "Heliostat", "Targeting",
-        "where the beam goes, from normals read while it was there",
+        "where the beam goes, from normals read there",
         (
             *(
                 FormField(

@@ -63,7 +63,9 @@ async def clock(folder: Path) -> str:
 
 @scene
 async def reference_check(folder: Path) -> str:
-    async with Day(folder).workstation() as pilot:
+    day = Day(folder)
+    day.station.set_unit_clock()
+    async with day.workstation() as pilot:
         await pilot.press("f5")
         await shows(pilot, "Start: drive to the switches")
         await pilot.press("enter")

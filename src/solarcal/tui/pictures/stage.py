@@ -119,8 +119,8 @@ class Day:
     def offset_set(self) -> "Day":
         """On the Sun, the offset set, and watched for a minute and a half."""
         self.technician.sight.centre()
+        self.station.set_sun_offset()
         self.technician.sight.watch()
-        self.station.clock.wait(60.0)
         self.station.poll()
         return self
 

@@ -69,7 +69,8 @@ def coefficient_lines(session: SessionView, solution: Solution | None) -> list[l
             f"  max {solution.sky_max_deg:.4f} deg",
         ],
         [
-            f"{solution.n_points} points, rank {solution.rank} of {len(solution.terms)}, "
+            f"{solution.n_points} point{'s' if solution.n_points > 1 else ''}, "
+            f"rank {solution.rank} of {len(solution.terms)}, "
             f"condition {_short(solution.condition_number)}"
         ],
     ]

@@ -76,7 +76,7 @@ def point_result(candidate: PointRecord, judgement: PointJudgement) -> str:
             ]
         )
     headings = (
-        "axis", "expected", "found", "difference", "error, deg", "off fit, deg", "in sigmas", "",
+        "axis", "expected", "found", "difference", "error, deg", "off fit", "in sigmas", "",
     )  # fmt: skip
     stands = "its Set Sun Offset" if candidate.basis == "sun_offset" else "the gathering"
     lines = ["Counts moved since the last point:", *columns(headings, rows, "<>>>>>><")]
