@@ -1,7 +1,7 @@
 # Every target sets up what it needs from nothing but Python 3.11+, venv, make and git.
 PYTHON ?= python3
 BIN := .venv/bin
-.PHONY: demo test check bench clean
+.PHONY: demo test check bench bench-judgement clean
 .DELETE_ON_ERROR:
 
 $(BIN)/python:
@@ -27,8 +27,13 @@ check: .venv/.installed-dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# Speed, some minutes.
 bench: .venv/.installed-dev
 	$(BIN)/python -m benchmarks
+
+# How good the answers are, on thousands of made-up trackers: a quarter of an hour.
+bench-judgement: .venv/.installed-dev
+	$(BIN)/python -m benchmarks judgement
 
 clean:
 	rm -rf .venv build dist .pytest_cache .mypy_cache .ruff_cache

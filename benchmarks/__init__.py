@@ -1,4 +1,5 @@
-"""Speed, as ratios against a peer in the same run. ``make bench`` prints them all."""
+"""Speed as ratios against a peer in the same run (``make bench``), and studies of how good the
+answers are (``make bench-judgement``)."""
 
 import os
 
