@@ -1,7 +1,7 @@
 # Every target sets up what it needs from nothing but Python 3.11+, venv, make and git.
 PYTHON ?= python3
 BIN := .venv/bin
-.PHONY: demo test check bench pictures clean
+.PHONY: demo test check bench bench-judgement pictures clean
 .DELETE_ON_ERROR:
 
 $(BIN)/python:
@@ -27,12 +27,17 @@ check: .venv/.installed-dev
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# Speed, some minutes.
 bench: .venv/.installed-dev
 	$(BIN)/python -m benchmarks
 
 # Every picture of the documentation, from a seeded emulator at fixed virtual times.
 pictures: .venv/.installed
 	$(BIN)/python -m solarcal.tui.pictures docs/pictures
+
+# How good the answers are, on thousands of made-up trackers: a quarter of an hour.
+bench-judgement: .venv/.installed-dev
+	$(BIN)/python -m benchmarks judgement
 
 clean:
 	rm -rf .venv build dist .pytest_cache .mypy_cache .ruff_cache

@@ -1,1 +1,7 @@
-"""Speed, as ratios against a peer in the same run. ``make bench`` prints them all."""
+"""Speed as ratios against a peer in the same run (``make bench``), and studies of how good the
+answers are (``make bench-judgement``)."""
+
+import os
+
+# As the program itself starts: see solarcal.__main__.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

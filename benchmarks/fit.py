@@ -4,12 +4,12 @@ Both solve the same problem: six parameters of an alt-azimuth mount, sky-weighte
 singular value decomposition, with the standard errors of the parameters.
 """
 
-import timeit
 import warnings
 from collections.abc import Callable
 
 import numpy as np
 
+from benchmarks.timing import table, timed
 from solarcal.model.fit import fit_linear
 from solarcal.model.points import PointSet
 from solarcal.mount.formula import Coefficients, correction_deg
@@ -37,14 +37,6 @@ def day_of_points(n: int) -> PointSet:
     )
 
 
-def microseconds(work: Callable[[], object]) -> float:
-    """Best of five repetitions of about a tenth of a second each."""
-    timer = timeit.Timer(work)
-    once = max(timer.timeit(3) / 3, 1e-6)
-    number = max(1, int(0.1 / once))
-    return min(timer.repeat(5, number)) / number * 1e6
-
-
 def katpoint_fit(points: PointSet) -> Callable[[], object]:
     """katpoint's fit of the same points, its angles converted beforehand."""
     with warnings.catch_warnings():
@@ -68,21 +60,26 @@ def katpoint_fit(points: PointSet) -> Callable[[], object]:
 
 
 def run() -> list[str]:
-    lines = []
+    rows = []
     for n in COUNTS:
         points = day_of_points(n)
-        ours = microseconds(lambda points=points: fit_linear(points).sigmas)  # type: ignore[misc]
-        theirs = microseconds(katpoint_fit(points))
-        lines.append(
-            f"fit of {n:5d} points, P1..P6 with sigmas: {ours:8.0f} us, "
-            f"katpoint {theirs:8.0f} us, ratio {theirs / ours:5.1f}"
+        ours, theirs = timed(
+            lambda points=points: fit_linear(points).sigmas,  # type: ignore[misc]
+            katpoint_fit(points),
+        )
+        rows.append(
+            (f"{n}", ours.per(1, 1e-6), theirs.per(1, 1e-6), f"{theirs.least_s / ours.least_s:.1f}")
         )
     points = day_of_points(12)
-    checked = microseconds(lambda: fit_linear(_checked_again(points)).sigmas)
-    told = microseconds(lambda: fit_linear(points).as_json())
-    lines.append(f"the same of 12 points with checking them: {checked:.0f} us")
-    lines.append(f"the same of 12 points with everything a screen shows: {told:.0f} us")
-    return lines
+    checked, told = timed(
+        lambda: fit_linear(_checked_again(points)).sigmas, lambda: fit_linear(points).as_json()
+    )
+    return [
+        "P1..P6 with sigmas, microseconds: least (median)",
+        *table(("points", "solarcal", "katpoint", "ratio"), rows),
+        f"12 points with checking them: {checked.per(1, 1e-6)}; with everything a screen shows: "
+        f"{told.per(1, 1e-6)} (asked: 3 times as fast as katpoint)",
+    ]
 
 
 def _checked_again(points: PointSet) -> PointSet:

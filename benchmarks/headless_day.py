@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
+from benchmarks.timing import table
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink, serve_pty
@@ -24,7 +25,8 @@ from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.link import SerialLink
 from solarcal.unit.tracker import Tracker
 
-REPEATS = 3
+REPEATS = 5
+PARTS = ("waiting", "fitting", "journal")
 
 
 class Stopwatch:
@@ -64,7 +66,7 @@ def _in_process(emulator: Emulator) -> Iterator[Tracker]:
 
 
 def _one_day(line: Callable[[Emulator], Any]) -> dict[str, float]:
-    watches = {name: Stopwatch() for name in ("waiting", "fitting", "journal")}
+    watches = {name: Stopwatch() for name in PARTS}
     emulator = Emulator(load_scenario("tijeras-azel", []), seed=1)
     with ExitStack() as stack, tempfile.TemporaryDirectory() as folder:
         enter = stack.enter_context
@@ -88,21 +90,20 @@ def _one_day(line: Callable[[Emulator], Any]) -> dict[str, float]:
 
 
 def run() -> list[str]:
+    lines = (("pty", _on_a_pty), ("in process", _in_process))
     _one_day(_in_process)
-    days = {
-        name: min((_one_day(line) for _ in range(REPEATS)), key=lambda day: day["total"])
-        for name, line in (("pty", _on_a_pty), ("in process", _in_process))
-    }
-    lines = [f"{'line':12} {'total s':>8} {'waiting':>8} {'fitting':>8} {'journal':>8}"]
-    for name, day in days.items():
-        shares = " ".join(
-            f"{100.0 * day[part] / day['total']:7.1f}%"
-            for part in ("waiting", "fitting", "journal")
-        )
-        lines.append(f"{name:12} {day['total']:8.2f} {shares}")
-    ratio = days["pty"]["total"] / days["in process"]["total"]
-    lines.append(
-        f"a 12-point day over a pty takes {ratio:.2f}x the day in process; waiting on the pty is "
-        "the emulator computing its world, plus the line"
-    )
-    return lines
+    turns = [{name: _one_day(line) for name, line in lines} for _ in range(REPEATS)]
+    rows = []
+    least: dict[str, float] = {}
+    for name, _ in lines:
+        days = sorted((turn[name] for turn in turns), key=lambda day: day["total"])
+        best, middle = days[0], days[len(days) // 2]
+        least[name] = best["total"]
+        shares = (f"{100.0 * best[part] / best['total']:.0f} %" for part in PARTS)
+        rows.append((name, f"{best['total']:.2f} ({middle['total']:.2f})", *shares))
+    return [
+        "a whole day of 12 points, seconds: least (median), and where the least one's went",
+        *table(("line", "day", *PARTS), rows),
+        f"over a pty {least['pty'] / least['in process']:.2f} times the day in process; waiting is "
+        "the emulator computing its world, plus the line",
+    ]

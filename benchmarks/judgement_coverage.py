@@ -42,8 +42,8 @@ def coverage(
         expected = forecast(solution)
         truth = true_year(context, mechanism, solution.coefficients())
         moment = int(rng.integers(len(truth.sky_deg)))
+        draws = expected.errors.of()[:, :, moment]
         for row, level in zip(held, LEVELS, strict=True):
-            draws = expected.sky_errors_deg[:, :, moment]
             low, high = np.quantile(draws, (0.5 - level / 2, 0.5 + level / 2), axis=0)
             actual = truth.axes_deg[:, moment]
             row[:2] += (low <= actual) & (actual <= high)

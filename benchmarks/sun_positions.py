@@ -4,13 +4,11 @@ The peer is pvlib's numpy implementation of NREL's SPA, through its public funct
 path's time includes preparing it for the year.
 """
 
-import time
-from collections.abc import Callable
-
 import numpy as np
 import pandas as pd
 from pvlib.solarposition import spa_python
 
+from benchmarks.timing import table, timed
 from solarcal.site import Site
 from solarcal.sun import sun_position
 from solarcal.sun.ephemeris import SiteEphemeris
@@ -20,37 +18,34 @@ SITE = Site(35.05, -106.48, 1830.0, "Tijeras")
 START_UTC_S = 1767225600.0  # 2026-01-01
 YEAR_S = 365.0 * 86400.0
 SIZES = (1_000, 10_000, 100_000, 1_000_000)
-SLOW_LIMIT = 100_000
-"""Beyond this the slow paths would take minutes and only repeat their time per position."""
+LIMIT_US, LIMIT_ARCSEC = 0.5, 0.5
 
 
 def run() -> list[str]:
     """The table as lines of text."""
-    lines = [
-        "Sun positions at one site over one year, microseconds each (best of 3; 1e5 and up: of 1)",
-        f"{'positions':>10}{'SPA':>10}{'precise':>10}{'fast':>10}"
-        f"{'SPA/precise':>13}{'SPA/fast':>10}",
-    ]
-    # Imports and first calls are nobody's time per position.
-    warm = _times(10)
-    for path in (_spa, _precise, _fast):
-        path(warm)
-    spa_us = precise_us = 0.0
+    rows = []
     for size in SIZES:
         times = _times(size)
-        note = ""
-        if size <= SLOW_LIMIT:
-            spa_us = _microseconds_each(_spa, times)
-            precise_us = _microseconds_each(_precise, times)
-        else:
-            note = f"  (SPA, precise: as measured at {SLOW_LIMIT})"
-        fast_us = _microseconds_each(_fast, times)
-        lines.append(
-            f"{size:>10}{spa_us:>10.3f}{precise_us:>10.3f}{fast_us:>10.3f}"
-            f"{spa_us / precise_us:>13.2f}{spa_us / fast_us:>10.1f}{note}"
+        spa, precise, fast = timed(
+            lambda times=times: _spa(times),  # type: ignore[misc]
+            lambda times=times: _precise(times),  # type: ignore[misc]
+            lambda times=times: _fast(times),  # type: ignore[misc]
+            runs=7 if size < 100_000 else 3,
         )
-    lines.append(f"fast path's worst deviation from precise: {_deviation_arcsec():.4f} arcsec")
-    return lines
+        rows.append(
+            (
+                f"{size}",
+                *(timing.per(size, 1e-6) for timing in (spa, precise, fast)),
+                f"{spa.least_s / precise.least_s:.2f}",
+                f"{spa.least_s / fast.least_s:.1f}",
+            )
+        )
+    return [
+        "one site, one year, microseconds for each position: least (median)",
+        *table(("positions", "SPA", "precise", "fast", "SPA/precise", "SPA/fast"), rows),
+        f"fast against precise, worst: {_deviation_arcsec():.3f} arcsec (asked: {LIMIT_ARCSEC}); "
+        f"asked of it at 1e5 and more: {LIMIT_US} microseconds",
+    ]
 
 
 def _times(size: int) -> FloatArray:
@@ -68,15 +63,6 @@ def _precise(utc_s: FloatArray) -> None:
 
 def _fast(utc_s: FloatArray) -> None:
     SiteEphemeris(SITE, float(utc_s[0]), float(utc_s[-1])).horizontal_deg(utc_s)
-
-
-def _microseconds_each(path: Callable[[FloatArray], None], utc_s: FloatArray) -> float:
-    best = np.inf
-    for _ in range(3 if utc_s.size < 100_000 else 1):
-        started = time.perf_counter()
-        path(utc_s)
-        best = min(best, time.perf_counter() - started)
-    return float(best / utc_s.size * 1e6)
 
 
 def _deviation_arcsec() -> float:

@@ -1,8 +1,12 @@
-"""For all tests: nobody waits for the medium."""
+"""For all tests: nobody waits for the medium, and nobody for a second thread."""
 
 import os
 
 import pytest
+
+# As the program itself starts: see solarcal.__main__. Two workers with two threads each on two
+# cores wait for one another.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 @pytest.fixture(scope="session", autouse=True)

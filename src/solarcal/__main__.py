@@ -1,6 +1,11 @@
 """``python -m solarcal`` and the ``solarcal`` script."""
 
+import os
 import sys
+
+# All our matrices are small: a second thread of the linear algebra library is waited for longer
+# than it works, ten times so where another program has the other core. Before numpy is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def main() -> int:

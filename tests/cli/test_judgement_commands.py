@@ -60,8 +60,9 @@ def emulator(*settings: str) -> Emulator:
 
 @pytest.fixture
 def port() -> Iterator[str]:
-    with serve_tcp(emulator(), "127.0.0.1", 0) as address:
-        yield address
+    # pyserial waits a third of a second whenever a socket is closed; a pty is left at once.
+    with serve_pty(emulator()) as name:
+        yield name
 
 
 def stored_in(port: str) -> Stored:
@@ -209,7 +210,7 @@ def test_upload_writes_what_fit_says_and_rollback_takes_it_back(session, port, c
 
 
 def test_the_rounding_and_its_effect_are_shown(session, capsys):
-    with serve_pty(emulator()) as port:
+    with serve_tcp(emulator(), "127.0.0.1", 0) as port:
         assert run_command(["upload", str(session), "--port", port, "--method", "manual"]) == 0
     out = capsys.readouterr().out
     assert "as the unit keeps it" in out
@@ -243,7 +244,7 @@ def test_a_reason_nobody_asked_for_is_not_recorded(session, port, capsys):
 )
 def test_a_unit_that_is_not_the_files_is_refused(session, capsys, settings, told):
     before = session.read_bytes()
-    with serve_tcp(emulator(*settings), "127.0.0.1", 0) as port:
+    with serve_pty(emulator(*settings)) as port:
         was = stored_in(port)
         assert run_command(["upload", str(session), "--port", port]) == 1
         assert told in capsys.readouterr().err

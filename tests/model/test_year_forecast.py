@@ -80,7 +80,7 @@ class TestDefinitions:
     def test_rms_p95_and_max_are_over_posterior_and_grid(self):
         context, points = day_of("azel", 6)
         expected = forecast(fit(points, context))
-        sky = np.hypot(expected.sky_errors_deg[:, 0], expected.sky_errors_deg[:, 1])
+        sky = np.hypot(*np.moveaxis(expected.errors.of(), 1, 0))
         assert expected.year_rms_deg == pytest.approx(float(np.sqrt(np.mean(sky**2))))
         assert expected.year_p95_deg == pytest.approx(float(np.quantile(sky, 0.95)), rel=1e-3)
         largest = float(np.quantile(sky.max(axis=1), 0.95))

@@ -30,6 +30,20 @@ def test_a_float_gives_floats_and_an_array_gives_arrays_of_its_shape(model: str)
     assert many.enu.shape == (3, 4, 3)
 
 
+@pytest.mark.parametrize("year", [1961, 1999, 2026, 2080])
+def test_many_precise_positions_are_those_of_single_ones(year: int) -> None:
+    """Of many the theory is evaluated at midnights only: within 0.0005 arcsec."""
+    begin_s = float(np.datetime64(f"{year}-02-01", "s").astype(int))
+    times = begin_s + np.random.default_rng(year).uniform(0.0, 30.0 * 86400.0, (40, 30))
+    many = sun_position("precise", times, TIJERAS)
+    for place in [(0, 0), (3, 7), (20, 29), (39, 11)]:
+        one = sun_position("precise", float(times[place]), TIJERAS)
+        across = (many.azimuth_deg[place] - one.azimuth_deg) * np.sin(np.radians(one.zenith_deg))
+        along = many.zenith_deg[place] - one.zenith_deg
+        assert 3600.0 * np.hypot(across, along) < 5e-4
+        assert many.declination_deg[place] == pytest.approx(one.declination_deg, abs=1e-7)
+
+
 @pytest.mark.parametrize("model", SUN_MODELS)
 def test_ranges_hold_around_the_clock_and_the_year(model: str) -> None:
     times = JUNE_S + np.random.default_rng(5).uniform(0.0, 3.2e7, 3000)

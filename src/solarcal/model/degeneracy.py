@@ -1,6 +1,7 @@
 """Which of the six numbers the points cannot tell apart, and which point would."""
 
 from collections.abc import Callable
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 
 from solarcal.model.exact_errors import errors_and_slopes, own_sine
 from solarcal.model.finding import Finding
-from solarcal.model.known_physics import SkyContext, sun_directions
+from solarcal.model.known_physics import sun_directions
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.year_grid import LOWEST_FORECAST_DEG
 from solarcal.timescale import SECONDS_PER_DAY, format_utc
@@ -46,28 +47,31 @@ def degeneracies(
         alone = all(set(pair).isdisjoint(other) for other in pairs)
         if abs(float(r[pair])) > TOLD_APART and alone:
             pairs.append(pair)
-    return tuple(_said(solution, normal, r, pair, clock) for pair in pairs[:_MOST_SAID])
+    chances = _Chances(solution)
+    return tuple(_said(chances, normal, r, pair, clock) for pair in pairs[:_MOST_SAID])
 
 
 def _correlations(normal: FloatArray) -> FloatArray:
-    covariance = np.linalg.inv(normal + _LOOSE * np.eye(len(normal)))
-    sigma = np.sqrt(np.diag(covariance))
-    correlations: FloatArray = covariance / np.outer(sigma, sigma)
+    """Of normal matrices (..., k, k)."""
+    covariance = np.linalg.inv(normal + _LOOSE * np.eye(normal.shape[-1]))
+    sigma = np.sqrt(np.einsum("...ii->...i", covariance))
+    correlations: FloatArray = covariance / (sigma[..., :, np.newaxis] * sigma[..., np.newaxis, :])
     return correlations
 
 
 def _said(
-    solution: MechanismSolution,
+    chances: "_Chances",
     normal: FloatArray,
     r: FloatArray,
     pair: tuple[int, int],
     clock: Callable[[float], str],
 ) -> Finding:
+    solution = chances.solution
     names = [solution.model_terms[i].label(solution.geometry.name) for i in pair]
     value = float(r[pair])
     shown = f"{value:+.2f}" if abs(value) < 0.995 else f"{np.clip(value, -0.9999, 0.9999):+.4f}"
     sentence = f"{names[0]} and {names[1]} cannot be told apart from these points, r = {shown}"
-    cure = _cure(solution, normal, pair, clock)
+    cure = _cure(chances, normal, pair, clock)
     return Finding(
         kind="degeneracy",
         subject=f"{solution.terms[pair[0]]},{solution.terms[pair[1]]}",
@@ -79,28 +83,24 @@ def _said(
 
 
 def _cure(
-    solution: MechanismSolution,
+    chances: "_Chances",
     normal: FloatArray,
     pair: tuple[int, int],
     clock: Callable[[float], str],
 ) -> str:
-    times = solution.points.utc_s
+    times = chances.solution.points.utc_s
     if times is None or not np.isfinite(times).all() or len(times) < 3:
         return ""
-    weight = float(np.median(solution.point_weights))
+    weight = float(np.median(chances.solution.point_weights))
 
-    def cured(added: FloatArray) -> bool:
-        return bool(abs(_correlations(normal + weight * added)[pair]) <= TOLD_APART)
+    def cured(added: FloatArray) -> NDArray[np.bool_]:
+        r = _correlations(normal + weight * added)[:, pair[0], pair[1]]
+        return np.abs(r) <= TOLD_APART
 
-    context = solution.context
-    last_s = float(times.max())
-    midnight_s = context.first_midnight_utc_s + SECONDS_PER_DAY * np.floor(
-        (last_s - context.first_midnight_utc_s) / SECONDS_PER_DAY
-    )
-    slots, information = _informations(solution, context, midnight_s)
-    good = [float(t) for t, one in zip(slots, information, strict=True) if cured(one)]
+    slots_s, information = chances.today
+    good = slots_s[cured(information)].tolist()
     if good:
-        today = times[times >= midnight_s]
+        today = times[times >= chances.midnight_s]
         before = [t for t in good if t < today.min()]
         after = [t for t in good if t > today.max()]
         if before and len(before) >= len(after):
@@ -108,29 +108,64 @@ def _cure(
         if after:
             return f"a point after {clock(min(after) - 1.0)} would"
         return f"a point at {clock(good[len(good) // 2])} would"
-    for days in _DAYS_AHEAD:
-        start_s = midnight_s + days * SECONDS_PER_DAY
-        slots, information = _informations(solution, context, start_s)
-        if len(slots) < _POINTS_OF_A_DAY:
-            continue
-        spread = np.linspace(0, len(slots) - 1, _POINTS_OF_A_DAY).round().astype(int)
-        if cured(information[spread].sum(axis=0)):
-            return f"points around {format_utc(start_s, 0)[:10]} would"
+    starts_s, together = chances.later
+    later = np.flatnonzero(cured(together))
+    if later.size:
+        return f"points around {format_utc(float(starts_s[later[0]]), 0)[:10]} would"
     return "no single day's points would; the predicted pointing hardly suffers from it"
 
 
-def _informations(
-    solution: MechanismSolution, context: SkyContext, midnight_s: float
-) -> tuple[FloatArray, FloatArray]:
-    """Half hours (s,) of a day with the Sun high enough, and what a point there tells (s, 6, 6)."""
-    slots = midnight_s + _SLOT_S * np.arange(SECONDS_PER_DAY / _SLOT_S)
-    sun = sun_directions(context, slots)
-    seen: NDArray[np.bool_] = sun.elevation_deg > LOWEST_FORECAST_DEG
-    if context.limits is not None:
-        seen &= context.limits.distance_deg(sun.ideal1_deg, sun.ideal2_deg) >= 0.0
-    values = solution.posterior.mean
-    true1, true2 = sun.true1_deg[seen], sun.true2_deg[seen]
-    errors, slopes = errors_and_slopes(values, solution.geometry, true1, true2)
-    slopes[:, 0] *= own_sine(values, true2, errors[1])
-    rows = np.transpose(slopes, (2, 1, 0)) * solution.prior.sigma_array()
-    return slots[seen], np.einsum("nai,naj->nij", rows, rows)
+class _Chances:
+    """What points on the last point's day and on later days would tell; each computed once."""
+
+    def __init__(self, solution: MechanismSolution) -> None:
+        self.solution = solution
+
+    @cached_property
+    def midnight_s(self) -> float:
+        """Mean solar midnight that begins the last point's day."""
+        times = self.solution.points.utc_s
+        assert times is not None
+        first_s = self.solution.context.first_midnight_utc_s
+        since_s = float(times.max()) - first_s
+        return float(first_s + SECONDS_PER_DAY * np.floor(since_s / SECONDS_PER_DAY))
+
+    @cached_property
+    def today(self) -> tuple[FloatArray, FloatArray]:
+        """Half hours (s,) of that day, and what a point there tells (s, 6, 6)."""
+        slots_s, _, information = self._informations(np.array([self.midnight_s]))
+        return slots_s, information
+
+    @cached_property
+    def later(self) -> tuple[FloatArray, FloatArray]:
+        """Midnights (d,) of later days, and what some points spread over each tell (d, 6, 6)."""
+        starts_s = self.midnight_s + SECONDS_PER_DAY * np.array(_DAYS_AHEAD)
+        _, day, information = self._informations(starts_s)
+        long_enough, together = [], []
+        for index in range(len(starts_s)):
+            of_day = np.flatnonzero(day == index)
+            if len(of_day) >= _POINTS_OF_A_DAY:
+                spread = np.linspace(0, len(of_day) - 1, _POINTS_OF_A_DAY).round().astype(int)
+                long_enough.append(index)
+                together.append(information[of_day[spread]].sum(axis=0))
+        return starts_s[long_enough], np.array(together).reshape(-1, 6, 6)
+
+    def _informations(
+        self, midnights_s: FloatArray
+    ) -> tuple[FloatArray, NDArray[np.intp], FloatArray]:
+        """Half hours (s,) of these days with the Sun high enough, each one's day, and what a
+        point there tells (s, 6, 6)."""
+        solution, context = self.solution, self.solution.context
+        of_a_day_s = _SLOT_S * np.arange(SECONDS_PER_DAY / _SLOT_S)
+        times = (midnights_s[:, np.newaxis] + of_a_day_s).reshape(-1)
+        sun = sun_directions(context, times)
+        seen: NDArray[np.bool_] = sun.elevation_deg > LOWEST_FORECAST_DEG
+        if context.limits is not None:
+            seen &= context.limits.distance_deg(sun.ideal1_deg, sun.ideal2_deg) >= 0.0
+        values = solution.posterior.mean
+        true1, true2 = sun.true1_deg[seen], sun.true2_deg[seen]
+        errors, slopes = errors_and_slopes(values, solution.geometry, true1, true2)
+        slopes[:, 0] *= own_sine(values, true2, errors[1])
+        rows = np.transpose(slopes, (2, 1, 0)) * solution.prior.sigma_array()
+        day = np.flatnonzero(seen) // len(of_a_day_s)
+        return times[seen], day, np.einsum("nai,naj->nij", rows, rows)

@@ -23,6 +23,31 @@ from solarcal.units import FloatArray, wrap_deg
 
 TOLERANCE_DEG = 0.1
 _MOST_DEG = 180.0
+_ALL = slice(None)
+_DRAWS_AT_ONCE = 32
+"""Their errors stay in the processor's cache."""
+_SAMPLE = 4096
+_SAMPLE_MARGIN = 1.5
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SkyErrors:
+    """Errors on sky of m draws from a posterior at g moments, made when they are asked for.
+
+    All of them are half a million numbers, and new memory costs more than the arithmetic.
+    ``known`` (2, g) of the mean, ``slopes`` (6, 2 g) of the mechanism, ``away`` (m, 6) the draws
+    less the mean.
+    """
+
+    known: FloatArray
+    slopes: FloatArray
+    away: FloatArray
+
+    def of(self, draws: slice = _ALL) -> FloatArray:
+        """Cross and along error of these draws, (m, 2, g) degrees."""
+        errors = self.away[draws] @ self.slopes
+        np.subtract(self.known.reshape(-1), errors, out=errors)
+        return errors.reshape(len(errors), 2, -1)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -44,7 +69,7 @@ class Forecast:
         Mean solar midnights at which the rows begin.
     sample_rms_deg : (m,)
         Year rms of each posterior draw.
-    sky_errors_deg : (m, 2, g)
+    errors
         Cross and along error of each draw at each moment of ``grid``.
     """
 
@@ -56,7 +81,7 @@ class Forecast:
     map_rms_deg: FloatArray
     days_utc_s: FloatArray
     sample_rms_deg: FloatArray
-    sky_errors_deg: FloatArray = field(repr=False)
+    errors: "SkyErrors" = field(repr=False)
     grid: SunGrid = field(repr=False)
 
     @property
@@ -71,7 +96,7 @@ class Forecast:
     def axis_band_deg(self, probability: float) -> FloatArray:
         """Central band of the cross and along error at each moment: (2 ends, 2 axes, g)."""
         tail = 0.5 * (1.0 - probability)
-        band: FloatArray = np.quantile(self.sky_errors_deg, (tail, 1.0 - tail), axis=0)
+        band: FloatArray = np.quantile(self.errors.of(), (tail, 1.0 - tail), axis=0)
         return band
 
     def as_json(self) -> dict[str, Any]:
@@ -163,28 +188,49 @@ def forecast_of(
     """What a mechanism known so far does over a grid with these coefficients uploaded."""
     known, slopes = known_and_slopes(posterior.mean, uploaded, grid)
     away = posterior.samples(samples, seed) - posterior.mean
-    # float32 would do, but 281,000 float64 take two milliseconds.
-    errors = known.reshape(-1) - away @ slopes.reshape(6, -1)
-    errors = errors.reshape(samples, 2, len(grid))
-    square = np.minimum(errors[:, 0] ** 2 + errors[:, 1] ** 2, _MOST_DEG**2)
+    errors = SkyErrors(known, slopes.reshape(6, -1), away)
+    square = np.empty((samples, len(grid)))
+    for low in range(0, samples, _DRAWS_AT_ONCE):
+        part = slice(low, low + _DRAWS_AT_ONCE)
+        of_draws = errors.of(part)
+        np.einsum("mag,mag->mg", of_draws, of_draws, out=square[part])
+    largest = square.max(axis=1)
+    if largest.max() > _MOST_DEG**2:
+        np.minimum(square, _MOST_DEG**2, out=square)
+        np.minimum(largest, _MOST_DEG**2, out=largest)
     of_moment = square.mean(axis=0)
     of_draw = square.mean(axis=1)
     known_square = float(np.mean(np.sum(known**2, axis=0)))
     day_by_hour = np.full((len(grid.days_utc_s), SLOTS), np.nan)
     day_by_hour[grid.day, grid.slot] = np.sqrt(of_moment)
-    rank = int(np.ceil(0.95 * square.size)) - 1
     return Forecast(
         year_rms_deg=float(np.sqrt(of_moment.mean())),
-        year_p95_deg=float(np.sqrt(np.partition(square.reshape(-1), rank)[rank])),
-        year_max_deg=float(np.sqrt(np.quantile(square.max(axis=1), 0.95))),
+        year_p95_deg=float(np.sqrt(upper_quantile(square.reshape(-1), 0.95))),
+        year_max_deg=float(np.sqrt(np.quantile(largest, 0.95))),
         parameters_rms_deg=float(np.sqrt(max(of_moment.mean() - known_square, 0.0))),
         known_rms_deg=float(np.sqrt(known_square)),
         map_rms_deg=day_by_hour,
         days_utc_s=grid.days_utc_s,
         sample_rms_deg=np.sqrt(of_draw),
-        sky_errors_deg=errors,
+        errors=errors,
         grid=grid,
     )
+
+
+def upper_quantile(values: FloatArray, share: float) -> float:
+    """The smallest of the values (n,) that at least this share of them does not exceed.
+
+    Exactly; but a sample says first where to look, so that only the few values above are sorted.
+    """
+    rank = int(np.ceil(share * values.size)) - 1
+    sample = values[:: max(1, values.size // _SAMPLE)]
+    place = int(max(1.0 - _SAMPLE_MARGIN * (1.0 - share), 0.0) * (len(sample) - 1))
+    high = values[values >= np.partition(sample, place)[place]]
+    # Counted from the top; a sample that misled leaves all values to be looked at.
+    from_top = values.size - rank
+    if from_top > high.size:
+        high = values
+    return float(np.partition(high, high.size - from_top)[high.size - from_top])
 
 
 def known_and_slopes(

@@ -17,7 +17,14 @@ from solarcal.model.known_physics import SkyContext, sun_directions
 from solarcal.model.planned_day import Plan, PlannedStop
 from solarcal.model.posterior import MechanismPosterior
 from solarcal.model.prior import Prior
-from solarcal.model.schedule import Slots, after, best_schedule, gains, greedy, with_point
+from solarcal.model.schedule import (
+    Slots,
+    after,
+    best_schedule,
+    gains,
+    greedy_for_each,
+    with_point,
+)
 from solarcal.model.year_ahead import YearAhead, year_ahead
 from solarcal.model.year_grid import LOWEST_FORECAST_DEG
 from solarcal.timescale import SECONDS_PER_DAY, format_utc
@@ -70,22 +77,20 @@ def plan(
     if len(slots) == 0 or most < 1:
         return _concluded(now, (), now, at_utc_s, tolerance_deg, year, covariance)
 
-    stops = []
-    orders: list[tuple[list[int], list[FloatArray]]] = []
-    for end_s in _ends(slots, at_utc_s):
-        chosen, covariances = greedy(
-            slots,
-            covariance,
-            year.weight,
-            most,
-            until_s=end_s,
-            least_gain=WORTH_A_POINT if points is None else 0.0,
-            floor=year.known_square,
-        )
-        orders.append((chosen, covariances))
-        stops.append(
-            _stop(end_s, slots, chosen, year, covariances[-1] if covariances else covariance)
-        )
+    ends_s = _ends(slots, at_utc_s)
+    orders = greedy_for_each(
+        slots,
+        covariance,
+        year.weight,
+        most,
+        np.array(ends_s),
+        least_gain=WORTH_A_POINT if points is None else 0.0,
+        floor=year.known_square,
+    )
+    stops = [
+        _stop(end_s, slots, chosen, year, covariances[-1] if covariances else covariance)
+        for end_s, (chosen, covariances) in zip(ends_s, orders, strict=True)
+    ]
     pick = _pick([now, *stops], tolerance_deg)
     if pick == 0:
         return _concluded(now, tuple(stops), now, at_utc_s, tolerance_deg, year, covariance)

@@ -94,19 +94,44 @@ def greedy(
     Stops at ``most`` points, when no slot is free, or when the best one lowers the mean square
     (plus ``floor``, what points cannot change) by less than the part ``least_gain``.
     """
-    chosen: list[int] = []
-    covariances: list[FloatArray] = []
-    free = slots.free((), until_s)
-    while len(chosen) < most and free.any():
-        gain = np.where(free, gains(slots.rows, covariance, weight), -np.inf)
-        best = int(np.argmax(gain))
-        if gain[best] < least_gain * (float(np.sum(weight * covariance)) + floor):
+    ends_s = np.array([until_s])
+    (only,) = greedy_for_each(
+        slots, covariance, weight, most, ends_s, least_gain=least_gain, floor=floor
+    )
+    return only
+
+
+def greedy_for_each(
+    slots: Slots,
+    covariance: FloatArray,
+    weight: FloatArray,
+    most: int,
+    ends_s: FloatArray,
+    *,
+    least_gain: float = _LEAST_GAIN,
+    floor: float = 0.0,
+) -> list[tuple[list[int], list[FloatArray]]]:
+    """``greedy`` for every end (e,) at which the schedule could be over, side by side."""
+    schedules: list[tuple[list[int], list[FloatArray]]] = [([], []) for _ in ends_s]
+    free = slots.utc_s <= ends_s[:, np.newaxis]
+    left = np.broadcast_to(covariance, (len(ends_s), *covariance.shape)).copy()
+    going = np.arange(len(ends_s))
+    for _ in range(most):
+        going = going[free[going].any(axis=1)]
+        gain = np.where(free[going], gains(slots.rows, left[going], weight), -np.inf)
+        best = np.argmax(gain, axis=1)
+        square = np.sum(weight * left[going], axis=(1, 2)) + floor
+        worth = gain[np.arange(len(going)), best] >= least_gain * square
+        going, best = going[worth], best[worth]
+        if not going.size:
             break
-        covariance = with_point(covariance, slots.rows[best])
-        chosen.append(best)
-        covariances.append(covariance)
-        free &= np.abs(slots.utc_s - slots.utc_s[best]) >= slots.gap_s - 1.0
-    return chosen, covariances
+        left[going] = with_point(left[going], slots.rows[best])
+        away_s = np.abs(slots.utc_s - slots.utc_s[best, np.newaxis])
+        free[going] &= away_s >= slots.gap_s - 1.0
+        for end, slot in zip(going.tolist(), best.tolist(), strict=True):
+            schedules[end][0].append(slot)
+            schedules[end][1].append(left[end].copy())
+    return schedules
 
 
 def exchanged(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from solarcal.model.forecast import known_and_slopes
+from solarcal.model.forecast import known_and_slopes, upper_quantile
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.posterior import MechanismPosterior, standard_normals
 from solarcal.model.prior import Prior
@@ -45,8 +45,7 @@ class YearAhead:
         factor = vectors * np.sqrt(np.maximum(values, 0.0))
         errors = (standard_normals(_DRAWS) @ factor.T) @ self.slopes
         square = np.sum((errors.reshape(_DRAWS, 2, -1) + self.known) ** 2, axis=1).reshape(-1)
-        rank = int(np.ceil(0.95 * len(square))) - 1
-        return rms, float(np.sqrt(np.partition(square, rank)[rank]))
+        return rms, float(np.sqrt(upper_quantile(square, 0.95)))
 
     def noons_after(self, utc_s: float) -> FloatArray:
         """For each day of the grid its next mean solar noon after that day's end, (days,)."""
