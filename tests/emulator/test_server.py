@@ -189,11 +189,11 @@ def test_the_command_serves_until_terminated_and_cleans_up(tmp_path):
 
 def test_a_line_that_hangs_up_ends_the_connection_and_takes_the_next():
     emulator = Emulator(load_scenario("tijeras-azel"))
-    line = FaultyLine(emulator, LineFaults(hung_up=0.2), seed=1)
+    line = FaultyLine(emulator, LineFaults(hung_up=0.3), seed=1)
     losses = 0
     with serve_tcp(line) as url:
         unit = SolarTrakUnit(lambda: SerialLink(url), timing=Timing(0.2, 0.2, 20, 60))
-        for _ in range(12):
+        for _ in range(4):
             try:
                 unit.open()
                 unit.status()
