@@ -38,16 +38,28 @@ def config_dir() -> Path:
 
 
 def new_session_path(name: str, utc: str) -> Path:
-    """A path in the sessions folder that no file has yet: ``name-YYYY-MM-DD.jsonl``, ``-2`` ..."""
+    """A path in the sessions folder that no file has yet: ``name-YYYY-MM-DD.jsonl``, ``-2`` ...
+
+    Raises
+    ------
+    ConfigurationError
+        The folder cannot be made, or is full of sessions of this name.
+    """
     folder = sessions_dir()
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigurationError(
+            f"the sessions folder {folder} cannot be made: {error.strerror}; "
+            "name another in SOLARCAL_SESSIONS"
+        ) from None
     parse_utc(utc)
     stem = f"{name}-{utc[:10]}"
     for number in range(1, 100_000):
         path = folder / (f"{stem}.jsonl" if number == 1 else f"{stem}-{number}.jsonl")
         if not path.exists():
             return path
-    raise FileExistsError(f"{folder} is full of sessions named {stem}")
+    raise ConfigurationError(f"{folder} is full of sessions named {stem}; move some elsewhere")
 
 
 class Choice(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):

@@ -41,6 +41,8 @@ def test_one_scenario_with_its_keys(capsys):
         (["--speed", "-1"], "speed"),
         (["--start", "dawn"], "dawn"),
         (["--noise-deg", "-1"], "noise"),
+        (["--faults", "eaten=0.1"], "no line fault 'eaten'"),
+        (["--faults", "hung_up=0.1"], "give --tcp with hung_up"),
     ],
 )
 def test_bad_options_are_one_line_and_exit_2(capsys, arguments, words):

@@ -9,9 +9,12 @@ from pathlib import Path
 import pytest
 
 from solarcal.emulator.emulation import Emulator
+from solarcal.emulator.line_faults import FaultyLine, LineFaults
 from solarcal.emulator.scenario import load_scenario
-from solarcal.emulator.server import InProcessLink, serve_pty, serve_tcp, tcp_address
+from solarcal.emulator.server import InProcessLink, exposure, serve_pty, serve_tcp, tcp_address
 from solarcal.errors import ConfigurationError, LinkError
+from solarcal.unit.conversation import Timing
+from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.frames import Request, decode_reply, encode_request
 from solarcal.unit.link import SerialLink
 from solarcal.unit.tracker import Mode
@@ -179,3 +182,35 @@ def test_the_command_serves_until_terminated_and_cleans_up(tmp_path):
         process.stdout.close()
     assert process.returncode == 0
     assert not link.is_symlink()
+
+
+# -- a bad line, and who can reach it --------------------------------------------------------------
+
+
+def test_a_line_that_hangs_up_ends_the_connection_and_takes_the_next():
+    emulator = Emulator(load_scenario("tijeras-azel"))
+    line = FaultyLine(emulator, LineFaults(hung_up=0.3), seed=1)
+    losses = 0
+    with serve_tcp(line) as url:
+        unit = SolarTrakUnit(lambda: SerialLink(url), timing=Timing(0.2, 0.2, 20, 60))
+        for _ in range(4):
+            try:
+                unit.open()
+                unit.status()
+            except LinkError:
+                losses += 1
+        unit.close()
+    assert 0 < losses == line.damages
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "localhost", "127.0.0.53", "no such host"])
+def test_serving_this_machine_alone_exposes_nothing(host):
+    assert exposure(host) == ""
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.0.2.7"])
+def test_serving_the_network_is_said_with_what_it_exposes(host):
+    said = exposure(host)
+    assert host in said
+    assert "move the emulated unit's axes" in said
+    assert "no password" in said

@@ -10,6 +10,7 @@ from solarcal.errors import LinkError, ProcedureRefused
 from solarcal.mount.formula import Coefficients
 from solarcal.session.journal import Journal
 from solarcal.session.reader import Session, read_session
+from solarcal.session.records import Header
 from solarcal.station.centring import SunCentring
 from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.headless import Calibration, calibrate
@@ -20,6 +21,7 @@ from solarcal.unit.tracker import Mode
 
 UPLOADED = Coefficients(0.1234, -0.2345, 0.3456, 0.0123, 0.000123, -0.000234)
 SCENARIO = "tijeras-azel"
+MOST_TRIES = 40
 
 
 def faulty_line(faults: LineFaults | None = None, seed: int = 0, *settings: str) -> FaultyLine:
@@ -44,7 +46,13 @@ class PersistentTechnician:
     ``trouble`` is called with the name of every step before it is tried, and may arrange for one.
     """
 
-    def __init__(self, line: FaultyLine, path: Path, trouble: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        line: FaultyLine,
+        path: Path,
+        trouble: Callable[[str], None],
+        create: Callable[[Path, Header], Journal] = Journal.create,
+    ) -> None:
         self.line = line
         self.unit = SolarTrakUnit(line.connect)
         self.unit.open()
@@ -53,7 +61,7 @@ class PersistentTechnician:
         self.station = Station(self.unit, EmulatedClock(emulation))
         self.station.connect()
         self.path = path
-        self.station.open_session(lambda header: Journal.create(path, header))
+        self.station.open_session(lambda header: create(path, header))
         self.sight = SunCentring(self.station, emulation.spot, eye_sigma_deg=0.02)
         self.losses: list[str] = []
         self._trouble = trouble
@@ -87,8 +95,10 @@ class PersistentTechnician:
             ("gather", self.station.gather_point),
             ("store", lambda: self.station.store(True)),
         )
-        while not all(self.once(kind + name, action) for name, action in steps):
-            pass
+        for _ in range(MOST_TRIES):
+            if all(self.once(kind + name, action) for name, action in steps):
+                return
+        raise AssertionError(f"no {kind}point in {MOST_TRIES} tries")
 
     def questions(self, check: bool) -> bool:
         self.station.begin_point(check=check)

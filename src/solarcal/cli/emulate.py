@@ -5,6 +5,7 @@ or terminated, and removes the link it made.
 """
 
 import argparse
+import sys
 
 HELP = "the emulator as a separate process"
 
@@ -30,6 +31,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_emulator_arguments(parser)
     parser.add_argument(
+        "--faults",
+        metavar="NAME=P,...",
+        help="a bad line: how often what goes wrong, e.g. flipped=0.01,silent=0.002 "
+        "(docs/emulator.md names them)",
+    )
+    parser.add_argument(
         "--speed",
         type=float,
         default=0.0,
@@ -46,10 +53,17 @@ def run(args: argparse.Namespace) -> int:
 
     from solarcal.cli.calibrate import start_utc_s
     from solarcal.emulator.emulation import Emulator
+    from solarcal.emulator.line_faults import FaultyLine, line_faults
     from solarcal.emulator.scenario import load_scenario
-    from solarcal.emulator.server import serve_pty, serve_tcp, tcp_address
+    from solarcal.emulator.server import exposure, serve_pty, serve_tcp, tcp_address
+    from solarcal.errors import ConfigurationError
 
     address = tcp_address(args.tcp) if args.tcp else None
+    faults = line_faults(args.faults) if args.faults is not None else None
+    if faults is not None and faults.hung_up and address is None:
+        raise ConfigurationError(
+            "a pseudo-terminal cannot hang up and come back; give --tcp with hung_up"
+        )
     emulator = Emulator(
         load_scenario(args.scenario, args.settings),
         start_utc_s=start_utc_s(args),
@@ -60,9 +74,14 @@ def run(args: argparse.Namespace) -> int:
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: ended.set())
-    serving = serve_tcp(emulator, *address) if address else serve_pty(emulator, args.pty)
+    line = FaultyLine(emulator, faults, seed=args.seed) if faults is not None else emulator
+    if address and (warning := exposure(address[0])):
+        print(f"solarcal: {warning}", file=sys.stderr)
+    serving = serve_tcp(line, *address) if address else serve_pty(line, args.pty)
     with serving as port:
         print(f"connect to {port}", flush=True)
         print(f"  solarcal calibrate --port {port}", flush=True)
         ended.wait()
+    if isinstance(line, FaultyLine):
+        print(f"line faults: {line.damages} in {line.frames} pieces of the stream", file=sys.stderr)
     return 0

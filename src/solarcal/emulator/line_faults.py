@@ -30,6 +30,9 @@ class LineFaults:
     delayed : of each reply: its end (or all of it) arrives only when the station has given up
         waiting and speaks again, as a stale reply.
     babbled : of each reply: noise without a line end comes before it.
+    rebooted : of each piece the station sends: the unit loses its power for a moment before it.
+    hung_up : of each piece the station sends: the connection ends with it, at either side of the
+        unit's answer. Only where a line can hang up: in process and on TCP.
     """
 
     flipped: float = 0.0
@@ -39,13 +42,44 @@ class LineFaults:
     silent: float = 0.0
     delayed: float = 0.0
     babbled: float = 0.0
+    rebooted: float = 0.0
+    hung_up: float = 0.0
 
     def __post_init__(self) -> None:
         for field in fields(self):
             if not 0.0 <= getattr(self, field.name) <= 1.0:
-                raise ConfigurationError(f"{field.name} is a probability, 0 to 1")
+                raise ConfigurationError(f"line fault {field.name} is a probability, 0 to 1")
         if self.flipped + self.dropped + self.doubled > 1.0:
             raise ConfigurationError("flipped, dropped and doubled are more than all bytes")
+
+
+def line_faults(text: str) -> LineFaults:
+    """Faults as one writes them: ``flipped=0.01,silent=0.002``.
+
+    Raises
+    ------
+    ConfigurationError
+        Not ``NAME=PROBABILITY`` pairs, or a fault of another name.
+    """
+    known = [field.name for field in fields(LineFaults)]
+    found: dict[str, float] = {}
+    for pair in text.split(","):
+        name, _, value = (part.strip() for part in pair.partition("="))
+        if name not in known:
+            raise ConfigurationError(
+                f"--faults {text}: no line fault {name!r}; there is: {', '.join(known)}"
+            )
+        try:
+            found[name] = float(value)
+        except ValueError:
+            raise ConfigurationError(
+                f"--faults {text}: {name} needs a probability, like {name}=0.01"
+            ) from None
+    return LineFaults(**found)
+
+
+class HungUp(Exception):
+    """The connection ends here; a server closes it and waits for the next."""
 
 
 class FaultyLine:
@@ -68,8 +102,15 @@ class FaultyLine:
     # -- a unit's end, as the servers know it ------------------------------------------------
 
     def handle_input(self, data: bytes) -> list[bytes]:
-        """What comes back over the line for a piece of the stream."""
+        """What comes back over the line for a piece of the stream; ``HungUp`` ends it."""
         self.frames += 1
+        if self._happens(self.faults.rebooted):
+            self.emulator.reboot()
+        if self._happens(self.faults.hung_up):
+            if self._random.random() < 0.5:
+                # Buffers on the way may keep a reply for whoever connects next.
+                self._held += b"".join(self.emulator.handle_input(data))
+            raise HungUp
         late, self._held = bytes(self._held), bytearray()
         replies = self.emulator.handle_input(self._damaged(data))
         arriving = [late] if late else []
@@ -176,7 +217,12 @@ class FaultyLink:
         if self._line.breaks_at(data):
             self._end("the line to the emulator was lost")
             raise LinkError(self._lost)
-        for piece in self._line.handle_input(data):
+        try:
+            pieces = self._line.handle_input(data)
+        except HungUp:
+            self._end("the line to the emulator was lost")
+            raise LinkError(self._lost) from None
+        for piece in pieces:
             self._lines.extend(self._buffer.feed(piece))
 
     def read_line(self, timeout_s: float) -> bytes | None:

@@ -1,6 +1,7 @@
 """How a station reaches the emulator: in process, over a pseudo-terminal, over TCP."""
 
 import contextlib
+import ipaddress
 import os
 import select
 import socket
@@ -11,6 +12,7 @@ from pathlib import Path
 from typing import Protocol
 
 from solarcal.emulator.emulation import Emulator
+from solarcal.emulator.line_faults import HungUp
 from solarcal.errors import ConfigurationError, LinkError
 
 WAKE_S = 0.2
@@ -132,6 +134,21 @@ def tcp_address(text: str) -> tuple[str, int]:
     return host.removeprefix("[").removesuffix("]") or "127.0.0.1", int(port)
 
 
+def exposure(host: str) -> str:
+    """What serving on ``host`` lets strangers do; nothing where only this machine reaches it."""
+    try:
+        address = ipaddress.ip_address(socket.getaddrinfo(host, 0)[0][4][0])
+    except (OSError, UnicodeError, ValueError):
+        return ""  # not an address at all: serving on it will say so
+    if address.is_loopback:
+        return ""
+    return (
+        f"{host} is not this machine alone: anyone who reaches it over the network can connect, "
+        "move the emulated unit's axes and overwrite its coefficients; there is no password and "
+        "no encryption"
+    )
+
+
 class _Server:
     """Runs in a thread of its own until told to end."""
 
@@ -216,6 +233,8 @@ class _TcpServer(_Server):
                     return
                 for reply in self.emulator.handle_input(data):
                     client.sendall(reply)
+            except HungUp:
+                return
             except OSError:
                 # Reset or stuck: this station is gone, the next may come.
                 return

@@ -7,6 +7,7 @@ however that ends, so a lock can never be stale.
 import errno
 import os
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from solarcal.errors import SessionFileError
@@ -48,15 +49,16 @@ class Disk:
     def sync_folder(self, folder: Path) -> None:
         """Return when the folder's entries are on the medium (a no-op where that is not possible).
 
-        Without it a power cut can lose a new file whose content was synced.
+        Without it a power cut can lose a new file whose content was synced; and without the folder
+        above it, a new folder with all that is in it.
         """
         if sys.platform == "win32":
             return
-        descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+        folder = folder.absolute()
+        _sync_entries(folder)
+        with suppress(PermissionError):
+            # A folder above that one may not read was there before.
+            _sync_entries(folder.parent)
 
     def close(self, descriptor: int) -> None:
         os.close(descriptor)
@@ -83,6 +85,18 @@ class Disk:
             raise SessionFileError(
                 f"{path} cannot be locked ({error.strerror}); put the session on a local disk"
             ) from error
+
+
+def _sync_entries(folder: Path) -> None:
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        # Some network and foreign file systems know no such thing for a folder.
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP, errno.ENOSYS):
+            raise
+    finally:
+        os.close(descriptor)
 
 
 def _binary() -> int:

@@ -176,7 +176,13 @@ class StationCore:
             )
 
     def link_lost(self, error: LinkError) -> None:
-        """Say and record that the line is gone; an attempt in progress is kept as aborted."""
+        """Say and record that the line is gone; an attempt in progress is kept as aborted.
+
+        Raises
+        ------
+        SessionFileError
+            It could not be recorded; the station knows of the lost line all the same.
+        """
         if self._state.live.link is LinkState.LOST:
             return
         try:
@@ -185,9 +191,12 @@ class StationCore:
                 self._record(lambda seq, utc: LinkLost(seq=seq, utc=utc, reason=str(error)))
         finally:
             self._live(link=LinkState.LOST, status=None, link_message=str(error), progress=None)
-        if self._journal is not None and self._state.attempt is not None:
-            self.abort_attempt(f"link lost: {error}")
-        self._become(activity=Activity.IDLE)
+            try:
+                if self._journal is not None and self._state.attempt is not None:
+                    self.abort_attempt(f"link lost: {error}")
+            finally:
+                # Also where the file cannot be written now: an attempt cannot outlive its line.
+                self._become(activity=Activity.IDLE, attempt=None)
 
     def reconnect(self) -> UnitIdentity:
         """Open the line again and re-read everything; refuse a unit that is not the same."""
@@ -228,13 +237,19 @@ class StationCore:
         return status
 
     def close(self, reason: str = "session finished") -> None:
-        """Close the file and the line. The unit is left as it is."""
-        if self._journal is not None:
-            self._record(lambda seq, utc: Closed(seq=seq, utc=utc, reason=reason))
-            self._journal.close()
-            self._journal = None
-        self.tracker.close()
-        self._live(link=LinkState.CLOSED)
+        """Close the file and the line. The unit is left as it is.
+
+        Raises
+        ------
+        SessionFileError
+            The end could not be recorded; file and line are closed all the same, and the session
+            can be gone on with.
+        """
+        try:
+            if self._journal is not None:
+                self._record(lambda seq, utc: Closed(seq=seq, utc=utc, reason=reason))
+        finally:
+            self.leave()
 
     def leave(self) -> None:
         """Close the line and let go of the file without ending the session: to go on later."""

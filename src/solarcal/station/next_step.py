@@ -75,6 +75,10 @@ def next_step(
         return NextStep("No unit is connected.", "link")
     if (busy := _during(state)) is not None:
         return busy
+    if session.ref_checks and live.status is not None and not live.status.referenced:
+        return NextStep(
+            "The unit has lost its reference (did it restart?): do a reference check.", "ref_check"
+        )
     if session.uploads:
         return _after_upload(session)
     if (preparation := _preparation(state, session)) is not None:

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import msgspec
 
-from solarcal.errors import LinkError, ProcedureRefused
+from solarcal.errors import LinkError, ProcedureRefused, SessionFileError
 from solarcal.model.fit import Solution
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.journal import Journal
@@ -183,18 +183,26 @@ class Station(StationCore):
         old = self.session
         old_journal = self._open_journal()
         journal = start_next(self._header(continues=_name(old_journal)))
-        self._record(
-            lambda seq, utc: Closed(
-                seq=seq, utc=utc, reason="initialised again", next=_name(journal)
+        carried = (old.clock_sets[-1:], old.ref_checks[-1:], old.sun_offsets[-1:])
+        try:
+            # The evidence keeps the time it was made at; only its place in the file is new.
+            journal.append_all(
+                [
+                    msgspec.structs.replace(record, seq=journal.next_seq + place)
+                    for place, record in enumerate(record for kind in carried for record in kind)
+                ]
             )
-        )
+            # Last: as long as this file is not closed in so many words, it is the one in force.
+            self._record(
+                lambda seq, utc: Closed(
+                    seq=seq, utc=utc, reason="initialised again", next=_name(journal)
+                )
+            )
+        except SessionFileError:
+            journal.close()
+            raise
         old_journal.close()
         self._journal = journal
-        carried = (old.clock_sets[-1:], old.ref_checks[-1:], old.sun_offsets[-1:])
-        for record in (record for kind in carried for record in kind):
-            # The evidence keeps the time it was made at; only its place in the file is new.
-            with self._change:
-                journal.append(msgspec.structs.replace(record, seq=journal.next_seq))
         self._become(session=view_session(journal.header, tuple(journal.records)))
 
     def _override(self, guard: str, reason: str) -> None:

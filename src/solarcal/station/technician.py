@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solarcal.errors import LinkError, ProcedureRefused
+from solarcal.errors import LinkError, ProcedureRefused, UnitRefused
 from solarcal.model.fit import FEWEST_POINTS
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.mount.drive import reading_deg, register
@@ -21,9 +21,13 @@ from solarcal.station.procedure import Station
 from solarcal.station.unit_sun import ideal_axes_deg
 from solarcal.sun.day import daylight
 from solarcal.timescale import format_utc
+from solarcal.unit.conversation import NOT_REFERENCED
 from solarcal.unit.tracker import Spot
 
 MAX_TRIES = 3
+SETTLE_S = 60.0
+"""After a reference check the axes drive back to the Sun before there is a spot to look at."""
+
 MIN_POINT_ELEVATION_DEG = 10.0
 SUSPICIOUS_DEG = 0.25
 """Counts that disagree with the prediction by more than this (on sky, and by more than five sigmas
@@ -140,20 +144,30 @@ class AutomaticTechnician:
     def take_point(self, *, check: bool = False) -> PointRecord | CheckRecord | None:
         """One point, tried again when it looks wrong; ``None`` when the slot had to be given up."""
         for attempt in range(MAX_TRIES):
-            if not self.sight.centre():
-                self._say("the slot is given up")
-                self.station.track()
-                return None
-            self.station.set_sun_offset()
-            liked = self.sight.watch()
-            record = self._ask_and_gather(liked, check=check)
-            if record is None:
-                continue
-            doubt = self._doubt(record)
-            if doubt and attempt < MAX_TRIES - 1:
-                self.station.store(False, doubt)
-                self._say(f"rejected: {doubt}")
-                self._check_reference()
+            try:
+                self._refer_after_restart()
+                if not self.sight.centre():
+                    self._say("the slot is given up")
+                    self._track()
+                    return None
+                self.station.set_sun_offset()
+                liked = self.sight.watch()
+                record = self._ask_and_gather(liked, check=check)
+                if record is None:
+                    continue
+                doubt = self._doubt(record)
+                if doubt and attempt < MAX_TRIES - 1:
+                    self.station.store(False, doubt)
+                    self._say(f"rejected: {doubt}")
+                    self._check_reference()
+                    continue
+            except UnitRefused as refusal:
+                # The unit lost its power on the way: it will say so to every step until referenced.
+                if refusal.code != NOT_REFERENCED:
+                    raise
+                self._say(str(refusal))
+                if self.station.state.attempt is not None:
+                    self.station.abort_attempt(str(refusal))
                 continue
             stored = self.station.store(True)
             self._record_fit()
@@ -172,7 +186,7 @@ class AutomaticTechnician:
         self._say(
             "coefficients uploaded and read back " + ("equal" if record.verified else "DIFFERENT")
         )
-        self.station.track()
+        self._track()
         return record
 
     def take_checks(self) -> None:
@@ -183,7 +197,7 @@ class AutomaticTechnician:
                 self._say("the Sun is too low for a check point; waiting for the next morning")
                 self._wait_for_sun()
             self.take_point(check=True)
-            self.station.track()
+            self._track()
 
     # -- the steps ---------------------------------------------------------------------------
 
@@ -247,10 +261,37 @@ class AutomaticTechnician:
             self.station.record_fit(solution)
 
     def _check_reference(self) -> None:
-        record = self.station.ref_check()
-        d1, d2 = record.difference_counts
-        self._say(f"reference check {record.number}: counts found {d1:+d}, {d2:+d}")
-        self.station.track()
+        for _ in range(MAX_TRIES):
+            record = self.station.ref_check()
+            d1, d2 = record.difference_counts
+            self._say(f"reference check {record.number}: counts found {d1:+d}, {d2:+d}")
+            if record.complete and self._tracks():
+                return
+            self._say("the reference check does not count; once more")
+        raise ProcedureRefused(
+            f"{MAX_TRIES} reference checks were broken off; look at the unit's power and switches"
+        )
+
+    def _track(self) -> None:
+        """Let the unit track; one that has restarted needs a reference check before."""
+        if not self._tracks():
+            self._refer_after_restart()
+
+    def _tracks(self) -> bool:
+        try:
+            self.station.track()
+        except UnitRefused as refusal:
+            if refusal.code != NOT_REFERENCED:
+                raise
+            return False
+        return True
+
+    def _refer_after_restart(self) -> None:
+        """A unit that has restarted knows neither where its axes are nor its offsets."""
+        if not self.station.poll().referenced:
+            self._say("the unit has lost its reference (did it restart?): a reference check first")
+            self._check_reference()
+            self.station.clock.wait(SETTLE_S)
 
     # -- waiting -----------------------------------------------------------------------------
 

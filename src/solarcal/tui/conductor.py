@@ -120,7 +120,7 @@ class Conductor:
             result = step(self.station)
         except LinkError as error:
             if self.station.state.live.link is LinkState.CONNECTED:
-                self.station.link_lost(error)
+                self._lose_link(error)
             self._post(StepFailed(name, error))
         except SolarcalError as error:
             self._post(StepFailed(name, error))
@@ -129,6 +129,13 @@ class Conductor:
                 self._post(StepDone(name, result))
         finally:
             self._busy.clear()
+
+    def _lose_link(self, error: LinkError) -> None:
+        """Record it; where the file cannot be written either, say so and go on reconnecting."""
+        try:
+            self.station.link_lost(error)
+        except SolarcalError as unrecorded:
+            self._post(StepFailed("link", unrecorded))
 
     def _try_again(self, pause_s: float) -> float:
         """Wait, try to reopen the line, and return the next pause."""

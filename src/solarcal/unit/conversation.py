@@ -4,6 +4,7 @@ Requests of several threads are serialised; ``STOP`` and ``STOW`` are not: they 
 a request that is still waiting for its reply.
 """
 
+import math
 import threading
 import time
 from collections import deque
@@ -27,12 +28,16 @@ FRAMES_REMEMBERED = 100
 LOCKED = 20
 """Refusal code of a request that needs the unlock."""
 
+NOT_REFERENCED = 24
+"""Refusal code of what needs a reference check since power-up."""
+
 
 class Timing(msgspec.Struct, frozen=True):
     """How long to wait and how often to repeat (``docs/protocol.md``, Timing).
 
-    ``answer_s`` is twice what a unit may take. ``advance_s`` is for ``X ADVANCE``, which computes.
-    Damage comes with a reply at once and may be repeated often; silence costs a timeout each time.
+    ``answer_s`` is twice what a unit may take. ``advance_s`` is for ``X ADVANCE``, which computes:
+    so long in all, with a repeat every ``answer_s``. Damage comes with a reply at once and may be
+    repeated often; silence costs a timeout each time.
     """
 
     answer_s: float = 1.0
@@ -149,6 +154,12 @@ class Conversation:
     ) -> None:
         """Send, and repeat the same frame until a reply settles it."""
         frame = encode_request(waiting.request)
+        # A long action is asked for again meanwhile: what is done already is answered from memory,
+        # and a reply that was lost costs one short wait, not a long one.
+        silences_borne = max(
+            self._timing.repeats_after_silence, math.ceil(answer_s / self._timing.answer_s) - 1
+        )
+        answer_s = min(answer_s, self._timing.answer_s)
         damages = silences = 0
         self._send(frame, waiting.request, stops, interrupts)
         while True:
@@ -162,7 +173,7 @@ class Conversation:
                 silences += 1
             if damages > self._timing.repeats_after_damage:
                 raise ProtocolError(self._damage_text(waiting.request, damages))
-            if silences > self._timing.repeats_after_silence:
+            if silences > silences_borne:
                 if damages and not self._understood:
                     raise ProtocolError(self._damage_text(waiting.request, damages))
                 raise LinkError(
