@@ -21,8 +21,8 @@ from solarcal.station.fitted_files import load_points
 from solarcal.station.fitting import solve_table
 
 SIZES = (10, 100, 1_000, SESSIONS)
-RUNS = 5
-ONE_BY_ONE = 200
+RUNS = 3
+ONE_BY_ONE = 100
 LIMIT_S = 10.0
 
 

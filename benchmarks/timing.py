@@ -26,8 +26,11 @@ class Timing:
 
 
 def timed(*works: Callable[[], object], runs: int = 7, least_s: float = 0.02) -> list[Timing]:
-    """Each of these, in turn so that a busy moment hits all; quick work is repeated in a run."""
-    repeats = [_repeats(work, least_s) for work in works]
+    """Each of these, in turn so that a busy moment hits all; quick work is repeated in a run.
+
+    A single run is of work that takes so long that nothing need be warm.
+    """
+    repeats = [_repeats(work, least_s) if runs > 1 else 1 for work in works]
     seconds: list[list[float]] = [[] for _ in works]
     for _ in range(runs):
         for work, number, found in zip(works, repeats, seconds, strict=True):
