@@ -1,7 +1,7 @@
 # Every target sets up what it needs from nothing but Python 3.11+, venv, make and git.
 PYTHON ?= python3
 BIN := .venv/bin
-.PHONY: demo test check bench clean
+.PHONY: demo test check bench fuzz soak clean
 .DELETE_ON_ERROR:
 
 $(BIN)/python:
@@ -29,6 +29,12 @@ check: .venv/.installed-dev
 
 bench: .venv/.installed-dev
 	$(BIN)/python -m benchmarks
+
+fuzz: .venv/.installed-dev
+	$(BIN)/python -m fuzzing
+
+soak: .venv/.installed-dev
+	$(BIN)/python -m soak
 
 clean:
 	rm -rf .venv build dist .pytest_cache .mypy_cache .ruff_cache
