@@ -242,7 +242,12 @@ class _TcpServer(_Server):
     def _turn_away(self) -> None:
         second, _ = self._listener.accept()
         with second, contextlib.suppress(OSError):
+            second.settimeout(WAKE_S)
             second.sendall(BUSY)
+            # Closing on what it sends would be a reset, and that takes BUSY with it; so would
+            # some libraries on an end right behind it. The first station can wait that long.
+            while second.recv(4096):
+                pass
 
 
 @contextlib.contextmanager
