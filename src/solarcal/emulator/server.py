@@ -244,10 +244,10 @@ class _TcpServer(_Server):
         with second, contextlib.suppress(OSError):
             second.settimeout(WAKE_S)
             second.sendall(BUSY)
-            # Closing on what it sends would be a reset, and that takes BUSY with it; so would
-            # some libraries on an end right behind it. The first station can wait that long.
+            # Told again when it speaks: pyserial throws away what came before it had opened. To
+            # close on what it sends would be a reset. The first station can wait that long.
             while second.recv(4096):
-                pass
+                second.sendall(BUSY)
 
 
 @contextlib.contextmanager
