@@ -1,7 +1,7 @@
 # Every target sets up what it needs from nothing but Python 3.11+, venv, make and git.
 PYTHON ?= python3
 BIN := .venv/bin
-.PHONY: demo test check bench bench-judgement pictures clean
+.PHONY: demo test check bench bench-judgement fuzz soak pictures clean
 .DELETE_ON_ERROR:
 
 $(BIN)/python:
@@ -38,6 +38,14 @@ pictures: .venv/.installed
 # How good the answers are, on thousands of made-up trackers: a quarter of an hour.
 bench-judgement: .venv/.installed-dev
 	$(BIN)/python -m benchmarks judgement
+
+# A million cases of nonsense at every door a file or a line comes in by.
+fuzz: .venv/.installed-dev
+	$(BIN)/python -m fuzzing
+
+# An emulated month on the screen, and a thousand writers killed: an hour or so.
+soak: .venv/.installed-dev
+	$(BIN)/python -m soak
 
 clean:
 	rm -rf .venv build dist .pytest_cache .mypy_cache .ruff_cache

@@ -7,7 +7,6 @@ profile form; ``keymap.toml`` is the user's alone and only read.
 import json
 import os
 import tempfile
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -17,6 +16,7 @@ import platformdirs
 
 from solarcal.errors import ConfigurationError
 from solarcal.timescale import parse_utc
+from solarcal.toml_text import parse_toml
 
 APP = "solarcal"
 REMEMBERED_LINES = 200
@@ -150,14 +150,14 @@ def load_keymap() -> dict[str, str]:
 def read_toml(path: Path, kind: type[Kind]) -> Kind:
     """A TOML file as ``kind``; errors name the file, and the line or the field."""
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = parse_toml(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ConfigurationError(f"{path} cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except ValueError as error:
         raise ConfigurationError(f"{path}: {error}; correct it or remove the file") from None
     try:
         return msgspec.convert(document, kind)
-    except msgspec.ValidationError as error:
+    except (msgspec.ValidationError, ConfigurationError) as error:
         raise ConfigurationError(f"{path}: {error}; correct it or remove the file") from None
 
 

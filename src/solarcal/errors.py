@@ -5,11 +5,17 @@ The command line prints the message without a traceback and leaves with ``exit_c
 
 from typing import ClassVar
 
+from solarcal.plain_text import one_line
+
 
 class SolarcalError(Exception):
     """Base of everything solarcal raises on purpose."""
 
     exit_code: ClassVar[int] = 2
+
+    def __str__(self) -> str:
+        # Messages quote what came from files, lines and keyboards.
+        return one_line(super().__str__())
 
 
 class ConfigurationError(SolarcalError):

@@ -57,16 +57,32 @@ def load_profile(name: str) -> Profile:
     ConfigurationError
         The file is damaged or a value in it cannot be.
     """
-    path = profiles_dir() / f"{name}.toml"
-    if not name or not path.exists():
-        return Profile(name=name or "default")
-    return read_toml(path, Profile)
+    if not name:
+        return Profile()
+    path = _path(name)
+    return read_toml(path, Profile) if path.exists() else Profile(name=name)
 
 
 def save_profile(profile: Profile) -> Path:
-    path = profiles_dir() / f"{profile.name}.toml"
+    """Write a profile into the profiles folder, nowhere else.
+
+    Raises
+    ------
+    ConfigurationError
+        A name that is no file's, or the file cannot be written.
+    """
+    path = _path(profile.name)
     write_toml(path, profile)
     return path
+
+
+def _path(name: str) -> Path:
+    """The file of a profile. A name comes from a file too and must not lead out of the folder."""
+    if not _NAME.fullmatch(name):
+        raise ConfigurationError(
+            f"profile {name!r}: use 1 to 40 letters, digits, spaces, - and _ for a name"
+        )
+    return profiles_dir() / f"{name}.toml"
 
 
 # -- the form --------------------------------------------------------------------------------

@@ -23,7 +23,9 @@ def wrap_deg(angle_deg: Angles, centre_deg: float = 0.0) -> Angles:
     An angle already on the branch is returned unchanged to the last bit.
     """
     turns = np.ceil((angle_deg - centre_deg - 180.0) / 360.0)
-    return angle_deg - 360.0 * turns  # type: ignore[no-any-return]
+    # An angle just above centre - 180 rounds to a whole turn below it.
+    on_branch = (angle_deg > centre_deg - 180.0) & (angle_deg <= centre_deg + 180.0)
+    return angle_deg - 360.0 * turns * np.logical_not(on_branch)  # type: ignore[no-any-return]
 
 
 def format_degrees(angle_deg: float, decimals: int = 3) -> str:

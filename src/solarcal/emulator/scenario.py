@@ -1,6 +1,5 @@
 """Scenarios: a tracker with its hidden truth, as TOML, every key settable with ``key=value``."""
 
-import tomllib
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from solarcal.errors import ConfigurationError
 from solarcal.site import Site
 from solarcal.sun import sun_position
 from solarcal.timescale import SECONDS_PER_DAY, parse_utc
+from solarcal.toml_text import parse_toml
 
 DEFAULT_SCENARIO = "tijeras-azel"
 START_ELEVATION_DEG = 12.0
@@ -68,9 +68,13 @@ class Scenario(msgspec.Struct, frozen=True, kw_only=True):
             Neither a date nor an instant, or the Sun does not get 12 deg high that day.
         """
         text = self.start.strip()
+        try:
+            instant_s = parse_utc(text)
+        except ConfigurationError as error:
+            raise ConfigurationError(f"start {error}") from None
         if len(text) > len("2026-06-03"):
-            return parse_utc(text)
-        midnight_s = parse_utc(text) + self.site.zone_west_h * 3600.0
+            return instant_s
+        midnight_s = instant_s + self.site.zone_west_h * 3600.0
         minutes = midnight_s + np.arange(0.0, SECONDS_PER_DAY, 60.0)
         elevation = sun_position("solartrak", minutes, self.site.place()).elevation_deg
         # The zone may be far from the meridian: look for the rise, not for the first high Sun.
@@ -130,15 +134,22 @@ def _document(name_or_path: str, extended: tuple[str, ...]) -> dict[str, Any]:
         return document
     if not isinstance(base_name, str):
         raise ConfigurationError(f"{source}: extends must name a scenario")
-    return _merged(_document(base_name, (*extended, name_or_path)), document)
+    try:
+        base = _document(base_name, (*extended, name_or_path))
+    except ConfigurationError as error:
+        raise ConfigurationError(f"scenario {source}: extends: {error}") from None
+    return _merged(base, document)
 
 
 def _read(name_or_path: str) -> tuple[dict[str, Any], str]:
     if name_or_path.endswith(".toml") or "/" in name_or_path:
         path = Path(name_or_path)
+        if path.exists() and not path.is_file():
+            # What a scenario extends may be anything; a device or a pipe would never end.
+            raise ConfigurationError(f"scenario {path} is not a file")
         try:
             text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
+        except (OSError, ValueError) as error:
             reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
             raise ConfigurationError(f"scenario {path} cannot be read: {reason}") from None
         source, name = str(path), path.stem
@@ -152,8 +163,8 @@ def _read(name_or_path: str) -> tuple[dict[str, Any], str]:
         text = (_folder() / f"{name_or_path}.toml").read_text(encoding="utf-8")
         source = name = name_or_path
     try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        document = parse_toml(text)
+    except ValueError as error:
         raise ConfigurationError(f"scenario {source}: {error}") from None
     document["name"] = name
     return document, source

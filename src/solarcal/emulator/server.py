@@ -242,7 +242,12 @@ class _TcpServer(_Server):
     def _turn_away(self) -> None:
         second, _ = self._listener.accept()
         with second, contextlib.suppress(OSError):
+            second.settimeout(WAKE_S)
             second.sendall(BUSY)
+            # Told again when it speaks: pyserial throws away what came before it had opened. To
+            # close on what it sends would be a reset. The first station can wait that long.
+            while second.recv(4096):
+                second.sendall(BUSY)
 
 
 @contextlib.contextmanager

@@ -4,13 +4,13 @@ import datetime
 import difflib
 import math
 import re
-import tomllib
 from collections.abc import Iterator
 from typing import Any, TypeVar
 
 import msgspec
 
 from solarcal.errors import ConfigurationError
+from solarcal.toml_text import parse_toml
 
 S = TypeVar("S", bound=msgspec.Struct)
 
@@ -94,8 +94,8 @@ def _require_known(key: str, known: set[str], where: str) -> None:
 def _value(text: str) -> Any:
     """A TOML literal; what is none is a text. Numbers may be written without a decimal point."""
     try:
-        return tomllib.loads(f"value = {text.strip()}")["value"]
-    except tomllib.TOMLDecodeError:
+        return parse_toml(f"value = {text.strip()}")["value"]
+    except ValueError:
         return text.strip()
 
 

@@ -1,7 +1,6 @@
 """Scenarios of the two-mirror tracker: its hidden truth and what its loop is told, as TOML."""
 
 import math
-import tomllib
 from importlib import resources
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from solarcal.emulator.settings import checked, refuse_unknown, with_setting
 from solarcal.errors import ConfigurationError
 from solarcal.optics.two_mirror import EulerBase, fixed_mirrors_matrix
 from solarcal.timescale import parse_utc
+from solarcal.toml_text import parse_toml
 
 DEFAULT_SCENARIO = "maido"
 CONTROLS = ("step", "pid", "calculated")
@@ -149,8 +149,8 @@ def load_mirror_scenario(
             )
         text = (_folder() / f"{name}.toml").read_text(encoding="utf-8")
     try:
-        document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+        document = parse_toml(text)
+    except ValueError as error:
         raise ConfigurationError(f"scenario {name}: {error}") from None
     document["name"] = Path(name).stem
     refuse_unknown(document, MirrorScenario, name)
@@ -159,7 +159,10 @@ def load_mirror_scenario(
         document = with_setting(document, setting, MirrorScenario)
         source += f" --set {setting}"
     scenario = checked(document, MirrorScenario, source)
-    scenario.noon_utc_s()
+    try:
+        scenario.noon_utc_s()
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{source}: day {error}") from None
     return scenario
 
 

@@ -5,12 +5,14 @@ cut, full disk) stays in the file for good. Whoever appends next closes it with 
 ``{"type":"torn","bytes":K}`` line: the K bytes before that line are not a record.
 """
 
+import re
 from dataclasses import dataclass, field
 from typing import Any, get_args
 
 import msgspec
 
 from solarcal.errors import ConfigurationError, SessionFileError
+from solarcal.plain_text import harmless_tree, one_line
 from solarcal.session.records import (
     FORMAT_VERSION,
     CheckRecord,
@@ -25,6 +27,11 @@ from solarcal.timescale import parse_utc
 
 _TORN_START = b'{"type":"torn","bytes":'
 _KNOWN_TYPES = {kind.__struct_config__.tag for kind in get_args(KnownRecord)}
+
+# Escapes of JSON, and the first bytes of what UTF-8 has to say to a terminal.
+_SUSPICIOUS = re.compile(
+    rb"\\[ubfr]|\xc2[\x80-\x9f]|\xd8\x9c|\xe2\x80[\x80-\xbf]|\xe2\x81|\x7f|\xef\xbb\xbf"
+)
 
 _encoder = msgspec.json.Encoder()
 _decoder = msgspec.json.Decoder(KnownRecord)
@@ -146,13 +153,13 @@ class _Reading:
             self.header_end = self.offset
             return
         try:
-            record = decode_record(line)
+            record = decode_record(_harmless(line))
         except msgspec.ValidationError as error:
             raise self._error(self.number, str(error)) from None
         except ValueError as error:
             if _is_json(line):
                 raise self._error(self.number, str(error)) from None
-            self.bad = (self.number, start, f"not a JSON object ({_one_line(error)})")
+            self.bad = (self.number, start, f"not a JSON object ({one_line(str(error))})")
             return
         if isinstance(record, Header):
             raise self._error(self.number, "a second header")
@@ -212,7 +219,7 @@ class _Reading:
         if not isinstance(version, int) or version < 1:
             raise self._error(self.number, f"{version!r} is no session format")
         try:
-            header = decode_record(line)
+            header = decode_record(_harmless(line))
         except ValueError as error:
             raise self._error(self.number, str(error)) from None
         if not isinstance(header, Header):
@@ -234,7 +241,14 @@ class _Reading:
             seen.add(last)
 
     def _error(self, number: int, complaint: str) -> SessionFileError:
-        return SessionFileError(f"{self.name}:{number}: {_one_line(complaint)}")
+        return SessionFileError(f"{self.name}:{number}: {one_line(complaint)}")
+
+
+def _harmless(line: bytes) -> bytes:
+    """The line with its texts harmless to a terminal; nearly always the line itself."""
+    if not _SUSPICIOUS.search(line):
+        return line
+    return _encoder.encode(harmless_tree(msgspec.json.decode(line)))
 
 
 def _is_json(line: bytes) -> bool:
@@ -243,10 +257,6 @@ def _is_json(line: bytes) -> bool:
     except (ValueError, RecursionError):
         return False
     return True
-
-
-def _one_line(complaint: object) -> str:
-    return " ".join(str(complaint).split())
 
 
 def _decode(line: bytes) -> Record:

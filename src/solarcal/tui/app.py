@@ -10,6 +10,7 @@ import msgspec
 from textual import events
 from textual.app import App, SystemCommand
 from textual.binding import BindingType
+from textual.notifications import SeverityLevel
 from textual.screen import Screen
 
 from solarcal.config import Choice, Settings, save_settings
@@ -91,6 +92,18 @@ class SolarcalApp(ConductedApp):
 
     def get_default_screen(self) -> Screen[Any]:
         return StartScreen()
+
+    def notify(
+        self,
+        message: str,
+        *,
+        title: str = "",
+        severity: SeverityLevel = "information",
+        timeout: float | None = None,
+        markup: bool = False,
+    ) -> None:
+        """Messages quote units, files and people: nothing in them is markup."""
+        super().notify(message, title=title, severity=severity, timeout=timeout, markup=markup)
 
     def get_system_commands(self, screen: Screen[Any]) -> Iterator[SystemCommand]:
         """Of Textual's own commands those a technician has a use for."""

@@ -14,6 +14,7 @@ import msgspec
 from solarcal.clock import Clock, SystemClock
 from solarcal.config import Choice, new_session_path, sessions_dir
 from solarcal.errors import ConfigurationError, SolarcalError
+from solarcal.plain_text import harmless
 from solarcal.profiles import Profile
 
 if TYPE_CHECKING:
@@ -185,10 +186,11 @@ class SavedSession:
     damage: str = ""
 
     def words(self) -> str:
+        name = harmless(self.path.name)
         if self.damage:
-            return f"{self.path.name}  cannot be read"
+            return f"{name}  cannot be read"
         plural = "" if self.points == 1 else "s"
-        return f"{self.path.name}  {self.points} point{plural}, last {self.last_utc[:16]}Z"
+        return f"{name}  {self.points} point{plural}, last {self.last_utc[:16]}Z"
 
 
 def saved_sessions(folder: Path | None = None) -> list[SavedSession]:

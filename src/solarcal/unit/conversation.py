@@ -25,6 +25,9 @@ from solarcal.unit.link import Link
 
 FRAMES_REMEMBERED = 100
 
+TURNED_AWAY = b"# busy"
+"""How a server that has a station already greets a second one."""
+
 LOCKED = 20
 """Refusal code of a request that needs the unlock."""
 
@@ -193,7 +196,26 @@ class Conversation:
                     "set its mode again before moving it"
                 )
             self.recent.append(_readable(frame))
-            self._link.write(frame)
+            try:
+                self._link.write(frame)
+            except LinkError:
+                self._hear_last_words()
+                raise
+
+    def _hear_last_words(self) -> None:
+        """A server that turned us away has said so before it hung up."""
+        while True:
+            try:
+                line = self._link.read_line(0.0)
+            except LinkError:
+                return
+            if line is None:
+                return
+            self._refuse_if_turned_away(line)
+
+    def _refuse_if_turned_away(self, line: bytes) -> None:
+        if line.startswith(TURNED_AWAY) and not self._understood:
+            raise LinkError(f"{self.port} is in use by another station; close that one first")
 
     def _await(self, waiting: _Waiting, answer_s: float) -> None:
         """Return when the request is settled, was damaged, or ``answer_s`` have passed.
@@ -230,6 +252,7 @@ class Conversation:
     def _hand_over(self, line: bytes) -> None:
         """Give a reply to the request it answers; mark all as damaged when none can tell."""
         self.recent.append(_readable(line))
+        self._refuse_if_turned_away(line)
         try:
             reply = decode_reply(line)
         except ProtocolError:

@@ -17,6 +17,7 @@ from solarcal.timescale import format_utc
 from solarcal.unit.frames import LineBuffer
 
 _NETWORK = ("socket://", "rfc2217://")
+_OPENED = (*_NETWORK, "loop://")
 
 READ_TIMEOUT_S = 0.1
 """How long the reader thread sleeps in the driver when nothing comes: the most ``close`` waits.
@@ -204,6 +205,12 @@ class SerialLink:
 
 def _open_port(url: str, baudrate: int) -> Any:
     """An open pyserial port, or LinkError in one line."""
+    if "://" in url and not url.lower().startswith(_OPENED):
+        # pyserial knows more, and one of them (spy) writes to any file a profile names.
+        raise LinkError(
+            f"port {url} cannot be opened: give a device, or one of {' '.join(_OPENED)} "
+            "(--trace FILE keeps what goes over the line)"
+        )
     import serial
 
     try:

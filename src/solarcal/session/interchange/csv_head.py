@@ -15,6 +15,7 @@ from solarcal.optics.aiming import (
     parse_mirror,
     parse_target,
 )
+from solarcal.plain_text import one_line
 from solarcal.session.interchange.files import fill
 from solarcal.session.points import IDEALS, PointTable
 from solarcal.site import Site
@@ -152,7 +153,7 @@ def head_lines(table: PointTable) -> list[str]:
         "lon_deg": table.longitude_deg,
         "elevation_m": table.elevation_m,
         # A name is one line, whatever was typed.
-        "unit": " ".join(table.unit.split()).rstrip(",") or None,
+        "unit": one_line(table.unit).rstrip(",") or None,
         "ax1_centre_deg": table.ax1_centre_deg,
         "ideal": table.ideal,
         "target": None if table.heliostat is None else format_target(table.heliostat.target),

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.plain_text import harmless
 from solarcal.session.interchange.csv_head import head_lines, instant_text, read_head
 from solarcal.session.interchange.files import read_text, write_text
 from solarcal.session.points import STATUSES, PointTable
@@ -95,7 +96,7 @@ def read_points_csv(
                 strict=True,
             )
         ),
-        note=sheet.column("note"),
+        note=tuple(map(harmless, sheet.column("note"))),
         labels=tuple(sheet.lines),
         sources=(str(path),) * len(status),
         warnings=head.warnings,
@@ -266,7 +267,7 @@ def _approach_of(cell: str) -> int:
 
 def _quoted(note: str) -> str:
     # Not csv.writer: with plain newlines it leaves a lone carriage return unquoted.
-    return '"' + note.replace('"', '""') + '"' if note else ""
+    return '"' + harmless(note).replace('"', '""') + '"' if note else ""
 
 
 def _number_texts(values: FloatArray) -> Iterable[str]:

@@ -5,10 +5,13 @@ from contextlib import suppress
 from pathlib import Path
 
 from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.plain_text import harmless
 
 
 def read_text(path: str | Path) -> str:
     """The file's text (UTF-8, a byte order mark is dropped), line ends as they are.
+
+    What a terminal would obey is written out (``plain_text``).
 
     Raises
     ------
@@ -20,13 +23,15 @@ def read_text(path: str | Path) -> str:
     except (OSError, ValueError) as error:
         raise InputFileError(f"{path} cannot be read: {_reason(error)}") from None
     try:
-        return content.decode("utf-8-sig")
+        text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         raise InputFileError(
             f"{path}:{line}: not UTF-8 text (byte {content[error.start]:#04x}); "
             "save the file as UTF-8"
         ) from None
+    # Carriage returns may be line ends.
+    return "\r".join(map(harmless, text.split("\r")))
 
 
 def write_text(path: str | Path, text: str) -> None:

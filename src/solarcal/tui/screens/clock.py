@@ -49,7 +49,7 @@ class ClockDialog(PacedDialog):
         self._laptop: LaptopClock | None = None
 
     def body(self) -> Iterable[Widget]:
-        yield Static("", id="clocks")
+        yield Static("", id="clocks", markup=False)
         yield Field("tick-minus-laptop", "Time tick minus laptop", "s   (empty: no tick)")
         yield Field("tick-sigma", "its uncertainty", "s")
 

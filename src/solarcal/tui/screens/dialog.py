@@ -67,7 +67,7 @@ class Dialog(StationModal[None]):
             dialog.border_title = self.HEADING
             with Vertical(id="body"):
                 yield from self.body()
-            yield Static("", id="said")
+            yield Static("", id="said", markup=False)
             with Horizontal(id="keys"):
                 for key in self.KEYS:
                     if key.button:

@@ -41,7 +41,7 @@ class InitialiseDialog(Dialog):
         self._again = False
 
     def body(self) -> Iterable[Widget]:
-        yield Static("", id="asked")
+        yield Static("", id="asked", markup=False)
         field = Field("reason", "Reason for the override")
         field.display = False
         yield field

@@ -26,7 +26,7 @@ class JumpScreen(StationModal[int]):
 
     def compose(self) -> ComposeResult:
         with Horizontal():
-            yield Static(f"Jump to point (1 to {self._points}):")
+            yield Static(f"Jump to point (1 to {self._points}):", markup=False)
             yield Input(type="integer", max_length=5, compact=True)
             yield StopKey()
 

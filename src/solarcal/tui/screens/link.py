@@ -35,7 +35,7 @@ class LinkDialog(Dialog):
     """
 
     def body(self) -> Iterable[Widget]:
-        yield Static("", id="link")
+        yield Static("", id="link", markup=False)
         yield TextLines(id="traffic", follow=True)
 
     def on_mount(self) -> None:

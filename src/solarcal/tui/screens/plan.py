@@ -57,7 +57,7 @@ class PlanScreen(StationScreen):
 
     def compose(self) -> ComposeResult:
         yield HeadLine(id="title")
-        yield Static("", id="advice")
+        yield Static("", id="advice", markup=False)
         yield HalfHours(id="hours")
         yield TextLines(id="reasons")
         yield ActionFooter(

@@ -17,6 +17,7 @@ from textual.widgets import Static
 from solarcal.config import sessions_dir
 from solarcal.errors import FitError, SolarcalError
 from solarcal.model.fit import Solution
+from solarcal.plain_text import harmless
 from solarcal.station.fitting import solve
 from solarcal.station.state import SessionView, view_session
 from solarcal.tui.screens.base import StationScreen
@@ -101,8 +102,10 @@ class RecomputeScreen(StationScreen):
         self._shown: Recomputed | None = None
 
     def compose(self) -> ComposeResult:
-        yield Static("RECOMPUTE  coefficients and plots of a saved session", id="title")
-        yield Static("", id="file")
+        yield Static(
+            "RECOMPUTE  coefficients and plots of a saved session", id="title", markup=False
+        )
+        yield Static("", id="file", markup=False)
         with Container(id="found"):
             yield TextLines(id="table")
             yield AnsiPlot(id="plot")
@@ -175,7 +178,7 @@ class RecomputeScreen(StationScreen):
         opened = self._shown is not None and self._shown.path == path
         state = doing or ("OPEN" if opened else "Enter opens it")
         self.query_one("#file", Static).update(
-            f"{path.name}   ({self._at + 1} of {len(self._files)}, {state})"
+            f"{harmless(path.name)}   ({self._at + 1} of {len(self._files)}, {state})"
         )
 
     def _draw(self) -> None:

@@ -46,8 +46,8 @@ class RefCheckDialog(Dialog):
         self._running = False
 
     def body(self) -> Iterable[Widget]:
-        yield Static("", id="axes")
-        yield Static("", id="checks")
+        yield Static("", id="axes", markup=False)
+        yield Static("", id="checks", markup=False)
 
     def on_mount(self) -> None:
         super().on_mount()

@@ -86,8 +86,8 @@ class SunOffsetDialog(PacedDialog):
     def body(self) -> Iterable[Widget]:
         with Horizontal(id="plate"):
             yield Sunspot(id="sight") if self.emulated else SpotCalculator(id="sight")
-            yield Static("", id="axes")
-        yield Static("", id="steps")
+            yield Static("", id="axes", markup=False)
+        yield Static("", id="steps", markup=False)
 
     def on_mount(self) -> None:
         super().on_mount()

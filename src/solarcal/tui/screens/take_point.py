@@ -63,7 +63,7 @@ class TakePointDialog(PacedDialog):
     def body(self) -> Iterable[Widget]:
         yield Question(id="question")
         yield Gathering(id="gathering")
-        yield Static("", id="result")
+        yield Static("", id="result", markup=False)
         field = Field("reason", "Reason for the override")
         field.display = False
         yield field

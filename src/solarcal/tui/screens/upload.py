@@ -49,7 +49,7 @@ class UploadDialog(Dialog):
         self._proposal: UploadProposal | None = None
 
     def body(self) -> Iterable[Widget]:
-        yield Static("", id="table")
+        yield Static("", id="table", markup=False)
         field = Field("reason", "Reason to upload it anyway")
         field.display = False
         yield field

@@ -22,10 +22,10 @@ class Field(Horizontal):
         self._label, self._unit, self._value = label, unit, value
 
     def compose(self) -> ComposeResult:
-        yield Label(self._label, classes="label")
+        yield Label(self._label, classes="label", markup=False)
         yield Input(self._value, compact=True)
         if self._unit:
-            yield Label(self._unit, classes="unit")
+            yield Label(self._unit, classes="unit", markup=False)
 
     @property
     def input(self) -> Input:
