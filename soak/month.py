@@ -148,9 +148,8 @@ async def live_a_month(folder: Path, days: int, say: Callable[[str], object] = p
         tracemalloc.start()
         try:
             for day in range(days):
-                await _live_a_day(
-                    worker, technician, create, morning_s + day * SECONDS_PER_DAY, day
-                )
+                morning = morning_s + day * SECONDS_PER_DAY
+                await _live_a_day(worker, technician, create if day else None, morning)
                 await pilot.press(*LOOKED_AT)
                 await pilot.pause()
                 gc.collect()
