@@ -8,7 +8,6 @@ from procedure_bench import (
     bench,
     on_loop,
     shows,
-    take_points,
     until,
     workstation,
 )
@@ -17,7 +16,9 @@ from solarcal.session.disk import Disk
 from solarcal.session.journal import Journal
 from solarcal.session.records import Header
 from solarcal.station.state import LinkState
+from solarcal.tui.app import SolarcalApp
 from solarcal.tui.bindings import ACTIONS
+from solarcal.tui.performers import PERFORMERS
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.frames import decode_request
 from solarcal.unit.link import Link
@@ -57,7 +58,7 @@ class OverheardCable(Cable):
 @on_loop
 async def test_opening_and_leaving_every_screen_commands_the_unit_nothing() -> None:
     station, cable = bench()
-    take_points(station, 3)
+    station.initialise(confirmed=True)
     said: list[str] = []
     station.tracker = SolarTrakUnit(OverheardCable(cable, said).open, port="test")
     station.connect()
@@ -98,9 +99,10 @@ async def test_what_a_unit_and_a_technician_are_called_is_never_markup(tmp_path:
             await shows(pilot, words)
             await pilot.press("escape")
             await until(pilot, lambda at=at: len(app.screen_stack) == at)
+    app = SolarcalApp(PERFORMERS)
+    async with app.run_test(size=SMALL, notifications=True) as pilot:
         app.notify("the unit refused [/x]: [red]")
-        told = list(app._notifications)[-1]
-        assert not told.markup
+        await shows(pilot, "refused [/x]: [red]")
 
 
 class FullDisk(Disk):
