@@ -214,3 +214,22 @@ def test_serving_the_network_is_said_with_what_it_exposes(host):
     assert host in said
     assert "move the emulated unit's axes" in said
     assert "no password" in said
+
+
+def test_a_link_whose_pseudo_terminal_is_anothers_by_now_is_replaced(tmp_path, emulator):
+    """Numbers are given again: what a killed emulator left points to somebody's new terminal."""
+    link = tmp_path / "tracker"
+    other, terminal = os.openpty()
+    try:
+        link.symlink_to(os.ttyname(terminal))
+        # In use since before the link was made: not to be taken away.
+        with pytest.raises(ConfigurationError, match="exists already"), serve_pty(emulator, link):
+            pass
+        os.utime(link, ns=(0, 0), follow_symlinks=False)
+        with serve_pty(emulator, link) as name:
+            assert name == str(link)
+            assert link.readlink() != Path(os.ttyname(terminal))
+        assert not link.is_symlink()
+    finally:
+        os.close(other)
+        os.close(terminal)

@@ -67,11 +67,13 @@ class Scenario(msgspec.Struct, frozen=True, kw_only=True):
         ConfigurationError
             Neither a date nor an instant, or the Sun does not get 12 deg high that day.
         """
-        text = self.start.strip()
         try:
-            instant_s = parse_utc(text)
+            return self._start_utc_s(self.start.strip())
         except ConfigurationError as error:
-            raise ConfigurationError(f"start {error}") from None
+            raise ConfigurationError(f"start {self.start.strip()}: {error}") from None
+
+    def _start_utc_s(self, text: str) -> float:
+        instant_s = parse_utc(text)
         if len(text) > len("2026-06-03"):
             return instant_s
         midnight_s = instant_s + self.site.zone_west_h * 3600.0
@@ -83,7 +85,7 @@ class Scenario(msgspec.Struct, frozen=True, kw_only=True):
         )
         if not rises.size:
             raise ConfigurationError(
-                f"start {text}: the Sun does not rise through {START_ELEVATION_DEG:g} deg that day "
+                f"the Sun does not rise through {START_ELEVATION_DEG:g} deg that day "
                 "at this site; give an instant like 2026-06-21T15:30:00Z"
             )
         return float(minutes[rises[0] + 1])

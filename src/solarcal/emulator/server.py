@@ -19,6 +19,8 @@ WAKE_S = 0.2
 """How long a server waits for input before it looks whether it shall end, and lets paced time
 catch up. Input wakes it at once."""
 
+PSEUDO_TERMINALS = Path("/dev/pts")
+
 BUSY = b"# busy: one station at a time\r\n"
 """What a second simultaneous TCP client is told; no frame, so a station sees a damaged reply."""
 
@@ -269,13 +271,27 @@ def _in_thread(server: _Server) -> Iterator[None]:
 def _make_link(link: Path, name: str) -> None:
     try:
         # One left behind by an emulator that was killed may be replaced; nothing else may.
-        if link.is_symlink() and not link.exists():
+        if link.is_symlink() and (not link.exists() or _outlived(link)):
             link.unlink()
         link.symlink_to(name)
     except FileExistsError:
         raise ConfigurationError(f"{link} exists already; give another name") from None
     except OSError as error:
         raise ConfigurationError(f"cannot make the link {link}: {error.strerror}") from None
+
+
+def _outlived(link: Path) -> bool:
+    """Whether the pseudo-terminal this link was made for is gone, and its name another's by now.
+
+    A pseudo-terminal is older than the link to it; one that is younger has only its number.
+    """
+    try:
+        target = link.readlink()
+        return target.parent == PSEUDO_TERMINALS and (
+            target.stat().st_ctime_ns > link.lstat().st_mtime_ns
+        )
+    except OSError:
+        return False
 
 
 def _points_to(link: Path, name: str) -> bool:
