@@ -1,8 +1,13 @@
-"""For all tests: nobody waits for the medium, and nobody for a second thread."""
+"""For all tests: the same cases every time, nobody waits for the medium or a second thread."""
 
 import os
 
+import hypothesis
 import pytest
+
+# The same cases in every run, however slow the machine is; new ones are looked for by `make fuzz`.
+hypothesis.settings.register_profile("same every time", derandomize=True, deadline=None)
+hypothesis.settings.load_profile("same every time")
 
 # As the program itself starts: see solarcal.__main__. Two workers with two threads each on two
 # cores wait for one another.

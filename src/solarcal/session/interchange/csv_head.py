@@ -120,7 +120,8 @@ def complete_head(
         raise ConfigurationError(f"geometry {geometry!r} is none of {', '.join(GEOMETRIES)}")
     latitude = _number(known["lat_deg"])
     longitude = _number(known["lon_deg"])
-    elevation = _number(known["elevation_m"]) or 0.0
+    told = _number(known["elevation_m"])
+    elevation = 0.0 if told is None else told
     try:
         Site(latitude or 0.0, longitude or 0.0, elevation)
         heliostat = heliostat_of(
