@@ -25,6 +25,7 @@ from solarcal.unit.tracker import Spot
 
 MAX_TRIES = 3
 MIN_POINT_ELEVATION_DEG = 10.0
+TRACKED_ELEVATION_DEG = 0.5
 SUSPICIOUS_DEG = 0.25
 """Counts that disagree with the prediction by more than this (on sky, and by more than five sigmas
 of the prediction) call for a reference check."""
@@ -101,6 +102,10 @@ class AutomaticTechnician:
         clock = station.set_unit_clock()
         self._say(f"unit clock set: {clock.before_s:+.1f} s before, {clock.after_s:+.3f} s after")
         self._check_reference()
+        if not self._sun_up():
+            self._say("the Sun is down; waiting for the morning")
+            self._wait_for_sun()
+            station.track()
         self._wait_for_sun()
         for _ in range(48):
             try:
@@ -250,12 +255,17 @@ class AutomaticTechnician:
         record = self.station.ref_check()
         d1, d2 = record.difference_counts
         self._say(f"reference check {record.number}: counts found {d1:+d}, {d2:+d}")
-        self.station.track()
+        if self._sun_up():
+            self.station.track()
 
     # -- waiting -----------------------------------------------------------------------------
 
     def _wait_until(self, utc_s: float) -> None:
         self.station.clock.wait(max(0.0, round(utc_s - self.station.clock.utc_s(), 3)))
+
+    def _sun_up(self) -> bool:
+        """High enough that the unit, with its own Sun, does not refuse to track it."""
+        return self.station.sun_elevation_deg() >= TRACKED_ELEVATION_DEG
 
     def _sun_usable(self) -> bool:
         """High enough, and the place it would send the axes to is within the limits."""
