@@ -38,9 +38,21 @@ def config_dir() -> Path:
 
 
 def new_session_path(name: str, utc: str) -> Path:
-    """A path in the sessions folder that no file has yet: ``name-YYYY-MM-DD.jsonl``, ``-2`` ..."""
+    """A path in the sessions folder that no file has yet: ``name-YYYY-MM-DD.jsonl``, ``-2`` ...
+
+    Raises
+    ------
+    ConfigurationError
+        The folder is not there and cannot be made.
+    """
     folder = sessions_dir()
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigurationError(
+            f"the sessions folder {folder} cannot be made: {error.strerror}; name another one with "
+            "SOLARCAL_SESSIONS, or the file itself"
+        ) from None
     parse_utc(utc)
     stem = f"{name}-{utc[:10]}"
     for number in range(1, 100_000):

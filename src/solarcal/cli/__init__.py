@@ -91,7 +91,7 @@ def run_command(argv: Sequence[str]) -> int:
     args = build_parser(asked).parse_args(argv)
     try:
         code = int(args.run(args))
-        # Here, where a full disk or a closed pipe still has an answer; not at the interpreter's end.
+        # Here a full disk or a closed pipe still has an answer; at the interpreter's end none.
         if sys.stdout is not None:
             sys.stdout.flush()
         return code
