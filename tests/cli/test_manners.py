@@ -1,8 +1,9 @@
-"""What every command does alike: one line for a usage error, full disks, poor terminals, --debug."""
+"""What all commands do alike: one line for a usage error, full disks, poor terminals, --debug."""
 
 import io
 import os
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -69,3 +70,48 @@ def test_terms_may_be_written_with_spaces_and_not_left_empty(capsys):
     capsys.readouterr()
     assert run_command(["fit", session, "--terms", ""]) == 2
     assert "there is no error term ''" in capsys.readouterr().err
+
+
+def test_a_calibration_begun_at_night_waits_for_the_morning(capsys, tmp_path):
+    session = tmp_path / "winter.jsonl"
+    words = ["calibrate", "--start", "2026-12-21T08:00Z", "--points", "3", "-o", str(session)]
+    assert run_command(words) == 0
+    assert "the Sun is down; waiting for the morning\n" in capsys.readouterr().err
+    first = next(line for line in session.read_text().splitlines() if '"type":"point"' in line)
+    # 10 deg up at about 15:15 UTC in New Mexico.
+    assert '"utc":"2026-12-21T15:' in first
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--start", "1950-01-01"], "no Sun for 1950-01-01T00:00:00Z: the models hold from 1960"),
+        (["--noise-deg", "1e300"], "truth.noise_deg: 1e+300 is more than 10"),
+    ],
+)
+def test_an_emulator_that_cannot_be_is_bad_input(capsys, words, said):
+    assert run_command(["calibrate", *words]) == 2
+    err = capsys.readouterr().err
+    assert said in err
+    assert err.count("\n") == 1
+
+
+def test_a_sessions_folder_that_cannot_be_made_is_one_line(capsys, tmp_path, monkeypatch):
+    in_the_way = tmp_path / "sessions"
+    in_the_way.touch()
+    monkeypatch.setenv("SOLARCAL_SESSIONS", str(in_the_way / "mine"))
+    assert run_command(["calibrate", "--points", "3"]) == 2
+    err = capsys.readouterr().err
+    assert f"the sessions folder {in_the_way / 'mine'} cannot be made: Not a directory" in err
+    assert err.count("\n") == 1
+
+
+def test_a_remark_stays_one_line_and_cannot_steer_the_terminal(capsys, tmp_path):
+    session = tmp_path / "s.jsonl"
+    session.write_bytes(Path("sessions/azel-good-day.jsonl").read_bytes())
+    assert run_command(["note", str(session), "one\ntwo \x1b[31mred"]) == 0
+    capsys.readouterr()
+    assert run_command(["replay", str(session), "--headless"]) == 0
+    out = capsys.readouterr().out
+    assert "note: one two  [31mred\n" in out
+    assert "\x1b" not in out

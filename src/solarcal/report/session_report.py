@@ -166,7 +166,9 @@ def fit_text(judged: JudgedFiles, *, plot: bool) -> str:
 
 def record_line(record: Record) -> str:
     """One record in one line, as the log and a replay tell it."""
-    return f"{record.utc[11:19]}  {record.seq:>4}  {_what(record)}"
+    # A remark may hold line ends, and codes that would act on the terminal.
+    told = "".join(c if c.isprintable() else " " for c in _what(record))
+    return f"{record.utc[11:19]}  {record.seq:>4}  {told}"
 
 
 def _what(record: Record) -> str:

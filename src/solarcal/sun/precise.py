@@ -89,7 +89,10 @@ class EarthMotion:
     @classmethod
     def at(cls, instants: Instants) -> "EarthMotion":
         """By VSOP2000; nine tenths of the time that a precise position takes."""
-        heliocentric, barycentric = erfa.epv00(*instants.tt)
+        with warnings.catch_warnings():
+            # `sun_position` has its own, narrower range; terrestrial time is a minute ahead of it.
+            warnings.filterwarnings("ignore", ".*date outside", erfa.ErfaWarning)
+            heliocentric, barycentric = erfa.epv00(*instants.tt)
         velocity = barycentric["v"]
         return cls(-heliocentric["p"], velocity, velocity - heliocentric["v"])
 
