@@ -50,8 +50,8 @@ def new_session_path(name: str, utc: str) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ConfigurationError(
-            f"the sessions folder {folder} cannot be made: {error.strerror}; "
-            "name another in SOLARCAL_SESSIONS"
+            f"the sessions folder {folder} cannot be made: {error.strerror}; name another one with "
+            "SOLARCAL_SESSIONS, or the file itself"
         ) from None
     parse_utc(utc)
     stem = f"{name}-{utc[:10]}"

@@ -193,6 +193,7 @@ def test_sunspot_design(capsys):
         ("heliostat target --seen 90 60 270 60", "behind the mirror"),
         ("heliostat target --lat 35 --lon -106 --seen-at 2026-06-10T17:00:00Z a 3", "be numbers"),
         ("heliostat drift --lat 35 --lon -106 --target 176 78 --distance 120", "nothing drifts"),
+        ("heliostat --sun nan 40 --target 0 80", "--sun AZIMUTH must be a number, not nan"),
         ("heliostat circle --angle 22.5 --distance 0.5", "behind the mirror"),
         ("heliostat circle --distance 5", "--angle is missing"),
         ("heliostat shift --by 3 --distance 0", "greater than zero"),

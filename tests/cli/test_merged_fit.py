@@ -49,6 +49,18 @@ def test_two_days_of_one_unit_are_one_fit(
             assert found["sigma"] < alone["coefficients"][name]["sigma"]
 
 
+def test_a_session_broken_off_before_its_first_point_changes_nothing(
+    files: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    begun = tmp_path / "begun.jsonl"
+    begun.write_bytes(files["june"].read_bytes().splitlines(keepends=True)[0])
+    alone, both = fit(capsys, files["june"]), fit(capsys, begun, files["june"])
+    assert both["files"] == ["begun.jsonl", "june.jsonl"]
+    assert both["coefficients"] == alone["coefficients"]
+    assert run_command(["fit", str(begun)]) == 2
+    assert "no points to fit" in capsys.readouterr().err
+
+
 def test_the_order_of_the_files_does_not_matter(
     files: dict[str, Path], capsys: pytest.CaptureFixture[str]
 ) -> None:

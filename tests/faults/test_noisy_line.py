@@ -214,7 +214,7 @@ def test_a_unit_that_reboots_before_any_step_gives_no_point_that_is_not_true(tmp
         assert len(technician.station.session.accepted) == 1
 
 
-@pytest.mark.parametrize("seed", [4, 5])
+@pytest.mark.parametrize("seed", [2, 5])
 def test_a_unit_that_reboots_again_and_again_is_referenced_anew_and_calibrated(tmp_path, seed):
     line = faulty_line(LineFaults(rebooted=0.005), seed)
     done, _ = calibrated(line, tmp_path / "s.jsonl")

@@ -186,6 +186,12 @@ def test_files_that_are_no_points_file(tmp_path: Path) -> None:
         read(tmp_path, "", geometry="azel")
     with pytest.raises(InputFileError, match="is empty"):
         read(tmp_path, "# geometry=azel\n\n")
+    with pytest.raises(InputFileError, match="is empty"):
+        read(tmp_path, "\n \n")
+    with pytest.raises(InputFileError, match=r"csv:1: the header line .* by semicolons; save .*"):
+        read(tmp_path, PLAIN.replace(",", ";"), geometry="azel")
+    with pytest.raises(InputFileError, match=r"csv:1: the header line .* by tabs; save .*"):
+        read(tmp_path, PLAIN.replace(",", "\t"), geometry="azel")
     with pytest.raises(InputFileError, match=r"csv:2: not UTF-8 text \(byte 0xff\)"):
         read(tmp_path, PLAIN.encode() + b"\xff", geometry="azel")
     with pytest.raises(InputFileError, match="No such file"):

@@ -99,6 +99,7 @@ def test_years_without_announced_leap_seconds_raise_no_warning() -> None:
         warnings.simplefilter("error")
         sun_position("precise", parse_utc("2060-06-01T12:00Z"), TIJERAS)
         sun_position("precise", parse_utc("1965-06-01T12:00Z"), TIJERAS)
+        sun_position("precise", parse_utc("2100-02-28T12:00Z"), TIJERAS)
 
 
 def test_refraction_lifts_the_sun_by_the_air_of_the_place() -> None:

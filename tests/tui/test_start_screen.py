@@ -216,7 +216,7 @@ def test_the_form_names_the_field_that_is_wrong(texts, field):
 
 def test_a_profile_comes_back_from_the_form_and_from_its_file_unchanged():
     texts = {
-        "name": "São Paulo"[:1] + "ao", "operator": 'Ann "the hand" \\ Ωé', "latitude_deg": "-23,55",
+        "name": "São Paulo"[:1] + "ao", "operator": 'Ann "the hand" \\ Ω', "latitude_deg": "-23,55",
         "longitude_deg": "-46.6333333333", "port": "socket://host:7", "tolerance_deg": "0.05",
     }  # fmt: skip
     profile = profile_from_form(texts)

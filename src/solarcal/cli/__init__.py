@@ -5,11 +5,16 @@ and imports what is heavy inside ``run``, so that every ``--help`` is there at o
 """
 
 import argparse
+import errno
 import importlib
+import os
 import sys
+import traceback
 from collections.abc import Sequence
+from typing import NoReturn
 
 from solarcal import __version__
+from solarcal.cli.plain_characters import never_fail
 from solarcal.errors import SolarcalError
 
 COMMANDS: dict[str, str] = {
@@ -43,11 +48,19 @@ COMMANDS: dict[str, str] = {
     "doctor": "is this laptop ready",
 }
 _MODULES = {"import": "import_"}
+_NOT_WRITTEN = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG)
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """argparse, but a usage error is one line like every other error of solarcal."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}; `{self.prog} --help` tells the options\n")
 
 
 def build_parser(asked: str | None = None) -> argparse.ArgumentParser:
     """The parser; only the command ``asked`` for is imported and given its arguments."""
-    parser = argparse.ArgumentParser(
+    parser = OneLineParser(
         prog="solarcal",
         description="Calibrate a sun tracker from the terminal.",
         epilog="`solarcal COMMAND --help` tells a command's options.",
@@ -57,6 +70,9 @@ def build_parser(asked: str | None = None) -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name, help_line in COMMANDS.items():
         command = commands.add_parser(name, help=help_line, description=help_line)
+        command.add_argument(
+            "--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS
+        )
         if name == asked:
             # A module's name has no hyphen.
             module_name = _MODULES.get(name, name.replace("-", "_"))
@@ -68,15 +84,20 @@ def build_parser(asked: str | None = None) -> argparse.ArgumentParser:
 
 def run_command(argv: Sequence[str]) -> int:
     """Run one command line; the exit code. Errors meant for the user go to stderr in one line."""
+    never_fail(sys.stdout)
     asked = next((word for word in argv if not word.startswith("-")), None)
     if asked is None and not {"-h", "--help", "--version"}.intersection(argv):
         asked, argv = "run", [*argv, "run"]
     args = build_parser(asked).parse_args(argv)
     try:
-        return int(args.run(args))
+        code = int(args.run(args))
+        # Here a full disk or a closed pipe still has an answer; at the interpreter's end none.
+        if sys.stdout is not None:
+            sys.stdout.flush()
+        return code
     except SolarcalError as error:
         if args.debug:
-            raise
+            traceback.print_exc()
         print(f"solarcal: {error}", file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt:
@@ -86,3 +107,14 @@ def run_command(argv: Sequence[str]) -> int:
         # The reader of our output went away (`| head`); nothing is wrong.
         sys.stderr.close()
         return 0
+    except OSError as error:
+        if args.debug or error.errno not in _NOT_WRITTEN:
+            raise
+        print(f"solarcal: the output cannot be written: {error.strerror}", file=sys.stderr)
+        _abandon_stdout()
+        return 2
+
+
+def _abandon_stdout() -> None:
+    """Let go of what cannot be written, or the interpreter complains about it when it leaves."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

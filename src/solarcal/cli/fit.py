@@ -47,9 +47,12 @@ def add_tolerance_option(parser: argparse.ArgumentParser) -> None:
 
 def positive_deg(text: str) -> float:
     """An angle above zero, for argparse."""
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
     if not 0.0 < value < 180.0:
-        raise ValueError(text)
+        raise argparse.ArgumentTypeError(f"{text!r} is not an angle above 0 and below 180 deg")
     return value
 
 
@@ -81,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
         args.files,
         fill_in(args),
         method=args.method,
-        terms=tuple(args.terms.split(",")) if args.terms else None,
+        terms=None if args.terms is None else tuple(t.strip() for t in args.terms.split(",")),
         tolerance_deg=args.tolerance,
     )
     if args.json:

@@ -123,8 +123,10 @@ def asked_geometry(args: argparse.Namespace) -> "MountGeometry":
 
 def asked_sun_deg(args: argparse.Namespace) -> tuple[float, float]:
     """Azimuth and zenith angle: given, or the apparent ones for place and time."""
+    from solarcal.cli.output import require
+
     if args.sun is not None:
-        return args.sun[0], args.sun[1]
+        return require(args.sun[0], "--sun AZIMUTH"), require(args.sun[1], "--sun ZENITH")
     from solarcal.cli.sun import asked_utc_s
     from solarcal.errors import ConfigurationError
 

@@ -16,6 +16,7 @@ from solarcal.emulator.world import World, random_stream
 from solarcal.errors import ConfigurationError
 from solarcal.mount.formula import Coefficients
 from solarcal.site import Weather
+from solarcal.sun.position import require_supported_times
 from solarcal.unit.frames import LineBuffer
 from solarcal.unit.tracker import EmulatedSky, Spot, Truth, UnitIdentity
 
@@ -63,6 +64,7 @@ class Emulator:
         self.scenario = scenario
         self.noise_deg = scenario.truth.noise_deg
         start = scenario.start_utc_s() if start_utc_s is None else start_utc_s
+        require_supported_times(np.array([start]))
         unit, truth, site = scenario.unit, scenario.truth, scenario.site.place()
         zone_west_h = scenario.site.zone_west_h if unit.zone_west_h is None else unit.zone_west_h
         self.world = World(

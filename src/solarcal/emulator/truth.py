@@ -13,6 +13,8 @@ from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun import REFRACTIONS, SUN_MODELS
 
+MOST_NOISE_DEG = 10.0
+
 
 class MissedCounts(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Counts the encoder of ``axis`` (1 or 2) loses at ``at``, a time after the start ("+4h").
@@ -81,6 +83,11 @@ class WorldTruth(msgspec.Struct, frozen=True, kw_only=True):
     spot_range_deg: float = 3.0
 
     def __post_init__(self) -> None:
+        if self.noise_deg > MOST_NOISE_DEG:
+            raise ConfigurationError(
+                f"truth.noise_deg: {self.noise_deg:g} is more than {MOST_NOISE_DEG:g}: nobody who "
+                "sees the spot is so far off"
+            )
         for name, value, known in (
             ("sun", self.sun, SUN_MODELS),
             ("refraction", self.refraction, REFRACTIONS),

@@ -92,8 +92,8 @@ def merge_sessions(
     """
     if not parts:
         raise FitError("no session to merge; give at least one file")
-    parts = [_high_enough(part, context) for part in parts]
     called = list(names) or [f"session {k + 1}" for k in range(len(parts))]
+    parts = [_high_enough(p, context, name) for p, name in zip(parts, called, strict=True)]
     joint = _joined(parts)
     session = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
     solution = fit_exact(joint, context, prior=prior)
@@ -115,11 +115,11 @@ def merge_sessions(
     return Merged(solution, change, shifts, sigmas, findings, sentence)
 
 
-def _high_enough(points: PointSet, context: SkyContext) -> PointSet:
+def _high_enough(points: PointSet, context: SkyContext, name: str) -> PointSet:
     high = true_points(points, context).elevation_deg >= LOWEST_ELEVATION_DEG
     if not high.any():
         raise FitError(
-            f"a session has no point above {LOWEST_ELEVATION_DEG:g} deg of elevation; leave it out"
+            f"{name} has no point above {LOWEST_ELEVATION_DEG:g} deg of elevation; leave it out"
         )
     return points if high.all() else points.subset(high)
 

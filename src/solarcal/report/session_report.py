@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from solarcal.model.finding import Finding
 from solarcal.model.judgement import Judgement
+from solarcal.plain_text import one_line
 from solarcal.report.columns import wrapped
 from solarcal.report.fit_tables import coefficients_table, fit_summary
 from solarcal.report.judgement_text import forecast_table, mechanism_table, verdict_text
@@ -166,7 +167,7 @@ def fit_text(judged: JudgedFiles, *, plot: bool) -> str:
 
 def record_line(record: Record) -> str:
     """One record in one line, as the log and a replay tell it."""
-    return f"{record.utc[11:19]}  {record.seq:>4}  {_what(record)}"
+    return f"{record.utc[11:19]}  {record.seq:>4}  {one_line(_what(record))}"
 
 
 def _what(record: Record) -> str:

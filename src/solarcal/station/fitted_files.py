@@ -76,8 +76,10 @@ def fit_files(
     header = sessions[0].header if sessions else None
     chosen = method or (DEFAULT_METHOD if terms is None else "manual")
     moved: tuple[Finding, ...] = ()
-    if len(tables) > 1 and chosen == "robust":
-        merged = solve_merged(tables, header)
+    # A session broken off before its first point has nothing to compare; what it saw still counts.
+    with_points = [table for table in tables if table.count("accepted")]
+    if len(with_points) > 1 and chosen == "robust":
+        merged = solve_merged(with_points, header)
         solution: Solution = merged.solution
         moved = merged.findings
     else:

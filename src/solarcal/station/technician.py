@@ -29,6 +29,7 @@ SETTLE_S = 60.0
 """After a reference check the axes drive back to the Sun before there is a spot to look at."""
 
 MIN_POINT_ELEVATION_DEG = 10.0
+TRACKED_ELEVATION_DEG = 0.5
 SUSPICIOUS_DEG = 0.25
 """Counts that disagree with the prediction by more than this (on sky, and by more than five sigmas
 of the prediction) call for a reference check."""
@@ -105,6 +106,10 @@ class AutomaticTechnician:
         clock = station.set_unit_clock()
         self._say(f"unit clock set: {clock.before_s:+.1f} s before, {clock.after_s:+.3f} s after")
         self._check_reference()
+        if not self._sun_up():
+            self._say("the Sun is down; waiting for the morning")
+            self._wait_for_sun()
+            self._track()
         self._wait_for_sun()
         for _ in range(48):
             try:
@@ -265,7 +270,7 @@ class AutomaticTechnician:
             record = self.station.ref_check()
             d1, d2 = record.difference_counts
             self._say(f"reference check {record.number}: counts found {d1:+d}, {d2:+d}")
-            if record.complete and self._tracks():
+            if record.complete and (not self._sun_up() or self._tracks()):
                 return
             self._say("the reference check does not count; once more")
         raise ProcedureRefused(
@@ -297,6 +302,10 @@ class AutomaticTechnician:
 
     def _wait_until(self, utc_s: float) -> None:
         self.station.clock.wait(max(0.0, round(utc_s - self.station.clock.utc_s(), 3)))
+
+    def _sun_up(self) -> bool:
+        """High enough that the unit, with its own Sun, does not refuse to track it."""
+        return self.station.sun_elevation_deg() >= TRACKED_ELEVATION_DEG
 
     def _sun_usable(self) -> bool:
         """High enough, and the place it would send the axes to is within the limits."""

@@ -111,7 +111,10 @@ class EarthMotion:
 
     @classmethod
     def _by_theory(cls, whole: FloatArray, part: FloatArray) -> "EarthMotion":
-        heliocentric, barycentric = erfa.epv00(whole, part)
+        with warnings.catch_warnings():
+            # `sun_position` has its own, narrower range; terrestrial time is a minute ahead of it.
+            warnings.filterwarnings("ignore", ".*date outside", erfa.ErfaWarning)
+            heliocentric, barycentric = erfa.epv00(whole, part)
         velocity = barycentric["v"]
         return cls(-heliocentric["p"], velocity, velocity - heliocentric["v"])
 

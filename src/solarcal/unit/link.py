@@ -227,6 +227,11 @@ def _open_port(url: str, baudrate: int) -> Any:
         raise LinkError(_cannot_open(url, error)) from None
 
 
+def _names_a_tcp_port(url: str) -> bool:
+    named = re.search(r":([0-9]{1,5})$", url)
+    return named is not None and 1 <= int(named[1]) <= 65535
+
+
 def _cannot_open(url: str, error: BaseException) -> str:
     # pyserial keeps the number of some errors only in the exception it replaced, and termios.error
     # has it as its first argument only.
@@ -250,6 +255,9 @@ def _cannot_open(url: str, error: BaseException) -> str:
         return f"{url} is not a serial port; `solarcal ports` lists what is plugged in"
     if number == errno.ECONNREFUSED:
         return f"nobody answers at {url}; check host and port, and that the server is running"
-    if url.startswith(_NETWORK) and not re.search(r":[0-9]{1,5}$", url):
-        return f"port {url} cannot be opened; write it as {url.partition(':')[0]}://host:port"
+    if url.startswith(_NETWORK) and not _names_a_tcp_port(url):
+        return (
+            f"port {url} cannot be opened; write it as {url.partition(':')[0]}://host:port, "
+            "with a port from 1 to 65535"
+        )
     return f"port {url} cannot be opened: {str(error).splitlines()[0]}"

@@ -51,6 +51,8 @@ def read_points_csv(
         A bad cell, named by line and column; a missing or repeated column; no geometry.
     """
     text = read_text(path)
+    if not text.strip():
+        raise InputFileError(f"{path} is empty: a header line {','.join(REQUIRED_COLUMNS)} comes")
     head = read_head(
         text,
         path,
@@ -237,6 +239,12 @@ def _read_sheet(text: str, path: str | Path) -> _Sheet:
     names = [cell.strip().lower() for cell in rows.pop(0)]
     where = f"{path}:{lines.pop(0)}: the header line"
     if missing := [name for name in REQUIRED_COLUMNS if name not in names]:
+        for name, other in (("semicolons", ";"), ("tabs", "\t")):
+            if set(REQUIRED_COLUMNS) <= {cell.strip() for cell in ",".join(names).split(other)}:
+                raise InputFileError(
+                    f"{where} separates its cells by {name}; save the file with commas between "
+                    "cells and points in numbers"
+                )
         raise InputFileError(f"{where} has no column {', '.join(missing)}")
     for name in (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS):
         if names.count(name) > 1:

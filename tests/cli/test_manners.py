@@ -1,0 +1,117 @@
+"""What all commands do alike: one line for a usage error, full disks, poor terminals, --debug."""
+
+import io
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from solarcal.cli import run_command
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["fit"], "solarcal fit: the following arguments are required: FILE"),
+        (["sun", "--lat", "35,5", "--lon", "0"], "argument --lat: invalid float value: '35,5'"),
+        (["fit", "a.jsonl", "--tolerance", "nan"], "'nan' is not an angle above 0"),
+        (["fleet", ".", "--top", "-1"], "'-1' is not a whole number from 0 on"),
+        (["two-mirror", "trace"], "solarcal two-mirror trace: the following arguments"),
+        (["fti", "a.jsonl"], "invalid choice: 'fti'"),
+    ],
+)
+def test_a_usage_error_is_one_line_that_names_the_help(capsys, words, said):
+    with pytest.raises(SystemExit) as left:
+        run_command(words)
+    out, err = capsys.readouterr()
+    assert left.value.code == 2
+    assert out == ""
+    assert err.count("\n") == 1
+    assert said in err
+    assert "--help` tells the options" in err
+
+
+@pytest.mark.parametrize(
+    "words", [["--debug", "fit", "no.jsonl"], ["fit", "no.jsonl", "--debug"]], ids=["first", "last"]
+)
+def test_debug_shows_the_traceback_and_keeps_the_exit_code(capsys, words):
+    assert run_command(words) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("Traceback")
+    assert err.endswith("solarcal: no.jsonl cannot be read: No such file or directory\n")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="this system has no /dev/full")
+def test_a_full_disk_is_one_line(capsys, monkeypatch):
+    with open("/dev/full", "w") as full:
+        monkeypatch.setattr(sys, "stdout", full)
+        assert run_command(["sun", "--lat", "35", "--lon", "0"]) == 2
+    assert capsys.readouterr().err == (
+        "solarcal: the output cannot be written: No space left on device\n"
+    )
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp1252"])
+def test_drawings_reach_a_terminal_that_is_not_utf8(monkeypatch, encoding):
+    words = ["day", "--lat", "35", "--lon", "0", "--at", "2026-06-21", "--chart"]
+    raw = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(raw, encoding=encoding))
+    assert run_command(words) == 0
+    text = raw.getvalue().decode(encoding)
+    assert "+---" in text
+    assert "*" in text
+    assert "?" not in text
+
+
+def test_terms_may_be_written_with_spaces_and_not_left_empty(capsys):
+    session = "sessions/azel-good-day.jsonl"
+    assert run_command(["fit", session, "--terms", "P2, P4", "--json"]) == 0
+    capsys.readouterr()
+    assert run_command(["fit", session, "--terms", ""]) == 2
+    assert "there is no error term ''" in capsys.readouterr().err
+
+
+def test_a_calibration_begun_at_night_waits_for_the_morning(capsys, tmp_path):
+    session = tmp_path / "winter.jsonl"
+    words = ["calibrate", "--start", "2026-12-21T08:00Z", "--points", "3", "-o", str(session)]
+    assert run_command(words) == 0
+    assert "the Sun is down; waiting for the morning\n" in capsys.readouterr().err
+    first = next(line for line in session.read_text().splitlines() if '"type":"point"' in line)
+    # 10 deg up at about 15:15 UTC in New Mexico.
+    assert '"utc":"2026-12-21T15:' in first
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--start", "1950-01-01"], "no Sun for 1950-01-01T00:00:00Z: the models hold from 1960"),
+        (["--noise-deg", "1e300"], "truth.noise_deg: 1e+300 is more than 10"),
+    ],
+)
+def test_an_emulator_that_cannot_be_is_bad_input(capsys, words, said):
+    assert run_command(["calibrate", *words]) == 2
+    err = capsys.readouterr().err
+    assert said in err
+    assert err.count("\n") == 1
+
+
+def test_a_sessions_folder_that_cannot_be_made_is_one_line(capsys, tmp_path, monkeypatch):
+    in_the_way = tmp_path / "sessions"
+    in_the_way.touch()
+    monkeypatch.setenv("SOLARCAL_SESSIONS", str(in_the_way / "mine"))
+    assert run_command(["calibrate", "--points", "3"]) == 2
+    err = capsys.readouterr().err
+    assert f"the sessions folder {in_the_way / 'mine'} cannot be made: Not a directory" in err
+    assert err.count("\n") == 1
+
+
+def test_a_remark_stays_one_line_and_cannot_steer_the_terminal(capsys, tmp_path):
+    session = tmp_path / "s.jsonl"
+    session.write_bytes(Path("sessions/azel-good-day.jsonl").read_bytes())
+    assert run_command(["note", str(session), "one\ntwo \x1b[31mred"]) == 0
+    capsys.readouterr()
+    assert run_command(["replay", str(session), "--headless"]) == 0
+    out = capsys.readouterr().out
+    assert "note: one two \\x1b[31mred\n" in out
+    assert "\x1b" not in out
