@@ -249,7 +249,8 @@ class AutomaticTechnician:
     def _check_reference(self) -> None:
         record = self.station.ref_check()
         d1, d2 = record.difference_counts
-        self._say(f"reference check {record.number}: counts found {d1:+d}, {d2:+d}")
+        found = "counts found" if record.at_switches else "no switches; read-outs off by counts"
+        self._say(f"reference check {record.number}: {found} {d1:+d}, {d2:+d}")
         self.station.track()
 
     # -- waiting -----------------------------------------------------------------------------
