@@ -81,6 +81,7 @@ class RotatorTracker:
         self._pace = pace if pace is not None else ThreadPace()
         self._turn = threading.RLock()
         self._control: RotatorControl | None = None
+        self._beliefs: StandInBeliefs | None = None
         self._lock: UnitLock | None = None
         self._model = ""
         self._interrupted = False
@@ -97,6 +98,7 @@ class RotatorTracker:
             self._pace.end()
             if before is not None:
                 self._interrupted = before.let_go() or self._interrupted
+                self._beliefs = before.beliefs
             told = self._rotator.open()
             axes = AzElAxes(
                 self._description.geometry,
@@ -108,8 +110,8 @@ class RotatorTracker:
             beliefs = StandInBeliefs(
                 self._description, self._site, self._clock, keeper, axes.limits, has_switches=False
             )
-            if before is not None:
-                beliefs.set_clock_as(before.beliefs)
+            if self._beliefs is not None:
+                beliefs.set_clock_as(self._beliefs)
             if self._interrupted:
                 # It was on its way when the line went, and went on without anybody watching.
                 self._rotator.stop()
@@ -169,7 +171,7 @@ class RotatorTracker:
             control = self._here
             # What is due comes first: a jog must not outlive its time while it is looked at.
             control.act()
-            return self._status(control, control.look())
+            return self._status(control, control.watch())
 
     def stored(self) -> Stored:
         return self._here.beliefs.stored()
