@@ -8,7 +8,8 @@ from solarcal.errors import LinkError
 from solarcal.mount_description import MountDescription
 from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.standing_in.kept import MemoryKeeper
-from solarcal.station.standing_in.rotator_tracker import RotatorTracker, ThreadPace
+from solarcal.station.standing_in.pace import ThreadPace
+from solarcal.station.standing_in.rotator_tracker import RotatorTracker
 from solarcal.unit.drivers.rotctld import RotctldRotator
 
 MORNING = "2026-06-03T16:00:00Z"
