@@ -18,7 +18,8 @@ from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.two_mirror_scenario import load_mirror_scenario, mirror_scenario_names
 from solarcal.errors import ProtocolError, SolarcalError
 from solarcal.plain_text import is_harmless
-from solarcal.profiles import Profile, profile_from_form
+from solarcal.profile_form import profile_from_form
+from solarcal.profiles import Profile
 from solarcal.session.interchange import read_table
 from solarcal.session.reader import live_records, read_session
 from solarcal.station.state import view_session

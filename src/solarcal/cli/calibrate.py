@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from solarcal.cli.fit import add_method_option
 from solarcal.cli.output import print_json, say
+from solarcal.cli.unit_options import PORT_HELP, add_driver_options, asked_tracker, asks_for_unit
 
 if TYPE_CHECKING:
     from solarcal.session.journal import Journal
@@ -23,9 +24,8 @@ DEFAULT_SCENARIO = "tijeras-azel"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--scenario", metavar="NAME|FILE", help="an emulated tracker, in process")
-    where.add_argument("--port", metavar="URL", help="a unit on a line: device, socket://host:port")
-    parser.add_argument("--driver", default="solartrak", help="how to talk to the unit")
-    parser.add_argument("--trace", metavar="FILE", help="write what goes over the line")
+    where.add_argument("--port", metavar="URL", help=PORT_HELP)
+    add_driver_options(parser)
     add_emulator_arguments(parser)
     add_schedule_arguments(parser)
     parser.add_argument(
@@ -109,29 +109,24 @@ def run_calibration(
 @contextmanager
 def tracker_for(args: argparse.Namespace) -> "Iterator[tuple[Tracker, str, float | None]]":
     """The unit asked for, its name for files, and the eye noise if we made it ourselves."""
-    if args.port:
-        from solarcal.unit.drivers import open_tracker
-
-        tracker = open_tracker(args.port, driver=args.driver, trace=args.trace)
-        try:
+    if asks_for_unit(args):
+        with asked_tracker(args) as tracker:
             yield tracker, "unit", args.noise_deg
-        finally:
-            tracker.close()
         return
-    from solarcal.emulator.emulation import Emulator
-    from solarcal.emulator.scenario import load_scenario
-    from solarcal.emulator.server import InProcessLink
-    from solarcal.unit.drivers.solartrak import SolarTrakUnit
+    from solarcal.emulated_units import emulated_unit
 
-    scenario = load_scenario(args.scenario or DEFAULT_SCENARIO, args.settings)
-    emulator = Emulator(
-        scenario, start_utc_s=start_utc_s(args), seed=args.seed, noise_deg=args.noise_deg
+    emulated = emulated_unit(
+        args.scenario or DEFAULT_SCENARIO,
+        args.driver or "solartrak",
+        settings=tuple(args.settings),
+        start_utc_s=start_utc_s(args),
+        seed=args.seed,
+        noise_deg=args.noise_deg,
     )
-    unit = SolarTrakUnit(lambda: InProcessLink(emulator))
     try:
-        yield unit, file_stem(args.scenario or DEFAULT_SCENARIO), emulator.noise_deg
+        yield emulated.tracker, file_stem(args.scenario or DEFAULT_SCENARIO), emulated.noise_deg
     finally:
-        unit.close()
+        emulated.tracker.close()
 
 
 def file_stem(scenario: str) -> str:

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Protocol
 
-from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.line_faults import HungUp
 from solarcal.errors import ConfigurationError, LinkError
 
@@ -44,7 +43,7 @@ class UnitOnALine(Protocol):
 class InProcessLink:
     """A ``Link`` without a wire: replies are there when ``write`` returns, so silence is final."""
 
-    def __init__(self, emulator: Emulator) -> None:
+    def __init__(self, emulator: UnitOnALine) -> None:
         self._emulator = emulator
         self._replies: deque[bytes] = deque()
         self._closed = False

@@ -179,7 +179,8 @@ def _what(record: Record) -> str:
         case RefCheck():
             d1, d2 = record.difference_counts
             done = "" if record.complete else " (broken off)"
-            return f"reference check {record.number}{done}: counts found {d1:+d}, {d2:+d}"
+            found = "counts found" if record.at_switches else "no switches; read-outs off by counts"
+            return f"reference check {record.number}{done}: {found} {d1:+d}, {d2:+d}"
         case SunOffset():
             return f"Set Sun Offset: O = {record.offsets.O1:+.4f}, {record.offsets.O2:+.4f} deg"
         case PointRecord():

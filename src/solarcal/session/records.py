@@ -40,6 +40,8 @@ class UnitRecord(msgspec.Struct, frozen=True, kw_only=True):
     site: Site
     heliostat: Heliostat | None = None
     """Target and mirror, where the axes turn a mirror's normal."""
+    has_switches: bool = True
+    """Whether reference checks end on switches."""
 
 
 class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
@@ -97,11 +99,16 @@ class ClockSet(_Record, frozen=True, kw_only=True, tag="clock_set"):
 
 
 class RefCheck(_Record, frozen=True, kw_only=True, tag="ref_check"):
-    """Counts found at the reference switches, 0 expected."""
+    """Counts found at the reference switches, 0 expected.
+
+    Where ``at_switches`` is false: how far the read-outs came to stand from the reference position,
+    in nominal counts; such a check cannot find counts that were missed.
+    """
 
     number: int
     complete: bool
     difference_counts: tuple[int, int]
+    at_switches: bool = True
 
 
 class SunOffset(_Record, frozen=True, kw_only=True, tag="sun_offset"):

@@ -123,6 +123,7 @@ class Station(StationCore):
                 number=result.number,
                 complete=result.complete,
                 difference_counts=(result.difference1, result.difference2),
+                at_switches=self.session.header.unit.has_switches,
             )
         )
 

@@ -69,18 +69,26 @@ def _reference(session: SessionView, live: LiveView, spot: Spot | None) -> tuple
             )
         else:
             d1, d2 = last.difference_counts
-            # The first check finds whatever the register held at power-up.
-            missed = len(session.ref_checks) > 1 and max(abs(d1), abs(d2)) >= MISSED_COUNTS
             facts.append(Fact(f"Check no. {last.number} at {when}: complete."))
             facts.append(
-                Fact(
-                    f"Counts found at the switches: axis 1 {d1:+d}, axis 2 {d2:+d}"
-                    + (": counts were missed before it." if missed else ".")
+                Fact(_counts_found(d1, d2, later=len(session.ref_checks) > 1))
+                if last.at_switches
+                else Fact(
+                    f"No switches: the read-outs stood {d1:+d}, {d2:+d} counts from the reference "
+                    "position. Did both axes stand at their marks there?"
                 )
             )
     if status is not None and not status.referenced:
         facts.append(Fact("The unit says it is NOT referenced since power-up.", against=True))
     return tuple(facts)
+
+
+def _counts_found(d1: int, d2: int, *, later: bool) -> str:
+    # The first check finds whatever the register held at power-up.
+    missed = later and max(abs(d1), abs(d2)) >= MISSED_COUNTS
+    return f"Counts found at the switches: axis 1 {d1:+d}, axis 2 {d2:+d}" + (
+        ": counts were missed before it." if missed else "."
+    )
 
 
 def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fact, ...]:
