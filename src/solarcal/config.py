@@ -31,6 +31,12 @@ def sessions_dir() -> Path:
     return Path(named) if named else Path(platformdirs.user_data_dir(APP, False)) / "sessions"
 
 
+def units_dir() -> Path:
+    """Folder of what is kept for units that cannot keep it; ``SOLARCAL_UNITS`` names another."""
+    named = os.environ.get("SOLARCAL_UNITS")
+    return Path(named) if named else Path(platformdirs.user_data_dir(APP, False)) / "units"
+
+
 def config_dir() -> Path:
     """Folder of profiles, settings and keymap; ``SOLARCAL_CONFIG`` names another."""
     named = os.environ.get("SOLARCAL_CONFIG")
@@ -72,6 +78,8 @@ class Choice(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
         if self.replay:
             return f"replay {Path(self.replay).name}"
         what = f"emulated tracker {self.scenario}" if self.scenario else f"unit on {self.port}"
+        if self.driver != "solartrak":
+            what += f", driver {self.driver}"
         return f"continue {Path(self.session).name} ({what})" if self.session else what
 
 

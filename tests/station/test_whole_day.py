@@ -15,10 +15,10 @@ from solarcal.station.diagnosing import diagnose_session
 from solarcal.station.documents import fit_document
 from solarcal.station.evidence import evidence
 from solarcal.station.fitting import session_table, solve
+from solarcal.station.front_door import open_tracker
 from solarcal.station.headless import Calibration, calibrate
 from solarcal.station.replay import Replay
 from solarcal.station.technician import Schedule
-from solarcal.unit.drivers import open_tracker
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 
 SMALL = ["truth.lean_deg=0.1", "truth.refraction=none", "truth.sun=solartrak"]

@@ -7,7 +7,9 @@ from textual.widgets import Input, OptionList
 from solarcal.clock import SystemClock
 from solarcal.config import Choice, Settings, load_settings, sessions_dir
 from solarcal.errors import ConfigurationError
-from solarcal.profiles import FieldError, form_texts, load_profile, profile_from_form, save_profile
+from solarcal.mount_description import MountDescription
+from solarcal.profile_form import MOUNT_FIELDS, FieldError, form_texts, profile_from_form
+from solarcal.profiles import Profile, load_profile, save_profile
 from solarcal.session.journal import Journal
 from solarcal.session.reader import read_session
 from solarcal.session.records import Closed
@@ -31,8 +33,6 @@ async def offers(pilot):
 
 def unfinished_session(name="field-2026-06-03.jsonl"):
     """A session that broke off, as a killed program leaves it; its line is an emulated one."""
-    from solarcal.profiles import Profile
-
     line = open_line(Choice(scenario="tijeras-azel"), Profile())
     line.station.set_unit_clock()
     line.station.initialise(confirmed=True)
@@ -215,6 +215,40 @@ def test_the_form_names_the_field_that_is_wrong(texts, field):
     assert refused.value.field == field
 
 
+@pytest.mark.parametrize(
+    ("texts", "field"),
+    [
+        ({"driver": "belt"}, "driver"),
+        ({"geometry": "elaz"}, "geometry"),
+        ({"drive2": "rotary"}, "drive2"),
+        ({"limits1_deg": "130 -130"}, "limits1_deg"),
+        ({"limits2_deg": "3"}, "limits2_deg"),
+        ({"reference_deg": "0 north"}, "reference_deg"),
+        ({"update_range_deg": "90"}, "update_range_deg"),
+    ],
+)
+def test_a_wrong_field_of_the_mount_is_named(texts, field):
+    with pytest.raises(FieldError) as caught:
+        profile_from_form({"name": "x", **texts})
+    assert caught.value.field == field
+
+
+def test_a_mount_comes_back_from_the_form_with_what_the_form_has_no_field_for():
+    mount = MountDescription(
+        unit_name="roof", geometry="polar", drive1="rotary:250", limits1_deg=(-90.0, 85.5),
+        update_range_deg=0.2, reference1_deg=10.0, scale_decimals=7, zone_west_h=7.0,
+    )  # fmt: skip
+    before = Profile(name="x", mount=mount)
+    assert profile_from_form(form_texts(before), before) == before
+    save_profile(before)
+    assert load_profile("x") == before
+    changed = {**form_texts(before), "unit_name": "", "update_range_deg": "0,05"}
+    again = profile_from_form(changed, before).mount
+    assert (again.unit_name, again.update_range_deg, again.scale_decimals) == ("", 0.05, 7)
+    emptied = {**form_texts(before), **{name: "" for name, _, _ in MOUNT_FIELDS}}
+    assert profile_from_form(emptied, before).mount is None
+
+
 def test_a_profile_comes_back_from_the_form_and_from_its_file_unchanged():
     texts = {
         "name": "São Paulo"[:1] + "ao", "operator": 'Ann "the hand"\x7f', "latitude_deg": "-23,55",
@@ -237,8 +271,6 @@ def test_a_damaged_settings_file_is_named():
 
 
 def test_a_unit_that_believes_in_another_site_is_noticed_at_once():
-    from solarcal.profiles import Profile
-
     right = open_line(Choice(scenario="tijeras-azel"), Profile())
     wrong = open_line(
         Choice(scenario="tijeras-azel", settings=("truth.unit_offset_s=3600",)), Profile()
@@ -250,8 +282,6 @@ def test_a_unit_that_believes_in_another_site_is_noticed_at_once():
 
 
 def test_a_real_unit_has_the_laptops_clock_and_an_emulated_one_its_own():
-    from solarcal.profiles import Profile
-
     line = open_line(Choice(scenario="tijeras-azel"), Profile())
     assert not isinstance(line.clock, SystemClock)
     line.close()
@@ -259,7 +289,6 @@ def test_a_real_unit_has_the_laptops_clock_and_an_emulated_one_its_own():
 
 def test_going_on_is_refused_when_another_program_has_the_file():
     from solarcal.errors import SolarcalError
-    from solarcal.profiles import Profile
 
     path = unfinished_session()
     with Journal.resume(path), pytest.raises(SolarcalError, match=path.name):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from solarcal.cli.fit import add_method_option
 from solarcal.cli.output import print_json, say
+from solarcal.cli.unit_options import PORT_HELP, add_driver_options, asked_tracker, asks_for_unit
 
 if TYPE_CHECKING:
     from solarcal.session.journal import Journal
@@ -23,9 +24,8 @@ DEFAULT_SCENARIO = "tijeras-azel"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--scenario", metavar="NAME|FILE", help="an emulated tracker, in process")
-    where.add_argument("--port", metavar="URL", help="a unit on a line: device, socket://host:port")
-    parser.add_argument("--driver", default="solartrak", help="how to talk to the unit")
-    parser.add_argument("--trace", metavar="FILE", help="write what goes over the line")
+    where.add_argument("--port", metavar="URL", help=PORT_HELP)
+    add_driver_options(parser)
     add_emulator_arguments(parser)
     add_schedule_arguments(parser)
     parser.add_argument(
@@ -109,14 +109,9 @@ def run_calibration(
 @contextmanager
 def tracker_for(args: argparse.Namespace) -> "Iterator[tuple[Tracker, str, float | None]]":
     """The unit asked for, its name for files, and the eye noise if we made it ourselves."""
-    if args.port:
-        from solarcal.unit.drivers import open_tracker
-
-        tracker = open_tracker(args.port, driver=args.driver, trace=args.trace)
-        try:
+    if asks_for_unit(args):
+        with asked_tracker(args) as tracker:
             yield tracker, "unit", args.noise_deg
-        finally:
-            tracker.close()
         return
     from solarcal.emulator.emulation import Emulator
     from solarcal.emulator.scenario import load_scenario

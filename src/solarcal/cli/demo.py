@@ -53,7 +53,7 @@ def run_headless(args: argparse.Namespace) -> int:
     from solarcal.emulator.emulation import Emulator
     from solarcal.emulator.scenario import load_scenario
     from solarcal.emulator.server import serve_pty
-    from solarcal.unit.drivers import open_tracker
+    from solarcal.station.front_door import open_tracker
 
     scenario = load_scenario(args.scenario, args.settings)
     emulator = Emulator(

@@ -4,7 +4,8 @@ import argparse
 from pathlib import Path
 
 from solarcal.cli.output import print_json, say
-from solarcal.cli.upload import add_line_options, demand_session
+from solarcal.cli.unit_options import add_unit_options, asked_tracker, port_words
+from solarcal.cli.upload import demand_session
 
 HELP = "restore what the newest upload to a unit replaced"
 
@@ -17,7 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="session file with the upload; default: the newest one in the sessions folder",
     )
-    add_line_options(parser)
+    add_unit_options(parser)
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
 
 
@@ -27,12 +28,10 @@ def run(args: argparse.Namespace) -> int:
     from solarcal.session.journal import Journal
     from solarcal.session.reader import live_records
     from solarcal.station.uploading import UnitOnTheLine, find_upload, newest_upload
-    from solarcal.unit.drivers import open_tracker
 
     if args.file is not None:
         demand_session(args.file)
-    tracker = open_tracker(args.port, driver=args.driver, trace=args.trace, baudrate=args.baudrate)
-    try:
+    with asked_tracker(args) as tracker:
         unit = UnitOnTheLine(tracker)
         path = args.file
         if path is None:
@@ -51,8 +50,6 @@ def run(args: argparse.Namespace) -> int:
                 )
             record = unit.restore(replaced)
             header = journal.header
-    finally:
-        tracker.close()
     if args.json:
         from solarcal.station.documents import upload_document
 
@@ -60,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
     else:
         from solarcal.report.tables import upload_table
 
-        print(f"Unit {header.unit.model} {header.unit.serial} on {args.port}\n")
+        print(f"Unit {header.unit.model} {header.unit.serial}{port_words(args)}\n")
         print(upload_table(record))
         print(f"\nRecorded in {path} as {record.seq}.")
     return 0 if record.verified else 1

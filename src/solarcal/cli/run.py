@@ -5,8 +5,11 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from solarcal.cli.unit_options import PORT_HELP, add_driver_options
+
 if TYPE_CHECKING:
     from solarcal.config import Choice
+    from solarcal.profiles import Profile
 
 HELP = "the workstation: calibrate a tracker, or choose what to do on its start screen"
 
@@ -14,33 +17,44 @@ HELP = "the workstation: calibrate a tracker, or choose what to do on its start 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; without one the start screen asks."""
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--port", metavar="URL", help="a unit on a line: device, socket://host:port")
+    where.add_argument("--port", metavar="URL", help=PORT_HELP)
     where.add_argument("--scenario", metavar="NAME|FILE", help="an emulated tracker")
     where.add_argument(
         "--continue", dest="session", type=Path, metavar="FILE",
         help="go on with a session, on the line it was taken on",
     )  # fmt: skip
-    parser.add_argument("--driver", default="solartrak", help="how to talk to the unit")
-    parser.add_argument("--baudrate", type=int, default=9600, metavar="N")
-    parser.add_argument("--profile", metavar="NAME", help="site, unit and operator profile")
-    parser.add_argument("--trace", metavar="FILE", help="write what goes over the line")
+    add_driver_options(parser)
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="the session file to write"
     )
 
 
 def run(args: argparse.Namespace) -> int:
-    from solarcal.config import Choice
+    from solarcal.config import Choice, load_settings
+    from solarcal.profiles import load_profile, load_site_file
+    from solarcal.unit.drivers import demand_driver
 
     demand_terminal()
+    # A new profile's name is allowed here: the form fills it.
+    profile = (
+        load_site_file(Path(args.site))
+        if args.site
+        else load_profile(args.profile or load_settings().profile)
+    )
+    driver = args.driver or profile.driver
+    demand_driver(driver)
     choice: Choice | None = None
-    if args.port:
-        choice = Choice(port=args.port, driver=args.driver, baudrate=args.baudrate)
+    if args.port or (args.driver and not args.scenario and not args.session):
+        choice = Choice(
+            port=args.port or profile.port,
+            driver=driver,
+            baudrate=args.baudrate or profile.baudrate,
+        )
     elif args.scenario:
         choice = Choice(scenario=args.scenario)
     elif args.session:
         choice = _continued(args.session)
-    return run_workstation(choice, profile=args.profile, output=args.output, trace=args.trace)
+    return run_workstation(choice, profile=profile, output=args.output, trace=args.trace)
 
 
 def _continued(path: Path) -> "Choice":
@@ -78,7 +92,7 @@ def demand_terminal() -> None:
 def run_workstation(
     start: "Choice | None",
     *,
-    profile: str | None = None,
+    profile: "Profile | None" = None,
     output: Path | None = None,
     trace: str | None = None,
 ) -> int:
@@ -93,7 +107,7 @@ def run_workstation(
     app = SolarcalApp(
         PERFORMERS,
         settings=settings,
-        profile=load_profile(profile or settings.profile),
+        profile=profile or load_profile(settings.profile),
         keymap=checked_keymap(load_keymap()),
         start=start,
         output=output,

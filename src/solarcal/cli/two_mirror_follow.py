@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from solarcal.cli.calibrate import add_emulator_arguments, journal_creator, tracker_for
 from solarcal.cli.output import say
+from solarcal.cli.unit_options import add_driver_options
 
 if TYPE_CHECKING:
     from solarcal.unit.tracker import Tracker
@@ -21,8 +22,7 @@ def add_follow_arguments(parser: argparse.ArgumentParser) -> None:
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--scenario", metavar="NAME|FILE", help="an emulated tracker, in process")
     where.add_argument("--port", metavar="URL", help="an emulator on a line")
-    parser.add_argument("--driver", default="solartrak", help="how to talk to the unit")
-    parser.add_argument("--trace", metavar="FILE", help="write what goes over the line")
+    add_driver_options(parser)
     add_emulator_arguments(parser)
     parser.add_argument("--points", type=int, default=12, help="points to take (default 12)")
     parser.add_argument("--every", type=float, default=30.0, metavar="MINUTES", help="(default 30)")

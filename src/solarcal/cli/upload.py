@@ -5,13 +5,14 @@ from pathlib import Path
 
 from solarcal.cli.fit import add_method_option
 from solarcal.cli.output import print_json
+from solarcal.cli.unit_options import add_unit_options, asked_tracker, port_words
 
 HELP = "write the fit of a session into its unit, read back, compare"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, metavar="FILE", help="session file (.jsonl)")
-    add_line_options(parser)
+    add_unit_options(parser)
     add_method_option(parser)
     parser.add_argument(
         "--force", metavar="REASON", help="upload although the points do not fit; kept in the file"
@@ -19,22 +20,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
 
 
-def add_line_options(parser: argparse.ArgumentParser) -> None:
-    """The line to a unit, for commands that always need one."""
-    parser.add_argument(
-        "--port", required=True, metavar="URL", help="device, socket://host:port, rfc2217://..."
-    )
-    parser.add_argument("--driver", default="solartrak", help="how to talk to the unit")
-    parser.add_argument("--baudrate", type=int, default=9600, metavar="N")
-    parser.add_argument("--trace", metavar="FILE", help="write what goes over the line")
-
-
 def run(args: argparse.Namespace) -> int:
     from solarcal.errors import ConfigurationError
     from solarcal.session.journal import Journal
     from solarcal.station.judged_files import judge_files
     from solarcal.station.uploading import UnitOnTheLine, offer_upload, refuse_doubtful
-    from solarcal.unit.drivers import open_tracker
 
     if args.force is not None and not args.force.strip():
         raise ConfigurationError("--force is empty; say why the upload is right all the same")
@@ -43,15 +33,10 @@ def run(args: argparse.Namespace) -> int:
         judged = judge_files([args.file], {}, method=args.method)
         offer = offer_upload(judged.of_the_controller(), journal.header.unit)
         forced = refuse_doubtful(offer, args.force and args.force.strip())
-        tracker = open_tracker(
-            args.port, driver=args.driver, trace=args.trace, baudrate=args.baudrate
-        )
-        try:
+        with asked_tracker(args) as tracker:
             unit = UnitOnTheLine(tracker)
             unit.resume(journal)
             record = unit.upload(offer.rounded, judged.solution.method, forced)
-        finally:
-            tracker.close()
     if args.json:
         from solarcal.station.documents import offer_document, upload_document
 
@@ -62,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
         from solarcal.report.judgement_text import rounding_table, verdict_text
         from solarcal.report.tables import upload_table
 
-        print(f"Unit {journal.header.unit.model} {journal.header.unit.serial} on {args.port}\n")
+        print(f"Unit {journal.header.unit.model} {journal.header.unit.serial}{port_words(args)}\n")
         print(verdict_text(offer.judgement.verdict), end="\n\n")
         print(rounding_table(offer), end="\n\n")
         print(upload_table(record))

@@ -6,11 +6,12 @@ from collections.abc import Callable
 from solarcal.emulator.controller import Controller
 from solarcal.emulator.emulator_requests import EmulatorRequests, Surroundings
 from solarcal.emulator.faults import Faults
-from solarcal.emulator.refusal import Code, Refusal
+from solarcal.emulator.refusal import Refusal
 from solarcal.errors import ConfigurationError, ProtocolError
 from solarcal.unit import fields, values
 from solarcal.unit.frames import Reply, Request, decode_request, encode_reply
 from solarcal.unit.parameters import PARAMETER_NAMES, parameters_from_texts, parameters_to_texts
+from solarcal.unit.refusals import Code
 from solarcal.unit.tracker import UnitIdentity
 
 REPLIES_REMEMBERED = 16

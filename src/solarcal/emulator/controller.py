@@ -10,12 +10,13 @@ from solarcal.emulator.axis_control import AxisControl, MotorPort
 from solarcal.emulator.beliefs import Beliefs, Quartz
 from solarcal.emulator.following import SunFollower
 from solarcal.emulator.reference_check import ReferenceCheck
-from solarcal.emulator.refusal import Code, Refusal
+from solarcal.emulator.refusal import Refusal
 from solarcal.emulator.tracking import NEVER_S
 from solarcal.emulator.unit_settings import UnitSettings
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.site import Site
+from solarcal.unit.refusals import Code
 from solarcal.unit.tracker import Mode, RefCheckResult, Status, Stored, UnitParameters, UnitSite
 
 JOG_EXPIRES_S: Final = 5.0

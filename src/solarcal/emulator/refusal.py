@@ -1,22 +1,6 @@
-"""Why a unit says NO: the numbers and words of ``docs/protocol.md``."""
+"""How the emulated unit says NO."""
 
-from enum import IntEnum
-
-
-class Code(IntEnum):
-    """Refusal numbers of the wire protocol."""
-
-    DAMAGED = 10
-    UNKNOWN = 11
-    SEQUENCE_REUSED = 12
-    BAD_ARGUMENT = 13
-    LOCKED = 20
-    BEYOND_LIMIT = 21
-    BUSY = 22
-    MOVING = 23
-    NOT_REFERENCED = 24
-    SUN_DOWN = 25
-    STOPPED = 26
+from solarcal.unit.refusals import Code
 
 
 class Refusal(Exception):

@@ -78,14 +78,16 @@ def open_line(
     """
     from solarcal.station.connecting import disagreements
     from solarcal.station.emulated_clock import EmulatedClock
+    from solarcal.station.front_door import open_tracker
     from solarcal.station.procedure import Station
-    from solarcal.unit.drivers import open_tracker
 
     with contextlib.ExitStack() as resources:
         url = choice.port
         if choice.scenario:
             url = resources.enter_context(_emulated_line(choice))
-        tracker = open_tracker(url, choice.driver, trace=trace, baudrate=choice.baudrate)
+        tracker = open_tracker(
+            url, choice.driver, trace=trace, baudrate=choice.baudrate, profile=profile
+        )
         resources.callback(tracker.close)
         emulated = tracker.emulation is not None
         clock: Clock = SystemClock()

@@ -9,16 +9,8 @@ from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import Input, Select, Static
 
 from solarcal.errors import SolarcalError
-from solarcal.profiles import (
-    FIELDS,
-    FieldError,
-    Profile,
-    form_texts,
-    load_profile,
-    profile_from_form,
-    profile_names,
-    save_profile,
-)
+from solarcal.profile_form import FIELDS, FieldError, form_texts, profile_from_form
+from solarcal.profiles import Profile, load_profile, profile_names, save_profile
 from solarcal.tui.screens.base import StationModal
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.head_lines import HeadLine, LogLine
@@ -79,7 +71,8 @@ class ProfileScreen(StationModal[bool]):
         if not isinstance(event.value, str):
             return
         try:
-            texts = form_texts(load_profile(event.value))
+            self._profile = load_profile(event.value)
+            texts = form_texts(self._profile)
         except SolarcalError as error:
             self.query_one("#log", LogLine).say(str(error), error=True)
             return
@@ -97,7 +90,7 @@ class ProfileScreen(StationModal[bool]):
         for name in texts:
             self.query_one(f"#{name}", Input).remove_class("-wrong")
         try:
-            profile = profile_from_form(texts)
+            profile = profile_from_form(texts, self._profile)
             save_profile(profile)
         except SolarcalError as error:
             self.query_one("#log", LogLine).say(str(error), error=True)

@@ -1,38 +1,20 @@
-"""One driver per kind of controller, chosen by name."""
-
-from pathlib import Path
+"""One driver per kind of controller, chosen by name. ``station.front_door`` opens them."""
 
 from solarcal.errors import ConfigurationError
-from solarcal.unit.link import Link, SerialLink
-from solarcal.unit.tracker import Tracker
 
-DRIVERS = ("solartrak",)
+DRIVERS: dict[str, str] = {
+    "solartrak": "a unit that speaks the documented protocol",
+}
+"""Name -> what it is for, in the order a technician would look for it."""
 
 
-def open_tracker(
-    url: str, driver: str = "solartrak", trace: str | Path | None = None, baudrate: int = 9600
-) -> Tracker:
-    """The tracker at ``url``, its line open and the unit's identity known.
+def demand_driver(name: str) -> None:
+    """Refuse a name that is no driver's.
 
     Raises
     ------
     ConfigurationError
-        No such driver, or the trace file cannot be written.
-    LinkError
-        The port cannot be opened, or nobody answers in the driver's protocol.
+        Names those there are.
     """
-    from solarcal.unit.drivers.solartrak import SolarTrakUnit
-
-    if driver not in DRIVERS:
-        raise ConfigurationError(f"no driver {driver!r}; there is: {', '.join(DRIVERS)}")
-
-    def link() -> Link:
-        return SerialLink(url, baudrate=baudrate, trace=trace)
-
-    unit = SolarTrakUnit(link, port=url)
-    try:
-        unit.open()
-    except BaseException:
-        unit.close()
-        raise
-    return unit
+    if name not in DRIVERS:
+        raise ConfigurationError(f"no driver {name!r}; there is: {', '.join(DRIVERS)}")

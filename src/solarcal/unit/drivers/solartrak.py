@@ -11,6 +11,7 @@ from solarcal.unit import fields, values
 from solarcal.unit.conversation import Conversation, Timing
 from solarcal.unit.link import Link
 from solarcal.unit.parameters import ABSENT, PARAMETER_NAMES, parameters_from_texts
+from solarcal.unit.refusals import Code
 from solarcal.unit.tracker import (
     EmulatedSky,
     Emulation,
@@ -32,10 +33,6 @@ A = TypeVar("A")
 
 LONGEST_ADVANCE_S = 86400.0
 """What one ``X ADVANCE`` may ask for."""
-
-NOT_ANNOUNCED = 30
-BAD_ARGUMENT = 13
-"""Refusal code of an ``X`` request on a unit that does not announce them."""
 
 
 class SolarTrakUnit:
@@ -186,7 +183,7 @@ class SolarTrakUnit:
         request = f"X {verb}"
         talk = self._talk
         if self._identity is None or not self._identity.is_emulator:
-            raise UnitRefused(NOT_ANNOUNCED, "this unit is no emulator", request)
+            raise UnitRefused(Code.NOT_ANNOUNCED, "this unit is no emulator", request)
         answer_s = self._timing.advance_s if verb == "ADVANCE" else None
         return self._read(request, reader, talk.ask("X", verb, *arguments, answer_s=answer_s))
 
@@ -219,7 +216,7 @@ class SolarTrakUnit:
             answer = self._talk.ask("PARAM", name)
         except UnitRefused as refusal:
             # Units older than these parameters do not know their names.
-            if name not in ABSENT or refusal.code != BAD_ARGUMENT:
+            if name not in ABSENT or refusal.code != Code.BAD_ARGUMENT:
                 raise
             return ABSENT[name]
         (text,) = self._read(f"PARAM {name}", lambda answer: fields.expect(answer, "value"), answer)

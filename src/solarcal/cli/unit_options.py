@@ -1,0 +1,98 @@
+"""The options by which every command finds its unit, and the way they lead to a tracker."""
+
+import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from solarcal.profiles import Profile
+    from solarcal.unit.tracker import Tracker
+
+PORT_HELP = "a unit on a line: device, socket://host:port, rfc2217://..."
+
+
+def add_unit_options(parser: argparse.ArgumentParser) -> None:
+    """For commands that always need a unit."""
+    parser.add_argument("--port", metavar="URL", help=f"{PORT_HELP} (default: the profile's)")
+    add_driver_options(parser)
+
+
+def add_driver_options(parser: argparse.ArgumentParser) -> None:
+    """Everything but the port itself."""
+    parser.add_argument(
+        "--driver", metavar="NAME", help="how to talk to the unit (default: the profile's, else "
+        "solartrak)",
+    )  # fmt: skip
+    parser.add_argument("--baudrate", type=int, metavar="N", help="default: the profile's, 9600")
+    told = parser.add_mutually_exclusive_group()
+    told.add_argument("--profile", metavar="NAME", help="site, unit and operator profile")
+    told.add_argument("--site", metavar="FILE", help="the same from a file: a profile's TOML")
+    parser.add_argument("--trace", metavar="FILE", help="write what goes over the line")
+
+
+def port_words(args: argparse.Namespace) -> str:
+    """Where the unit is, to go after its name."""
+    return f" on {args.port}" if args.port else ""
+
+
+def asks_for_unit(args: argparse.Namespace) -> bool:
+    """Whether a unit is meant, where a command could also make an emulated one."""
+    return not args.scenario and any((args.port, args.driver, args.profile, args.site))
+
+
+def named_profile(args: argparse.Namespace) -> "Profile | None":
+    """The profile the command line names; ``None`` where it names none.
+
+    Raises
+    ------
+    ConfigurationError
+        There is none of that name, or it cannot be used.
+    """
+    from pathlib import Path
+
+    from solarcal.errors import ConfigurationError
+    from solarcal.profiles import load_profile, load_site_file, profile_names
+
+    if args.site:
+        return load_site_file(Path(args.site))
+    if not args.profile:
+        return None
+    if args.profile not in (known := profile_names()):
+        raise ConfigurationError(
+            f"no profile {args.profile!r}; "
+            + (f"there is: {', '.join(known)}" if known else "none has been saved yet")
+        )
+    return load_profile(args.profile)
+
+
+def open_asked(args: argparse.Namespace) -> "Tracker":
+    """The tracker these options ask for, its line open.
+
+    Raises
+    ------
+    ConfigurationError, LinkError
+        As ``station.front_door.open_tracker``.
+    """
+    from solarcal.station.front_door import open_tracker
+
+    profile = named_profile(args)
+    told_driver = profile.driver if profile is not None else "solartrak"
+    told_baudrate = profile.baudrate if profile is not None else 9600
+    return open_tracker(
+        args.port or (profile.port if profile is not None else ""),
+        args.driver or told_driver,
+        trace=args.trace,
+        baudrate=args.baudrate or told_baudrate,
+        profile=profile,
+    )
+
+
+@contextmanager
+def asked_tracker(args: argparse.Namespace) -> "Iterator[Tracker]":
+    """The same, closed again whatever happens."""
+    tracker = open_asked(args)
+    try:
+        yield tracker
+    finally:
+        tracker.close()

@@ -1,0 +1,245 @@
+"""The profile form: texts of its fields to a profile and back; an error names its field."""
+
+import re
+from collections.abc import Mapping
+
+from solarcal.errors import ConfigurationError
+from solarcal.inclinometer import Inclinometer
+from solarcal.mount_description import MountDescription
+from solarcal.profiles import Profile
+from solarcal.site import Site, Weather
+from solarcal.unit.drivers import DRIVERS
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _-]{0,39}")
+
+FIELDS: tuple[tuple[str, str, str], ...] = (
+    ("name", "Profile name", "letters, digits, - and _"),
+    ("operator", "Operator", "your name, kept in every session"),
+    ("pointing_device", "Pointing device", "e.g. sunspot plate, 1 m"),
+    ("tolerance_deg", "Tolerance, deg", "0.1"),
+    ("driver", "Driver", ", ".join(DRIVERS)),
+    ("port", "Port of the unit", "device or socket://host:port"),
+    ("baudrate", "Baud rate", "9600"),
+    ("site_name", "Site name", "optional"),
+    ("latitude_deg", "Latitude, deg north", "south negative; empty: the unit's"),
+    ("longitude_deg", "Longitude, deg EAST", "west negative; empty: the unit's"),
+    ("elevation_m", "Elevation, m", "0"),
+    ("pressure_hpa", "Station pressure, hPa", "empty: from the elevation"),
+    ("temperature_c", "Temperature, C", "15"),
+    ("lean_north_deg", "Inclinometer: lean north, deg", "empty: not read"),
+    ("lean_east_deg", "Inclinometer: lean east, deg", "empty: not read"),
+    ("lean_sigma_deg", "Inclinometer: sigma, deg", "e.g. 0.05"),
+    ("unit_name", "Mount: name of the unit", "the rest is for units that cannot tell it"),
+    ("geometry", "Mount: geometry", "azel, tiltroll-ew, tiltroll-ns or polar"),
+    ("ax1_centre_deg", "Mount: centre of axis 1, deg", "empty: by the site"),
+    ("drive1", "Mount: drive of axis 1", "rotary:COUNTS_PER_DEG or screwjack:..."),
+    ("drive2", "Mount: drive of axis 2", "the same"),
+    ("limits1_deg", "Mount: limits of axis 1, deg", "e.g. -130 130; empty: the unit's"),
+    ("limits2_deg", "Mount: limits of axis 2, deg", "e.g. 3 88"),
+    ("reference_deg", "Mount: reference read-outs, deg", "both axes, e.g. 0 80"),
+    ("update_range_deg", "Mount: update range, deg", "0.1"),
+)
+"""Field, label, hint; in the order of the form."""
+
+MOUNT_FIELDS = FIELDS[-9:]
+
+
+class FieldError(ConfigurationError):
+    """A field of the form that cannot be; ``field`` is its name."""
+
+    def __init__(self, field: str, message: str) -> None:
+        label = next((label for name, label, _ in FIELDS if name == field), field)
+        super().__init__(f"{label}: {message}")
+        self.field = field
+
+
+def form_texts(profile: Profile) -> dict[str, str]:
+    """What each field of the form shows for a profile."""
+
+    def number(value: float | None) -> str:
+        return "" if value is None else f"{value:g}" if abs(value) < 1e5 else repr(value)
+
+    site, weather, lean = profile.site, profile.weather, profile.inclinometer
+    return {
+        "name": profile.name,
+        "operator": profile.operator,
+        "pointing_device": profile.pointing_device,
+        "tolerance_deg": number(profile.tolerance_deg),
+        "driver": profile.driver,
+        "port": profile.port,
+        "baudrate": str(profile.baudrate),
+        "site_name": site.name if site else "",
+        "latitude_deg": repr(site.latitude_deg) if site else "",
+        "longitude_deg": repr(site.longitude_deg) if site else "",
+        "elevation_m": number(site.elevation_m) if site else "",
+        "pressure_hpa": number(weather.pressure_hpa) if weather else "",
+        "temperature_c": number(weather.temperature_c) if weather else "",
+        "lean_north_deg": repr(lean.lean_north_deg) if lean else "",
+        "lean_east_deg": repr(lean.lean_east_deg) if lean else "",
+        "lean_sigma_deg": repr(lean.sigma_deg) if lean else "",
+        **_mount_texts(profile.mount),
+    }
+
+
+def _mount_texts(mount: MountDescription | None) -> dict[str, str]:
+    if mount is None:
+        return {name: "" for name, _, _ in MOUNT_FIELDS}
+    return {
+        "unit_name": mount.unit_name,
+        "geometry": mount.geometry,
+        "ax1_centre_deg": "" if mount.ax1_centre_deg is None else f"{mount.ax1_centre_deg:g}",
+        "drive1": mount.drive1,
+        "drive2": mount.drive2,
+        "limits1_deg": "" if mount.limits1_deg is None else _pair_text(mount.limits1_deg),
+        "limits2_deg": "" if mount.limits2_deg is None else _pair_text(mount.limits2_deg),
+        "reference_deg": _pair_text((mount.reference1_deg, mount.reference2_deg)),
+        "update_range_deg": f"{mount.update_range_deg:g}",
+    }
+
+
+def _pair_text(pair: tuple[float, float]) -> str:
+    return f"{pair[0]:g} {pair[1]:g}"
+
+
+def profile_from_form(texts: Mapping[str, str], before: Profile | None = None) -> Profile:
+    """The profile the form describes.
+
+    Parameters
+    ----------
+    before : the profile the form was filled from; what it has no field for stays as it was.
+
+    Raises
+    ------
+    FieldError
+        The first field that cannot be, by name.
+    """
+    form = {name: texts.get(name, "").strip() for name, _, _ in FIELDS}
+    if not _NAME.fullmatch(form["name"]):
+        raise FieldError("name", "use 1 to 40 letters, digits, spaces, - and _")
+    tolerance = _number(form, "tolerance_deg", 0.001, 10.0, default=0.1)
+    baudrate = _number(form, "baudrate", 300.0, 4e6, default=9600.0)
+    return Profile(
+        name=form["name"],
+        operator=form["operator"],
+        pointing_device=form["pointing_device"],
+        tolerance_deg=tolerance,
+        driver=_driver(form),
+        port=form["port"],
+        baudrate=int(baudrate),
+        site=_site(form),
+        weather=_weather(form),
+        inclinometer=_inclinometer(form),
+        mount=_mount(form, before.mount if before is not None else None),
+    )
+
+
+def _driver(form: Mapping[str, str]) -> str:
+    name = form["driver"] or "solartrak"
+    if name not in DRIVERS:
+        raise FieldError("driver", f"{name!r} is none of {', '.join(DRIVERS)}")
+    return name
+
+
+def _mount(form: Mapping[str, str], before: MountDescription | None) -> MountDescription | None:
+    """Of the fields that were filled; ``None`` where the unit is left to tell all of it."""
+    if not any(form[name] for name, _, _ in MOUNT_FIELDS):
+        return None
+    # Numpy comes with these: not before the first paint.
+    from solarcal.mount.drive import parse_drive
+    from solarcal.mount.geometry import GEOMETRIES
+
+    new = {name: form[name] for name in ("unit_name", "geometry", "drive1", "drive2") if form[name]}
+    if new.get("geometry", "azel") not in GEOMETRIES:
+        raise FieldError("geometry", f"{form['geometry']!r} is none of {', '.join(GEOMETRIES)}")
+    for name in ("drive1", "drive2"):
+        try:
+            parse_drive(new.get(name, MountDescription().drive1))
+        except ConfigurationError as error:
+            raise FieldError(name, str(error)) from None
+    numbers: dict[str, object] = {
+        "limits1_deg": _pair(form, "limits1_deg", -540.0, 540.0),
+        "limits2_deg": _pair(form, "limits2_deg", -180.0, 360.0),
+        "ax1_centre_deg": None
+        if not form["ax1_centre_deg"]
+        else _number(form, "ax1_centre_deg", -360.0, 360.0),
+    }
+    reference = _pair(form, "reference_deg", -540.0, 540.0)
+    if reference is not None:
+        numbers["reference1_deg"], numbers["reference2_deg"] = reference
+    if form["update_range_deg"]:
+        numbers["update_range_deg"] = _number(form, "update_range_deg", 0.001, 5.0)
+    for name in ("limits1_deg", "limits2_deg"):
+        limits = numbers[name]
+        if isinstance(limits, tuple) and not limits[0] < limits[1]:
+            raise FieldError(name, "the lower one comes first")
+    # What the form has no field for.
+    kept = {
+        name: getattr(before or MountDescription(), name)
+        for name in ("zone_west_h", "tilt_decimals", "scale_decimals")
+    }
+    return MountDescription(**{**kept, **new, **numbers})
+
+
+def _pair(
+    form: Mapping[str, str], field: str, low: float, high: float
+) -> tuple[float, float] | None:
+    if not form[field]:
+        return None
+    parts = form[field].replace(";", " ").split()
+    if len(parts) != 2:
+        raise FieldError(field, f"write two numbers with a space between, not {form[field]!r}")
+    first, second = (_number({field: part}, field, low, high) for part in parts)
+    return first, second
+
+
+def _site(form: Mapping[str, str]) -> Site | None:
+    if not form["latitude_deg"] and not form["longitude_deg"]:
+        if form["elevation_m"]:
+            raise FieldError("latitude_deg", "an elevation needs latitude and longitude as well")
+        return None
+    return Site(
+        _number(form, "latitude_deg", -90.0, 90.0),
+        _number(form, "longitude_deg", -180.0, 360.0),
+        _number(form, "elevation_m", -500.0, 9000.0, default=0.0),
+        form["site_name"],
+    )
+
+
+def _weather(form: Mapping[str, str]) -> Weather | None:
+    if not form["pressure_hpa"]:
+        if form["temperature_c"]:
+            raise FieldError("pressure_hpa", "a temperature needs the station pressure as well")
+        return None
+    return Weather(
+        _number(form, "pressure_hpa", 300.0, 1100.0),
+        _number(form, "temperature_c", -60.0, 70.0, default=15.0),
+    )
+
+
+def _inclinometer(form: Mapping[str, str]) -> Inclinometer | None:
+    names = ("lean_north_deg", "lean_east_deg", "lean_sigma_deg")
+    if not any(form[name] for name in names):
+        return None
+    return Inclinometer(
+        lean_north_deg=_number(form, names[0], -20.0, 20.0),
+        lean_east_deg=_number(form, names[1], -20.0, 20.0),
+        sigma_deg=_number(form, names[2], 0.0001, 10.0),
+    )
+
+
+def _number(
+    form: Mapping[str, str], field: str, low: float, high: float, default: float | None = None
+) -> float:
+    text = form[field]
+    if not text:
+        if default is None:
+            raise FieldError(field, "is missing")
+        return default
+    try:
+        # A technician's keyboard may have a decimal comma.
+        value = float(text.replace(",", "."))
+    except ValueError:
+        raise FieldError(field, f"{text!r} is not a number") from None
+    if not low <= value <= high:
+        raise FieldError(field, f"{value:g} is not between {low:g} and {high:g}")
+    return value

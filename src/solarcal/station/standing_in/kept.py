@@ -1,0 +1,75 @@
+"""P and O of a unit that cannot keep them, kept for it by the station.
+
+One small TOML file a unit, replaced whole at every change: a power cut leaves the old numbers or
+the new. The session files tell who changed them, when and why; this file only what is in force.
+"""
+
+import re
+from pathlib import Path
+from typing import Protocol
+
+import msgspec
+
+from solarcal.config import read_toml, units_dir, write_toml
+from solarcal.mount.formula import Coefficients, Offsets
+
+
+class KeptCorrection(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the station commands a unit besides the Sun's own angles. ``utc``: of the change."""
+
+    coefficients: Coefficients = Coefficients()
+    offsets: Offsets = Offsets()
+    utc: str = ""
+
+
+class Keeper(Protocol):
+    """Where a unit's P and O are kept."""
+
+    def load(self) -> KeptCorrection: ...
+
+    def keep(self, correction: KeptCorrection) -> None: ...
+
+
+class FileKeeper:
+    """In a file of the user's data folder.
+
+    Raises
+    ------
+    ConfigurationError
+        From the methods: the file cannot be read or written, or is damaged. Nothing is assumed
+        then: wrong coefficients would drive the axes wrong.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    @classmethod
+    def of_unit(cls, model: str, serial: str) -> "FileKeeper":
+        """The file of one unit, by what it is called in its sessions."""
+        return cls(units_dir() / f"{_plain(model)}-{_plain(serial)}.toml")
+
+    def load(self) -> KeptCorrection:
+        if not self.path.exists():
+            return KeptCorrection()
+        return read_toml(self.path, KeptCorrection)
+
+    def keep(self, correction: KeptCorrection) -> None:
+        write_toml(self.path, correction)
+
+
+class MemoryKeeper:
+    """In this process only: for emulated units, and where something else keeps the record."""
+
+    def __init__(self, correction: KeptCorrection | None = None) -> None:
+        self._correction = correction or KeptCorrection()
+
+    def load(self) -> KeptCorrection:
+        return self._correction
+
+    def keep(self, correction: KeptCorrection) -> None:
+        self._correction = correction
+
+
+def _plain(name: str) -> str:
+    """A name that cannot lead out of its folder."""
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip(".-") or "unit"
