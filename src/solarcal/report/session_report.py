@@ -33,6 +33,7 @@ from solarcal.session.records import (
     Record,
     RefCheck,
     SunOffset,
+    Typed,
     UnknownRecord,
     UploadRecord,
     Void,
@@ -176,9 +177,8 @@ def _what(record: Record) -> str:
         case ClockSet():
             return f"unit clock set: {record.before_s:+.1f} s before, {record.after_s:+.3f} s after"
         case RefCheck():
-            d1, d2 = record.difference_counts
             done = "" if record.complete else " (broken off)"
-            return f"reference check {record.number}{done}: counts found {d1:+d}, {d2:+d}"
+            return f"reference check {record.number}{done}: {record.found_words}"
         case SunOffset():
             return f"Set Sun Offset: O = {record.offsets.O1:+.4f}, {record.offsets.O2:+.4f} deg"
         case PointRecord():
@@ -196,6 +196,10 @@ def _what(record: Record) -> str:
         case UploadRecord():
             kind = "rollback" if record.rollback else "upload"
             return f"{kind}, read back {'equal' if record.verified else 'DIFFERENT'}"
+        case Typed():
+            values = " ".join(f"{name} {text}" for name, text in record.values.items())
+            kept = f" (kept: {'; '.join(record.kept)})" if record.kept else ""
+            return f"typed for {record.form}: {values}{kept}"
         case Note():
             return f"note: {record.text}"
         case Void():

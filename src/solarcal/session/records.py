@@ -97,15 +97,25 @@ class ClockSet(_Record, frozen=True, kw_only=True, tag="clock_set"):
 
 
 class RefCheck(_Record, frozen=True, kw_only=True, tag="ref_check"):
-    """Counts found at the reference switches, 0 expected."""
+    """Counts found at the reference switches, 0 expected; ``None``: the unit does not show them."""
 
     number: int
     complete: bool
-    difference_counts: tuple[int, int]
+    difference_counts: tuple[int, int] | None
+
+    @property
+    def found_words(self) -> str:
+        """The counts in words."""
+        if self.difference_counts is None:
+            return "counts not shown by the unit"
+        return "counts found {:+d}, {:+d}".format(*self.difference_counts)
 
 
-class SunOffset(_Record, frozen=True, kw_only=True, tag="sun_offset"):
-    """Set Sun Offset: the axes stood on the Sun at this instant."""
+class SunOffset(_Record, frozen=True, kw_only=True, tag="sun_offset", omit_defaults=True):
+    """Set Sun Offset: the axes stood on the Sun at this instant.
+
+    ``read_utc`` is that instant where it is not ``utc``: read off a display, and typed after that.
+    """
 
     ideal_deg: Pair
     reading_deg: Pair
@@ -113,6 +123,12 @@ class SunOffset(_Record, frozen=True, kw_only=True, tag="sun_offset"):
     offsets: Offsets
     coefficients: Coefficients
     approach: tuple[int, int]
+    read_utc: str | None = None
+
+    @property
+    def instant(self) -> str:
+        """When the axes stood there."""
+        return self.read_utc or self.utc
 
 
 class Answers(msgspec.Struct, frozen=True, kw_only=True):
@@ -192,6 +208,21 @@ class Note(_Record, frozen=True, kw_only=True, tag="note"):
     text: str
 
 
+class Typed(_Record, frozen=True, kw_only=True, tag="typed"):
+    """What somebody read off a unit's display and typed, by field, in their own digits.
+
+    ``form`` is the step (``open``, ``clock``, ``reference``, ``offset``, ``point``, ``upload``,
+    ``zero``, ``held``), ``read_utc`` the laptop's time of the look. ``kept``: what was doubted and
+    kept all the same. ``corrected``: what had been typed before a doubt made them look again.
+    """
+
+    form: str
+    read_utc: str
+    values: dict[str, str]
+    kept: tuple[str, ...] = ()
+    corrected: tuple[dict[str, str], ...] = ()
+
+
 class Void(_Record, frozen=True, kw_only=True, tag="void"):
     """Strikes record ``voids``. Voiding a void restores what it struck."""
 
@@ -232,6 +263,6 @@ class UnknownRecord(msgspec.Struct, frozen=True, kw_only=True):
 
 KnownRecord = (
     Header | Initialised | ClockSet | RefCheck | SunOffset | PointRecord | CheckRecord | FitRecord
-    | UploadRecord | Note | Void | Override | LinkLost | LinkRestored | Closed
+    | UploadRecord | Note | Typed | Void | Override | LinkLost | LinkRestored | Closed
 )  # fmt: skip
 Record = KnownRecord | UnknownRecord

@@ -248,8 +248,7 @@ class AutomaticTechnician:
 
     def _check_reference(self) -> None:
         record = self.station.ref_check()
-        d1, d2 = record.difference_counts
-        self._say(f"reference check {record.number}: counts found {d1:+d}, {d2:+d}")
+        self._say(f"reference check {record.number}: {record.found_words}")
         self.station.track()
 
     # -- waiting -----------------------------------------------------------------------------

@@ -1,6 +1,6 @@
 """What is known of a controller nobody hears: its settings as typed, and what follows from them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -34,8 +34,8 @@ class Beliefs:
     parameters: UnitParameters
     shows_counts: bool = False
     unit_minus_laptop_s: float = 0.0
-    coefficients: Coefficients = Coefficients()
-    offsets: Offsets = Offsets()
+    coefficients: Coefficients = field(default_factory=Coefficients)
+    offsets: Offsets = field(default_factory=Offsets)
 
     @property
     def geometry(self) -> MountGeometry:
@@ -57,9 +57,7 @@ class Beliefs:
 
     def ideal_deg(self, laptop_utc_s: float) -> Pair:
         """The Sun the unit computes at that instant of the laptop's clock."""
-        return ideal_axes_deg(
-            self.geometry, self.unit_site.site, self.unit_utc_s(laptop_utc_s)
-        )
+        return ideal_axes_deg(self.geometry, self.unit_site.site, self.unit_utc_s(laptop_utc_s))
 
     def rates_deg_per_s(self, laptop_utc_s: float) -> Pair:
         """How fast that Sun moves in the axes."""

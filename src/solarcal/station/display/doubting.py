@@ -69,7 +69,8 @@ def reading_sheet_doubts(
             texts,
             _offset_texts(held.offsets) if offset_just_set else None,
         )
-    return (*doubts, *_limit_doubts(held, texts), *_sun_doubts(held, texts, read_utc_s))
+    doubts += _sun_doubts(held, texts, read_utc_s)
+    return tuple(doubts or _limit_doubts(held, texts))
 
 
 def reading_fit(held: Beliefs, texts: Texts, read_utc_s: float) -> Fit:

@@ -17,7 +17,9 @@ Value = float | int | bool | None
 Values = Mapping[str, Value]
 """What was typed, by field; ``None`` where nothing was and nothing had to be."""
 
-_TIME = re.compile(r"([0-9]{1,2})[:hH. ]?([0-5][0-9])[:mM. ]?([0-5][0-9](?:[.,][0-9]+)?)s?", re.ASCII)
+_TIME = re.compile(
+    r"([0-9]{1,2})[:hH. ]?([0-5][0-9])[:mM. ]?([0-5][0-9](?:[.,][0-9]+)?)s?", re.ASCII
+)
 _WHOLE = re.compile(r"[-+]?[0-9]+", re.ASCII)
 _NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)", re.ASCII)
 _YES = {"y": True, "yes": True, "n": False, "no": False}
@@ -167,7 +169,9 @@ class DisplayForm:
         TypedWrong
             The first field that means nothing.
         """
-        return {field.name: field.value(typed.get(field.name, field.default)) for field in self.fields}
+        return {
+            field.name: field.value(typed.get(field.name, field.default)) for field in self.fields
+        }
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,9 +48,7 @@ def offset_fields(default: str = "") -> tuple[DisplayField, ...]:
 def sun_fields(shown: bool) -> tuple[DisplayField, ...]:
     """The Sun's axis angles, for a display that has them."""
     return tuple(
-        DisplayField(
-            f"sun{axis}", f"Sun AX{axis}, if shown", optional=True, low=-540.0, high=540.0
-        )
+        DisplayField(f"sun{axis}", f"Sun AX{axis}, if shown", optional=True, low=-540.0, high=540.0)
         for axis in (1, 2)
         if shown
     )
@@ -140,9 +138,7 @@ def ref_check_form() -> DisplayForm:
     )  # fmt: skip
 
 
-def offset_form(
-    counts: bool, sun: bool, senses: tuple[int, int], doubts: Doubting
-) -> DisplayForm:
+def offset_form(counts: bool, sun: bool, senses: tuple[int, int], doubts: Doubting) -> DisplayForm:
     """A Set Sun Offset, done at the unit."""
     first, second = ("+" if sense > 0 else "-" for sense in senses)
     return DisplayForm(

@@ -7,6 +7,7 @@ not, each way to mistype it is undone in turn; the one after which it fits is wh
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 from solarcal.station.display.forms import Doubt, number
 
@@ -100,7 +101,11 @@ def _slips(
             moved = fit.off_deg({**texts, field: _nudged(texts[field], step)}, 0.0)[axis]
             unit_deg = abs(moved - fit.off_deg(texts, 0.0)[axis])
             if unit_deg > CLEAR * fit.tolerance_deg[axis]:
-                yield _instead(field, texts[field], "a digit wrong", text), {**texts, field: text}, 0.0
+                yield (
+                    _instead(field, texts[field], "a digit wrong", text),
+                    {**texts, field: text},
+                    0.0,
+                )
     for hours in (1, -1):
         yield (
             Doubt(
@@ -113,7 +118,11 @@ def _slips(
         )
     for minutes in sorted((m for m in range(-EARLIER_MIN, EARLIER_MIN + 1) if m), key=abs):
         when = f"{abs(minutes)} min {'later' if minutes > 0 else 'earlier'}"
-        yield Doubt(f"It fits a reading {when}: read at another time?", "time"), dict(texts), 60.0 * minutes
+        yield (
+            Doubt(f"It fits a reading {when}: read at another time?", "time"),
+            dict(texts),
+            60.0 * minutes,
+        )
 
 
 def _instead(field: str, text: str, what: str, undone: str) -> Doubt:
@@ -142,7 +151,7 @@ def _point(text: str) -> Iterator[tuple[str, str]]:
 def _neighbours(text: str) -> Iterator[tuple[str, str]]:
     """Two digits next to each other exchanged; a point between them stays where it is."""
     places = [i for i, c in enumerate(text) if c.isdigit()]
-    for one, other in zip(places, places[1:], strict=False):
+    for one, other in pairwise(places):
         if text[one] != text[other]:
             swapped = list(text)
             swapped[one], swapped[other] = text[other], text[one]

@@ -29,6 +29,7 @@ from solarcal.station.display.forms import (
     Value,
     Values,
 )
+from solarcal.station.standing_in.told import unit_parameters, unit_site
 from solarcal.timescale import format_utc
 from solarcal.unit.tracker import (
     Emulation,
@@ -58,14 +59,14 @@ class ManualUnit:
     clock : the laptop's.
     """
 
-    def __init__(
-        self, site: Site, mount: MountDescription, display: Display, clock: Clock
-    ) -> None:
+    def __init__(self, site: Site, mount: MountDescription, display: Display, clock: Clock) -> None:
         self._mount = mount
         self._display = display
         self._clock = clock
         self._held = Beliefs(
-            mount.unit_site(site), mount.parameters(site), shows_counts=mount.display == "counts"
+            unit_site(mount, site),
+            unit_parameters(mount, site),
+            shows_counts=mount.display == "counts",
         )
         self._permanent = (Coefficients(), Offsets())
         self._known = False

@@ -104,18 +104,18 @@ class RefCheckDialog(Dialog):
             self.offer("start", "track")
 
     def _tell(self, check: RefCheck) -> None:
-        d1, d2 = check.difference_counts
+        found = check.difference_counts or (0, 0)
         if not check.complete:
             self.say(f"Check no. {check.number} did NOT end. Start it again.", "error")
-        elif check.number > 1 and max(abs(d1), abs(d2)) >= MISSED_COUNTS:
+        elif check.number > 1 and max(map(abs, found)) >= MISSED_COUNTS:
             self.say(
-                f"Check no. {check.number}: counts found {d1:+d} and {d2:+d} where 0 belong: "
+                f"Check no. {check.number}: {check.found_words} where 0 belong: "
                 "counts were missed since the check before; points between them are doubtful.",
                 "warning",
             )
         else:
             self.say(
-                f"Check no. {check.number} complete, recorded: counts found {d1:+d} and {d2:+d}.",
+                f"Check no. {check.number} complete, recorded: {check.found_words}.",
                 "good",
             )
 
