@@ -52,7 +52,8 @@ if TYPE_CHECKING:
 WIDEST_PLOT = 100
 
 
-def _section(title: str, body: str) -> str:
+def section(title: str, body: str) -> str:
+    """A title, underlined, and what stands below it."""
     return f"{title}\n{'-' * len(title)}\n{body}"
 
 
@@ -72,7 +73,7 @@ def diagnosis_section(findings: Sequence[Finding]) -> str:
     parts = [_bullets(found) if found else "Nothing was found to be the matter."]
     if open_:
         parts.append("Cannot be told with these points:\n" + _bullets(open_))
-    return _section("Diagnosis", "\n".join(parts))
+    return section("Diagnosis", "\n".join(parts))
 
 
 def heading(session: SessionView) -> str:
@@ -93,9 +94,9 @@ def _judged(judgement: Judgement, tolerance_deg: float) -> list[str]:
     """Mechanism, forecast and verdict, each under its title."""
     mechanism = mechanism_table(judgement.solution)
     return [
-        *([_section("Mechanism", mechanism)] if mechanism else []),
-        _section("Forecast, deg on the sky", forecast_table(judgement.forecast, tolerance_deg)),
-        _section("Verdict", verdict_text(judgement.verdict)),
+        *([section("Mechanism", mechanism)] if mechanism else []),
+        section("Forecast, deg on the sky", forecast_table(judgement.forecast, tolerance_deg)),
+        section("Verdict", verdict_text(judgement.verdict)),
     ]
 
 
@@ -105,23 +106,23 @@ def session_text(session: SessionView, judgement: Judgement | None) -> str:
     solution = None if judgement is None else judgement.solution
     parts = [
         heading(session),
-        _section("Clock", clocks_table(session.clock_sets)),
-        _section("Reference checks", ref_checks_table(session.ref_checks)),
-        _section("Points", points_table(session.header, session.points, solution)),
+        section("Clock", clocks_table(session.clock_sets)),
+        section("Reference checks", ref_checks_table(session.ref_checks)),
+        section("Points", points_table(session.header, session.points, solution)),
     ]
     if judgement is not None and solution is not None:
-        parts.append(_section("Coefficients", coefficients_table(solution)))
-        parts.append(_section("Fit", fit_summary(solution)))
+        parts.append(section("Coefficients", coefficients_table(solution)))
+        parts.append(section("Fit", fit_summary(solution)))
         parts += _judged(judgement, session.header.tolerance_deg)
     data = session_plot_data(session.header, session.points, solution)
     parts.append(error_plot(data, width, height, colour=sys.stdout.isatty()))
-    parts += [_section("Upload", upload_table(upload)) for upload in session.uploads]
+    parts += [section("Upload", upload_table(upload)) for upload in session.uploads]
     if session.checks:
-        parts.append(_section("Check points", checks_table(session.checks)))
+        parts.append(section("Check points", checks_table(session.checks)))
     if judgement is not None:
         parts.append(diagnosis_section(diagnose_session(session, judgement.solution)))
     elif said := evidence(session):
-        parts.append(_section("Evidence", _bullets(said)))
+        parts.append(section("Evidence", _bullets(said)))
     return "\n\n".join(parts)
 
 
@@ -139,7 +140,7 @@ def calibration_text(calibration: "Calibration") -> str:
                 calibration.session,
                 judge_session(calibration.session, calibration.solution.method),
             ),
-            _section("Truth (the emulator's)", truth),
+            section("Truth (the emulator's)", truth),
             f"Session file: {calibration.path}\n{ending}",
         ]
     )
@@ -150,9 +151,9 @@ def fit_text(judged: JudgedFiles, *, plot: bool) -> str:
     fitted = judged.fitted
     parts = [_bullets(fitted.warnings)] if fitted.warnings else []
     parts += [
-        _section("Points", file_points_table(fitted.table, fitted.solution)),
-        _section("Coefficients", coefficients_table(fitted.solution)),
-        _section("Fit", fit_summary(fitted.solution)),
+        section("Points", file_points_table(fitted.table, fitted.solution)),
+        section("Coefficients", coefficients_table(fitted.solution)),
+        section("Fit", fit_summary(fitted.solution)),
     ]
     if judged.judgement is not None:
         parts += _judged(judged.judgement, judged.tolerance_deg)
@@ -221,5 +222,5 @@ def replay_text(replay: "Replay") -> str:
     session = replay.view
     log = "\n".join(record_line(record) for record in session.records)
     parts = [_bullets(replay.warnings)] if replay.warnings else []
-    parts += [_section("What happened", log), session_text(session, judge_session(session))]
+    parts += [section("What happened", log), session_text(session, judge_session(session))]
     return "\n\n".join(parts)

@@ -128,7 +128,7 @@ def _tracking(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[
         return (Fact("The unit has not been heard yet.", against=True),)
     update_range = session.header.unit.update_range_deg
     if status.by_hand:
-        facts = [Fact("Nobody hears this unit: look at the spot through one update at least.")]
+        facts = [Fact("Nobody hears this unit: watch the spot through an update.")]
     else:
         facts = [
             Fact(f"The unit is in mode {status.mode}.", against=status.mode is not Mode.TRACK),

@@ -19,6 +19,7 @@ from solarcal.profiles import Profile
 if TYPE_CHECKING:
     from solarcal.session.journal import Journal
     from solarcal.session.records import Header
+    from solarcal.station.display.forms import Display
     from solarcal.station.procedure import Station
     from solarcal.station.state import SessionView
 
@@ -67,9 +68,18 @@ def finished(session: "SessionView") -> str:
 
 
 def open_line(
-    choice: Choice, profile: Profile, *, output: Path | None = None, trace: str | None = None
+    choice: Choice,
+    profile: Profile,
+    *,
+    output: Path | None = None,
+    trace: str | None = None,
+    display: "Display | None" = None,
 ) -> OpenLine:
     """Open the line, learn who is there, and open or continue the session file.
+
+    Parameters
+    ----------
+    display : who reads the display of a unit without a line.
 
     Raises
     ------
@@ -86,7 +96,12 @@ def open_line(
         if choice.scenario:
             url = resources.enter_context(_emulated_line(choice))
         tracker = open_tracker(
-            url, choice.driver, trace=trace, baudrate=choice.baudrate, profile=profile
+            url,
+            choice.driver,
+            trace=trace,
+            baudrate=choice.baudrate,
+            profile=profile,
+            display=display,
         )
         resources.callback(tracker.close)
         emulated = tracker.emulation is not None

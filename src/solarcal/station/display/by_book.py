@@ -36,6 +36,7 @@ class HandCalibration:
     path: Path
     proposal: UploadProposal | None
     upload: UploadRecord | None
+    method: str = DEFAULT_METHOD
 
     @property
     def completed(self) -> bool:
@@ -96,7 +97,7 @@ def calibrate_by_book(
     finally:
         journal.close()
     return HandCalibration(
-        station.session, journal.path or Path(), proposal, uploads[-1] if uploads else None
+        station.session, journal.path or Path(), proposal, uploads[-1] if uploads else None, method
     )
 
 

@@ -61,14 +61,12 @@ def reading_sheet_doubts(
         changed them.
     """
     doubts = [*_moment_doubts(held, texts, read_utc_s)]
+    fit = reading_fit(held, texts, read_utc_s)
     if not offset_just_set:
-        doubts += _changed_offsets(held, texts)
+        doubts += _changed_offsets(held, texts, fit)
     if not doubts:
-        doubts += reading_doubts(
-            reading_fit(held, texts, read_utc_s),
-            texts,
-            _offset_texts(held.offsets) if offset_just_set else None,
-        )
+        before = _offset_texts(held.offsets) if offset_just_set else None
+        doubts += reading_doubts(fit, texts, before)
     doubts += _sun_doubts(held, texts, read_utc_s)
     return tuple(doubts or _limit_doubts(held, texts))
 
@@ -142,17 +140,21 @@ def _moment_doubts(held: Beliefs, texts: Texts, read_utc_s: float) -> list[Doubt
     ]
 
 
-def _changed_offsets(held: Beliefs, texts: Texts) -> list[Doubt]:
+def _changed_offsets(held: Beliefs, texts: Texts, fit: Fit) -> list[Doubt]:
+    """Offsets that were typed otherwise a moment ago; the read-outs may tell which are right."""
     before = _offset_texts(held.offsets)
     different = [name for name in ("o1", "o2") if number(texts[name]) != number(before[name])]
     if not different:
         return []
     if number(texts["o1"]) == number(before["o2"]) and number(texts["o2"]) == number(before["o1"]):
         return [Doubt("O1 and O2 exchanged?", "o1")]
+    now_fits, before_fits = all(fit.holds(texts)), all(fit.holds({**texts, **before}))
+    told = ""
+    if now_fits != before_fits:
+        told = f" The read-outs fit what was typed {'now' if now_fits else 'before'}."
     return [
         Doubt(
-            f"{difference_named(name.upper(), texts[name], before[name])} as typed before. If the "
-            "first was the slip, or the offset was set again, keep this.",
+            f"{difference_named(name.upper(), texts[name], before[name])} as typed before.{told}",
             name,
         )
         for name in different

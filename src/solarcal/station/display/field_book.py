@@ -19,7 +19,14 @@ from dataclasses import dataclass, field
 
 from solarcal.errors import ConfigurationError, InputFileError
 from solarcal.mount.formula import COEFFICIENT_NAMES
-from solarcal.station.display.forms import DisplayForm, TypedAnswer, TypedWrong, time_of_day_s
+from solarcal.station.display.forms import (
+    DisplayForm,
+    Moment,
+    TypedAnswer,
+    TypedWrong,
+    looked_again,
+    time_of_day_s,
+)
 from solarcal.timescale import format_utc, parse_utc
 
 STEPS = (
@@ -200,12 +207,12 @@ class FieldBook:
         entry = self._line_for(form)
         self._answered = True
         before: list[Mapping[str, str]] = []
-        given = dict(entry.values)
+        given, read_utc_s = dict(entry.values), entry.utc_s
         while True:
             texts = _texts(form, given, entry)
-            doubts = form.doubts(texts, entry.utc_s)
+            doubts = form.doubts(texts, read_utc_s)
             if not doubts:
-                return TypedAnswer(form, texts, entry.utc_s, (), tuple(before))
+                return TypedAnswer(form, texts, read_utc_s, (), tuple(before))
             said = " ".join(doubt.sentence for doubt in doubts)
             after = self._peek()
             if after is None or after.step not in ("again", "keep"):
@@ -218,11 +225,12 @@ class FieldBook:
                 self._clock.stand_at(after.utc_s)
                 reason = f" ({after.reason})" if after.reason else ""
                 kept = tuple(f"{doubt.sentence}{reason}" for doubt in doubts)
-                return TypedAnswer(form, texts, entry.utc_s, kept, tuple(before))
-            # Who looks again looks at what the display shows by then.
+                return TypedAnswer(form, texts, read_utc_s, kept, tuple(before))
             before.append({name: text for name, text in texts.items() if text})
             given |= after.values
             entry = after
+            if form.moment is Moment.ENTER or looked_again(texts, given):
+                read_utc_s = after.utc_s
             self._clock.stand_at(after.utc_s)
 
     def _line_for(self, form: DisplayForm) -> Entry:

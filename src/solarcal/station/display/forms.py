@@ -140,7 +140,7 @@ class DisplayForm:
     """What to do at the unit, and then what to type.
 
     ``word`` is the step's name in a field book and in the session file; ``key_in`` are values to
-    key into the unit first, by name.
+    key into the unit first, by name; ``zone_west_h`` is the unit's, where its clock matters.
     """
 
     word: str
@@ -150,6 +150,7 @@ class DisplayForm:
     moment: Moment = Moment.FIRST_KEY
     key_in: tuple[tuple[str, str], ...] = ()
     doubts: Doubting = _no_doubt
+    zone_west_h: float | None = None
 
     def field(self, name: str) -> DisplayField:
         """The field of that name."""
@@ -195,6 +196,11 @@ class TypedAnswer:
     @property
     def values(self) -> dict[str, Value]:
         return self.form.values(self.texts)
+
+
+def looked_again(before: Mapping[str, str], after: Mapping[str, str]) -> bool:
+    """Whether a correction is another look at the axes, not a slip of typing put right."""
+    return all(before.get(name) != after.get(name) for name in ("ax1", "ax2"))
 
 
 class Display(Protocol):

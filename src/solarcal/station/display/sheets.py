@@ -1,9 +1,12 @@
 """The form of each step, in the field's words."""
 
+from collections.abc import Mapping
+
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Offsets
 from solarcal.station.display.forms import (
     DisplayField,
     DisplayForm,
+    Doubt,
     Doubting,
     Kind,
     Moment,
@@ -81,8 +84,8 @@ def open_form(doubts: Doubting) -> DisplayForm:
         "open",
         "What the unit shows now",
         (
-            "Look up P1..P6 and both reference offsets on the unit; type them as they stand.",
-            "Then its clock: type a time it is ABOUT to show, and press Enter as it shows it.",
+            "Look up P1..P6 and both reference offsets on the unit; type what stands there.",
+            "Last its clock: type a time it is ABOUT to show; Enter the moment it shows it.",
         ),
         (*coefficient_fields("0"), *offset_fields("0"), CLOCK),
         Moment.ENTER,
@@ -106,13 +109,22 @@ def clock_form(wanted_local: str, doubts: Doubting) -> DisplayForm:
         "clock",
         "Set the unit's clock",
         (
-            f"Set the unit's clock by its own keys to local standard time {wanted_local}.",
-            "Then type a time it is ABOUT to show, and press Enter the moment it shows it.",
+            f"Set the unit's clock by its own keys to the local standard time {wanted_local}.",
+            "Then type a time it is ABOUT to show; press Enter the moment it shows it.",
         ),
         (CLOCK,),
         Moment.ENTER,
         doubts=doubts,
     )
+
+
+def _half_typed(texts: Mapping[str, str], read_utc_s: float) -> tuple[Doubt, ...]:
+    """Counts of one axis say nothing: a display shows both, or none."""
+    del read_utc_s
+    missing = [name for name in ("found1", "found2") if not texts[name]]
+    if len(missing) != 1:
+        return ()
+    return (Doubt("Type the counts of both axes, or of none.", missing[0]),)
 
 
 def ref_check_form() -> DisplayForm:
@@ -121,9 +133,9 @@ def ref_check_form() -> DisplayForm:
         "reference",
         "Reference check",
         (
-            "Start it at the unit (Alt-F5, or its RESET key) and watch BOTH axes reach their",
-            "switches. Note the counts its display shows there just before they become zero:",
-            "0 is expected; that difference is the proof that no counts were missed.",
+            "Start it at the unit (Alt-F5 or its RESET key); watch BOTH axes reach their switches.",
+            "Note the counts its display shows there just before they become zero. 0 is expected: "
+            "what differs was missed.",
         ),
         (
             DisplayField("complete", "Did both reach their switches", Kind.YES_NO, "yes or no"),
@@ -135,6 +147,7 @@ def ref_check_form() -> DisplayForm:
                 for axis in (1, 2)
             ),
         ),
+        doubts=_half_typed,
     )  # fmt: skip
 
 
@@ -146,8 +159,7 @@ def offset_form(counts: bool, sun: bool, senses: tuple[int, int], doubts: Doubti
         "Set Sun Offset",
         (
             f"At the unit: the Sun moves axis 1 {first}, axis 2 {second}. Go behind it, come "
-            "forward, centre",
-            "the spot, press Set Sun Offset. Type what the display shows then; let it track.",
+            "forward, centre the spot, press Set Sun Offset. Type what the display shows then.",
         ),
         (
             *reading_fields(counts),
@@ -167,8 +179,8 @@ def point_form(counts: bool, sun: bool, doubts: Doubting) -> DisplayForm:
         "point",
         "Type what the display shows",
         (
-            "While it tracks, spot centred. Read the offsets once more: typed twice, they are",
-            "proven.",
+            "While it tracks, the spot centred. Read the offsets off the display once more: typed "
+            "twice they are proven.",
         ),
         (*reading_fields(counts), *offset_fields(), *sun_fields(sun), WHEN),
         doubts=doubts,
@@ -183,8 +195,8 @@ def key_in_form(
         "upload",
         "Key in the coefficients",
         (
-            "Key these in at the unit, set the offsets as shown, and store to permanent memory.",
-            "Then type what its display shows: exactly these, or something is not right.",
+            "Key these in at the unit, set the offsets as shown, store to permanent memory. Then "
+            "type what its DISPLAY shows.",
         ),
         (*coefficient_fields(), *offset_fields(), STORED),
         key_in=key_in_texts(wanted, offsets, decimals),
@@ -198,8 +210,8 @@ def zero_form(offsets: Offsets, decimals: tuple[int, int], doubts: Doubting) -> 
         "zero",
         "Set both offsets back",
         (
-            "The check is taken. At the unit set both reference offsets as shown, and store:",
-            "what was uploaded is P1..P6 with these.",
+            "The check is taken. At the unit set both reference offsets as shown, and store: what "
+            "was uploaded is P1..P6 with these.",
         ),
         (*offset_fields(), STORED),
         key_in=key_in_texts(None, offsets, decimals),

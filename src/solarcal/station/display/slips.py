@@ -61,14 +61,13 @@ def reading_doubts(fit: Fit, texts: Texts, other_offsets: Texts | None = None) -
                 break
     off = fit.off_deg(texts, 0.0)
     wrong = [axis for axis in (0, 1) if not good[axis]]
-    measured = " and ".join(
-        f"AX{axis + 1} is {off[axis]:+.3f} deg from where ideal + E + O puts it" for axis in wrong
-    )
+    measured = " and ".join(f"AX{axis + 1} by {off[axis]:+.3f} deg" for axis in wrong)
+    measured += " off ideal + E + O"
     if not named:
         return (Doubt(f"{measured}; no single slip explains it.", f"ax{wrong[0] + 1}"),)
     first, *rest = named
-    sentence = f"{measured}. {first.sentence}" + "".join(f" Or: {d.sentence}" for d in rest)
-    return (Doubt(sentence, first.field),)
+    sentence = first.sentence + "".join(f" Or: {d.sentence}" for d in rest)
+    return (Doubt(f"{sentence} ({measured}.)", first.field),)
 
 
 def _slips(

@@ -105,9 +105,9 @@ class ManualUnit:
     def set_clock(self, utc_s: float) -> None:
         """Have the unit's clock set, and compared."""
         ahead_s = utc_s - self._clock.utc_s()
-        wanted = "as the laptop has it, at the foot of this form"
+        wanted = "at the foot of this form"
         if abs(ahead_s) >= 0.05:
-            wanted = f"{ahead_s:+.1f} s from the laptop's"
+            wanted = f"below, {'plus' if ahead_s > 0 else 'minus'} {abs(ahead_s):.1f} s"
 
         def doubts(texts: Mapping[str, str], read_utc_s: float) -> tuple[Doubt, ...]:
             return clock_doubts(self._held, texts, read_utc_s)
@@ -200,6 +200,7 @@ class ManualUnit:
         self._answers = []
 
     def _ask(self, form: DisplayForm) -> tuple[TypedAnswer, Values]:
+        form = replace(form, zone_west_h=self._held.unit_site.zone_west_h)
         answer = self._display.ask(form)
         typed = " ".join(f"{name} {text}" for name, text in answer.texts.items() if text)
         self._told.append(f"{format_utc(answer.read_utc_s, 0)[11:19]}  {form.word}: {typed}")

@@ -13,7 +13,8 @@ from solarcal.station.procedure import Station
 from solarcal.station.question_evidence import MISSED_COUNTS
 from solarcal.station.state import StationState
 from solarcal.tui.messages import Progress
-from solarcal.tui.screens.dialog import Dialog, open_dialog
+from solarcal.tui.screens.by_hand import by_hand
+from solarcal.tui.screens.dialog import Dialog, Tone, open_dialog
 from solarcal.tui.widgets.key_button import DialogKey
 
 if TYPE_CHECKING:
@@ -24,7 +25,12 @@ SHOWN_CHECKS = 5
 
 
 def open_screen(app: "SolarcalApp") -> None:
-    open_dialog(app, RefCheckDialog())
+    if by_hand(app):
+        from solarcal.tui.screens.hand_ref_check import HandRefCheckDialog
+
+        open_dialog(app, HandRefCheckDialog())
+    else:
+        open_dialog(app, RefCheckDialog())
 
 
 class RefCheckDialog(Dialog):
@@ -104,20 +110,21 @@ class RefCheckDialog(Dialog):
             self.offer("start", "track")
 
     def _tell(self, check: RefCheck) -> None:
-        found = check.difference_counts or (0, 0)
-        if not check.complete:
-            self.say(f"Check no. {check.number} did NOT end. Start it again.", "error")
-        elif check.number > 1 and max(map(abs, found)) >= MISSED_COUNTS:
-            self.say(
-                f"Check no. {check.number}: {check.found_words} where 0 belong: "
-                "counts were missed since the check before; points between them are doubtful.",
-                "warning",
-            )
-        else:
-            self.say(
-                f"Check no. {check.number} complete, recorded: {check.found_words}.",
-                "good",
-            )
+        self.say(*ref_check_words(check))
+
+
+def ref_check_words(check: RefCheck) -> tuple[str, Tone]:
+    """What a check that has ended says, and in which tone."""
+    found = check.difference_counts or (0, 0)
+    if not check.complete:
+        return f"Check no. {check.number} did NOT end. Start it again.", "error"
+    if check.number > 1 and max(map(abs, found)) >= MISSED_COUNTS:
+        return (
+            f"Check no. {check.number}: {check.found_words} where 0 belong: "
+            "counts were missed since the check before; points between them are doubtful.",
+            "warning",
+        )
+    return f"Check no. {check.number} complete, recorded: {check.found_words}.", "good"
 
 
 def _motion(sense: int) -> str:

@@ -21,6 +21,7 @@ from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.head_lines import HeadLine, LogLine
 
 REPLAYS_SHOWN = 20
+BY_HAND = ("A real SolarTrak: type what its display shows", Choice(driver="manual"))
 
 
 class StartScreen(StationScreen):
@@ -133,7 +134,7 @@ class StartScreen(StationScreen):
                 f"On which line is the unit of {Path(self._continue).name}?",
                 [
                     (words, msgspec.structs.replace(choice, session=self._continue))
-                    for words, choice in ports
+                    for words, choice in [*ports, BY_HAND]
                 ],
             )
             return
@@ -143,13 +144,17 @@ class StartScreen(StationScreen):
         if last is not None:
             yield "Last time", [(last.words(), last)]
         ports = list(offers.ports) if offers is not None else []
-        if app.profile.port:
+        if app.profile.port and app.profile.driver != "manual":
             mine = Choice(
                 port=app.profile.port, driver=app.profile.driver, baudrate=app.profile.baudrate
             )
             ports.insert(0, (f"{app.profile.port}  as in the profile", mine))
+        if app.profile.driver == "manual":
+            yield "No line at all, as in the profile", [BY_HAND]
         heading = "Serial ports" if ports else "Serial ports: none found"
         yield heading, ports or [("look again", Choice())]
+        if app.profile.driver != "manual":
+            yield "No line at all", [BY_HAND]
         if offers is not None:
             yield "Emulated trackers, to learn and to try", offers.scenarios
             yield "Saved sessions: replay", offers.replays[:REPLAYS_SHOWN]
@@ -162,7 +167,7 @@ class StartScreen(StationScreen):
             return
         if choice == Choice():
             self.look_up()
-        elif choice.session and not choice.port and not choice.scenario:
+        elif choice.session and not (choice.port or choice.scenario or choice.driver == "manual"):
             self._continue = choice.session
             self.tell("Choose the line its unit is on. Escape: back to all choices.")
             self.look_up()
