@@ -1,7 +1,7 @@
 """A calibration done by hand, from its field book: the same steps, the same session every time."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from solarcal.errors import ProcedureRefused
@@ -93,12 +93,21 @@ def calibrate_by_book(
         _perform(station, book, method, tell)
         proposal = propose_upload(station.session, station.coefficients_in_force, method)
         uploads = station.session.uploads
-        station.close("the field book ends here")
+        calibration = HandCalibration(
+            station.session,
+            journal.path or Path(),
+            proposal,
+            uploads[-1] if uploads else None,
+            method,
+        )
+        if calibration.completed:
+            station.close("calibration finished")
+        else:
+            # To go on with at the unit, or with a longer book.
+            station.leave()
     finally:
         journal.close()
-    return HandCalibration(
-        station.session, journal.path or Path(), proposal, uploads[-1] if uploads else None, method
-    )
+    return replace(calibration, session=station.session)
 
 
 def _perform(station: Station, book: FieldBook, method: str, tell: Tell) -> None:
