@@ -31,7 +31,8 @@ class MountDescription(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
         ``screwjack:R1:R2:R3:BETA:COUNTS_PER_LENGTH:SIGN``.
     limits1_deg, limits2_deg : software limits; by default what the unit tells, or the whole axis.
     update_range_deg : the Sun is followed in steps of this size.
-    reference1_deg, reference2_deg : the read-outs of the reference position.
+    reference1_deg, reference2_deg : the read-outs of the reference position; axis 1 by default at
+        the centre of its branch.
     zone_west_h : hours the unit's clock is behind UTC.
     tilt_decimals, scale_decimals : how many are kept of P1..P4 and of P5, P6.
     display : what a display read by a person gives of an axis: ``angles``, or ``counts`` since the
@@ -52,7 +53,7 @@ class MountDescription(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     limits1_deg: tuple[float, float] | None = None
     limits2_deg: tuple[float, float] | None = None
     update_range_deg: float = 0.1
-    reference1_deg: float = 0.0
+    reference1_deg: float | None = None
     reference2_deg: float = 80.0
     zone_west_h: float = 0.0
     tilt_decimals: int = 4
@@ -64,7 +65,7 @@ class MountDescription(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
         for what, value, low, high in (
             ("centre of axis 1", self.ax1_centre_deg or 0.0, -360.0, 360.0),
             ("update range", self.update_range_deg, 0.001, 5.0),
-            ("reference position of axis 1", self.reference1_deg, -540.0, 540.0),
+            ("reference position of axis 1", self.reference1_deg or 0.0, -540.0, 540.0),
             ("reference position of axis 2", self.reference2_deg, -180.0, 360.0),
             ("zone, hours west", self.zone_west_h, -14.0, 14.0),
             ("decimals of P1..P4", self.tilt_decimals, 0, 9),

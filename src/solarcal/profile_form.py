@@ -36,7 +36,7 @@ FIELDS: tuple[tuple[str, str, str], ...] = (
     ("drive2", "Mount: drive of axis 2", "the same"),
     ("limits1_deg", "Mount: limits of axis 1, deg", "e.g. -130 130; empty: the unit's"),
     ("limits2_deg", "Mount: limits of axis 2, deg", "e.g. 3 88"),
-    ("reference_deg", "Mount: reference read-outs, deg", "both axes, e.g. 0 80"),
+    ("reference_deg", "Mount: reference read-outs, deg", "both axes; empty: 0 80 (south: 180 80)"),
     ("update_range_deg", "Mount: update range, deg", "0.1"),
     ("zone_west_h", "Mount: zone, hours WEST of UTC", "of the unit's clock, standard time; e.g. 7"),
     ("display", "Mount: display shows", "angles or counts; for driver manual"),
@@ -95,7 +95,9 @@ def _mount_texts(mount: MountDescription | None) -> dict[str, str]:
         "drive2": mount.drive2,
         "limits1_deg": "" if mount.limits1_deg is None else _pair_text(mount.limits1_deg),
         "limits2_deg": "" if mount.limits2_deg is None else _pair_text(mount.limits2_deg),
-        "reference_deg": _pair_text((mount.reference1_deg, mount.reference2_deg)),
+        "reference_deg": ""
+        if mount.reference1_deg is None
+        else _pair_text((mount.reference1_deg, mount.reference2_deg)),
         "update_range_deg": f"{mount.update_range_deg:g}",
         "zone_west_h": f"{mount.zone_west_h:g}",
         "display": mount.display,

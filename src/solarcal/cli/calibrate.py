@@ -113,20 +113,20 @@ def tracker_for(args: argparse.Namespace) -> "Iterator[tuple[Tracker, str, float
         with asked_tracker(args) as tracker:
             yield tracker, "unit", args.noise_deg
         return
-    from solarcal.emulator.emulation import Emulator
-    from solarcal.emulator.scenario import load_scenario
-    from solarcal.emulator.server import InProcessLink
-    from solarcal.unit.drivers.solartrak import SolarTrakUnit
+    from solarcal.emulated_units import emulated_unit
 
-    scenario = load_scenario(args.scenario or DEFAULT_SCENARIO, args.settings)
-    emulator = Emulator(
-        scenario, start_utc_s=start_utc_s(args), seed=args.seed, noise_deg=args.noise_deg
+    emulated = emulated_unit(
+        args.scenario or DEFAULT_SCENARIO,
+        args.driver or "solartrak",
+        settings=tuple(args.settings),
+        start_utc_s=start_utc_s(args),
+        seed=args.seed,
+        noise_deg=args.noise_deg,
     )
-    unit = SolarTrakUnit(lambda: InProcessLink(emulator))
     try:
-        yield unit, file_stem(args.scenario or DEFAULT_SCENARIO), emulator.noise_deg
+        yield emulated.tracker, file_stem(args.scenario or DEFAULT_SCENARIO), emulated.noise_deg
     finally:
-        unit.close()
+        emulated.tracker.close()
 
 
 def file_stem(scenario: str) -> str:

@@ -1,17 +1,15 @@
 """World and controller joined: motor commands one way, encoder counts the other, time over both."""
 
-import threading
-import time
 from collections.abc import Callable
 
 import numpy as np
 
 from solarcal.emulator.answering import UnitEnd, is_urgent
 from solarcal.emulator.controller import Controller
-from solarcal.emulator.emulator_requests import MAX_SPEED
 from solarcal.emulator.faults import Faults
 from solarcal.emulator.scenario import Scenario
 from solarcal.emulator.true_error import TrueError
+from solarcal.emulator.virtual_time import VirtualTime
 from solarcal.emulator.world import World, random_stream
 from solarcal.errors import ConfigurationError
 from solarcal.mount.formula import Coefficients
@@ -58,8 +56,6 @@ class Emulator:
             scenario = scenario.with_settings([f"truth.noise_deg={noise_deg!r}"])
         if seed < 0:
             raise ConfigurationError(f"seed {seed} must not be negative")
-        if not 0.0 <= speed <= MAX_SPEED:
-            raise ConfigurationError(f"speed {speed:g} must lie between 0 and a million")
         self.scenario = scenario
         self.noise_deg = scenario.truth.noise_deg
         start = scenario.start_utc_s() if start_utc_s is None else start_utc_s
@@ -93,11 +89,8 @@ class Emulator:
             self._faults,
         )
         self._input = LineBuffer()
-        self._turn = threading.RLock()
-        self._now_us = 0
-        self._speed = speed
-        self._monotonic = monotonic or time.monotonic
-        self._caught_up_s = self._monotonic()
+        self._time = VirtualTime(self.settle, speed, monotonic)
+        self._turn = self._time.turn
 
     # --- the line -----------------------------------------------------------------------------
 
@@ -134,7 +127,7 @@ class Emulator:
 
     def now_s(self) -> float:
         """Virtual seconds since the start."""
-        return self._now_us * 1e-6
+        return self._time.now_s()
 
     def times_utc_s(self) -> tuple[float, float]:
         """True UTC and the laptop's."""
@@ -142,28 +135,19 @@ class Emulator:
         return self.world.true_utc_s(now_s), self.world.laptop_utc_s(now_s)
 
     def speed(self) -> float:
-        return self._speed
+        return self._time.speed()
 
     def set_speed(self, speed: float) -> None:
         """From now on this many virtual seconds pass in a real one; 0: only by ``advance``."""
-        with self._turn:
-            self.catch_up()
-            self._speed, self._caught_up_s = speed, self._monotonic()
+        self._time.set_speed(speed)
 
     def advance(self, seconds: float) -> None:
         """Let that much virtual time pass, to the microsecond."""
-        with self._turn:
-            self._now_us += round(seconds * 1e6)
-            self.settle()
+        self._time.advance(seconds)
 
     def catch_up(self) -> None:
         """Let the virtual time pass that real time owes; nothing at speed 0."""
-        if not self._speed:
-            return
-        with self._turn:
-            real_s = self._monotonic()
-            owed_s, self._caught_up_s = real_s - self._caught_up_s, real_s
-            self.advance(owed_s * self._speed)
+        self._time.catch_up()
 
     def settle(self) -> None:
         """Let everything happen that is due by now, in the order of its instants."""
@@ -191,23 +175,11 @@ class Emulator:
 
     def sky(self) -> EmulatedSky:
         """What is known of the world's Sun and air without looking at its truth."""
-        truth = self.world.truth
-        weather = truth.weather(self.world.site)
-        if truth.refraction == "none":
-            weather = Weather(0.0, weather.temperature_c)
-        return EmulatedSky(truth.sun, weather)
+        return almanac(self.world)
 
     def truth(self) -> Truth:
         """The mechanism's P1..P6 and the true error with what is in force now."""
-        now_s = self.now_s()
-        m = self.world.mechanism
-        day_deg, year_deg = self._true_error.day_deg(now_s), self._true_error.year_deg(now_s)
-        return Truth(
-            coefficients=Coefficients(m.P1, m.P2, m.P3, m.P4, m.P5, m.P6),
-            day_rms_deg=_rms(day_deg),
-            day_max_deg=float(day_deg.max(initial=0.0)),
-            year_rms_deg=_rms(year_deg),
-        )
+        return told_truth(self.world, self._true_error, self.now_s())
 
     # --- faults -------------------------------------------------------------------------------
 
@@ -234,6 +206,27 @@ class Emulator:
     def talk(self, fault: str) -> None:
         """Replies leave the unit as ``mute``, ``garbage`` or (empty) as they are."""
         self._faults.talk(fault)
+
+
+def almanac(world: World) -> EmulatedSky:
+    """What is known of a world's Sun and air without looking at its truth."""
+    truth = world.truth
+    weather = truth.weather(world.site)
+    if truth.refraction == "none":
+        weather = Weather(0.0, weather.temperature_c)
+    return EmulatedSky(truth.sun, weather)
+
+
+def told_truth(world: World, true_error: TrueError, now_s: float) -> Truth:
+    """A mechanism's P1..P6 and the true error with what its controller has in force now."""
+    m = world.mechanism
+    day_deg, year_deg = true_error.day_deg(now_s), true_error.year_deg(now_s)
+    return Truth(
+        coefficients=Coefficients(m.P1, m.P2, m.P3, m.P4, m.P5, m.P6),
+        day_rms_deg=_rms(day_deg),
+        day_max_deg=float(day_deg.max(initial=0.0)),
+        year_rms_deg=_rms(year_deg),
+    )
 
 
 def _rms(errors_deg: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Protocol
 
-from solarcal.emulator.emulation import Emulator
 from solarcal.errors import ConfigurationError, LinkError
 
 WAKE_S = 0.2
@@ -40,7 +39,7 @@ class UnitOnALine(Protocol):
 class InProcessLink:
     """A ``Link`` without a wire: replies are there when ``write`` returns, so silence is final."""
 
-    def __init__(self, emulator: Emulator) -> None:
+    def __init__(self, emulator: UnitOnALine) -> None:
         self._emulator = emulator
         self._replies: deque[bytes] = deque()
         self._closed = False

@@ -167,6 +167,12 @@ def file_points_table(
     return "\n".join(lines)
 
 
+def _ended(check: RefCheck) -> str:
+    if not check.complete:
+        return "NOT COMPLETE"
+    return "complete" if check.at_switches else "no switches"
+
+
 def ref_checks_table(checks: Sequence[RefCheck]) -> str:
     """Counts found at the reference switches, and how far they moved since the check before."""
     if not checks:
@@ -186,7 +192,7 @@ def ref_checks_table(checks: Sequence[RefCheck]) -> str:
                 str(check.seq),
                 _time_of_day(check.utc),
                 str(check.number),
-                "complete" if check.complete else "NOT COMPLETE",
+                _ended(check),
                 *shown,
                 *moved,
             ]

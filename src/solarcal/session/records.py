@@ -40,6 +40,8 @@ class UnitRecord(msgspec.Struct, frozen=True, kw_only=True):
     site: Site
     heliostat: Heliostat | None = None
     """Target and mirror, where the axes turn a mirror's normal."""
+    has_switches: bool = True
+    """Whether reference checks end on switches."""
 
 
 class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
@@ -97,18 +99,24 @@ class ClockSet(_Record, frozen=True, kw_only=True, tag="clock_set"):
 
 
 class RefCheck(_Record, frozen=True, kw_only=True, tag="ref_check"):
-    """Counts found at the reference switches, 0 expected; ``None``: the unit does not show them."""
+    """Counts found at the reference switches, 0 expected; ``None``: the unit does not show them.
+
+    Where ``at_switches`` is false: how far the read-outs came to stand from the reference position,
+    in nominal counts; such a check cannot find counts that were missed.
+    """
 
     number: int
     complete: bool
     difference_counts: tuple[int, int] | None
+    at_switches: bool = True
 
     @property
     def found_words(self) -> str:
         """The counts in words."""
         if self.difference_counts is None:
             return "counts not shown by the unit"
-        return "counts found {:+d}, {:+d}".format(*self.difference_counts)
+        what = "counts found" if self.at_switches else "no switches; read-outs off by counts"
+        return "{} {:+d}, {:+d}".format(what, *self.difference_counts)
 
 
 class SunOffset(_Record, frozen=True, kw_only=True, tag="sun_offset", omit_defaults=True):

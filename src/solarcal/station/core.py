@@ -322,6 +322,7 @@ class StationCore:
                 scale_decimals=parameters.scale_decimals,
                 site=told.site,
                 heliostat=parameters.heliostat,
+                has_switches=parameters.has_switches,
             ),
             site=site,
             geometry=told.geometry,

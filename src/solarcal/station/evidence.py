@@ -70,10 +70,11 @@ def direct_findings(
 def losses(session: SessionView) -> tuple[tuple[RefCheck, int, Loss], ...]:
     """What each complete check but the first found on each axis: check, counts, loss.
 
-    The first check finds whatever the register held at power-up; only later ones are evidence.
+    The first check finds whatever the register held at power-up; only later ones are evidence. A
+    check without switches is none: what the read-outs say of themselves proves nothing.
     """
     found = []
-    complete = [check for check in session.ref_checks if check.complete]
+    complete = [check for check in session.ref_checks if check.complete and check.at_switches]
     for before, check in pairwise(complete):
         if check.difference_counts is None:
             continue

@@ -15,7 +15,7 @@ from solarcal.profiles import Profile
 from solarcal.site import Site
 from solarcal.station.display.forms import Display
 from solarcal.unit.drivers import demand_driver
-from solarcal.unit.link import Link, SerialLink
+from solarcal.unit.link import LINES_KEPT, Link, SerialLink
 from solarcal.unit.tracker import Tracker
 
 
@@ -35,9 +35,11 @@ class WayIn:
     display: Display | None = None
     clock: Clock | None = None
 
-    def link(self, url: str = "") -> Callable[[], Link]:
+    def link(self, url: str = "", lines_kept: int = LINES_KEPT) -> Callable[[], Link]:
         """What opens the line, to this port or to the URL a driver makes of it."""
-        return lambda: SerialLink(url or self.port, baudrate=self.baudrate, trace=self.trace)
+        return lambda: SerialLink(
+            url or self.port, baudrate=self.baudrate, trace=self.trace, lines_kept=lines_kept
+        )
 
     def demand_port(self, example: str) -> str:
         """The port.
@@ -133,4 +135,26 @@ def _manual(way: WayIn) -> Tracker:
     return ManualUnit(site, way.mount(), display, way.clock or SystemClock())
 
 
-_DRIVERS: dict[str, Callable[[WayIn], Tracker]] = {"solartrak": _solartrak, "manual": _manual}
+def _rotctld(way: WayIn) -> Tracker:
+    from solarcal.station.standing_in.kept import FileKeeper
+    from solarcal.station.standing_in.rotator_tracker import RotatorTracker
+    from solarcal.unit.drivers.rotctld import LINES_KEPT as OF_DUMP_CAPS
+    from solarcal.unit.drivers.rotctld import RotctldRotator, rotctld_address
+
+    address = rotctld_address(way.demand_port("localhost:4533"))
+    site, mount = way.demand_site(), way.mount()
+    return RotatorTracker(
+        RotctldRotator(way.link(f"socket://{address}", lines_kept=OF_DUMP_CAPS), address),
+        mount.unit_name or address,
+        mount,
+        site,
+        way.clock or SystemClock(),
+        FileKeeper.of_unit,
+    )
+
+
+_DRIVERS: dict[str, Callable[[WayIn], Tracker]] = {
+    "solartrak": _solartrak,
+    "manual": _manual,
+    "rotctld": _rotctld,
+}

@@ -82,12 +82,17 @@ def next_step(
     return _next_point(state, session, sun_elevation_deg, judgement)
 
 
+def _ends(state: StationState) -> str:
+    session = state.session
+    return "switches" if session is None or session.header.unit.has_switches else "marks"
+
+
 def _during(state: StationState) -> NextStep | None:
     """In the middle of something: what it waits for."""
     by_hand = state.live.identity is not None and state.live.identity.by_hand
     match state.activity:
         case Activity.REF_CHECK:
-            return NextStep("Reference check running: watch both axes reach their switches.")
+            return NextStep(f"Reference check running: watch both axes reach their {_ends(state)}.")
         case Activity.QUESTIONS | Activity.READY:
             return NextStep("A point is being taken: answer the questions.", "take_point")
         case Activity.GATHERING if by_hand:

@@ -126,6 +126,7 @@ class Station(StationCore):
                 difference_counts=None
                 if result.difference1 is None or result.difference2 is None
                 else (result.difference1, result.difference2),
+                at_switches=self.session.header.unit.has_switches,
             )
         )
 

@@ -6,6 +6,7 @@ Facts, not answers. The technician answers; a fact that speaks for NO is marked.
 import math
 from dataclasses import dataclass
 
+from solarcal.session.records import RefCheck
 from solarcal.station.gathering import MAX_OFFSET_AGE_S
 from solarcal.station.state import LiveView, SessionView
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
@@ -69,20 +70,25 @@ def _reference(session: SessionView, live: LiveView, spot: Spot | None) -> tuple
             )
         else:
             facts.append(Fact(f"Check no. {last.number} at {when}: complete."))
-            facts.append(_found(last.difference_counts, len(session.ref_checks)))
+            facts.append(Fact(_counts_found(last, later=len(session.ref_checks) > 1)))
     if status is not None and not status.referenced and not status.by_hand:
         facts.append(Fact("The unit says it is NOT referenced since power-up.", against=True))
     return tuple(facts)
 
 
-def _found(counts: tuple[int, int] | None, checks: int) -> Fact:
-    if counts is None:
-        return Fact("The unit does not show the counts found at the switches.")
+def _counts_found(check: RefCheck, *, later: bool) -> str:
+    if check.difference_counts is None:
+        return "The unit does not show the counts found at the switches."
+    d1, d2 = check.difference_counts
+    if not check.at_switches:
+        return (
+            f"No switches: the read-outs stood {d1:+d}, {d2:+d} counts from the reference "
+            "position. Did both axes stand at their marks there?"
+        )
     # The first check finds whatever the register held at power-up.
-    missed = checks > 1 and max(map(abs, counts)) >= MISSED_COUNTS
-    return Fact(
-        f"Counts found at the switches: axis 1 {counts[0]:+d}, axis 2 {counts[1]:+d}"
-        + (": counts were missed before it." if missed else ".")
+    missed = later and max(abs(d1), abs(d2)) >= MISSED_COUNTS
+    return f"Counts found at the switches: axis 1 {d1:+d}, axis 2 {d2:+d}" + (
+        ": counts were missed before it." if missed else "."
     )
 
 

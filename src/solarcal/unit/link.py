@@ -88,6 +88,8 @@ class SerialLink:
         9600 8N1 unless told otherwise; meaningless on a pty or a socket.
     trace : path, optional
         File to which a transcript is appended.
+    lines_kept : int
+        Unread lines kept; the oldest go first.
 
     Raises
     ------
@@ -95,7 +97,14 @@ class SerialLink:
         The port cannot be opened; one line says why and what to do.
     """
 
-    def __init__(self, url: str, baudrate: int = 9600, trace: str | Path | None = None) -> None:
+    def __init__(
+        self,
+        url: str,
+        baudrate: int = 9600,
+        trace: str | Path | None = None,
+        *,
+        lines_kept: int = LINES_KEPT,
+    ) -> None:
         self.url = url
         self._port = _open_port(url, baudrate)
         try:
@@ -105,7 +114,7 @@ class SerialLink:
             raise
         self._writing = threading.Lock()
         self._arrived = threading.Condition()
-        self._lines: deque[bytes] = deque(maxlen=LINES_KEPT)
+        self._lines: deque[bytes] = deque(maxlen=lines_kept)
         self._lost = ""
         self._closing = False
         self._reader = threading.Thread(target=self._read, name=f"reader of {url}", daemon=True)

@@ -76,6 +76,8 @@ class UnitParameters(msgspec.Struct, frozen=True):
     target: Target | None = None
     """A heliostat's; ``None`` where the unit follows the Sun itself."""
     mirror: MirrorOffset = MirrorOffset()
+    has_switches: bool = True
+    """Whether a reference check ends on switches; else it only goes to the reference position."""
     """A heliostat's REDUCED offsets, in units of the target's distance."""
 
     @property
@@ -119,6 +121,9 @@ class Status(msgspec.Struct, frozen=True):
 
 class RefCheckResult(msgspec.Struct, frozen=True):
     """Counts found on the register when the reference switches were reached (0 expected).
+
+    Of a unit without switches: how far the read-outs are from the reference position it was sent
+    to. That says nothing of whether the read-outs are true.
 
     ``number`` 0: none yet since power-up. Neither ``complete`` nor ``running``: stopped before
     the end. A display may not show the counts: ``None``.

@@ -29,6 +29,7 @@ class StandInBeliefs:
     clock : the laptop's.
     keeper : where P and O are kept.
     unit_limits : limits the unit itself tells; ``None`` where it tells none.
+    has_switches : whether the unit's reference check ends on switches.
 
     Raises
     ------
@@ -43,9 +44,13 @@ class StandInBeliefs:
         clock: Clock,
         keeper: Keeper,
         unit_limits: Limits | None = None,
+        *,
+        has_switches: bool = True,
     ) -> None:
         self.unit_site: UnitSite = unit_site(description, site)
-        self.parameters: UnitParameters = unit_parameters(description, site, unit_limits)
+        self.parameters: UnitParameters = unit_parameters(
+            description, site, unit_limits, has_switches=has_switches
+        )
         self.geometry = MountGeometry(
             description.geometry, site.latitude_deg, self.unit_site.ax1_centre_deg
         )
@@ -61,9 +66,13 @@ class StandInBeliefs:
         return self._clock.utc_s() + self._unit_minus_laptop_s
 
     def set_clock(self, utc_s: float) -> None:
-        """It is ``utc_s`` now. Until the line is closed: a laptop set right later would else be
+        """It is ``utc_s`` now. Not kept beyond this program: a laptop set right later would else be
         corrected twice."""
         self._unit_minus_laptop_s = utc_s - self._clock.utc_s()
+
+    def set_clock_as(self, before: "StandInBeliefs") -> None:
+        """Go on with the clock of before a lost line, as a controller's own would have."""
+        self._unit_minus_laptop_s = before._unit_minus_laptop_s
 
     def ideal_deg(self, utc_s: float) -> tuple[float, float]:
         """The Sun's axis angles as a SolarTrak computes them."""

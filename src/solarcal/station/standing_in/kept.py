@@ -4,6 +4,7 @@ One small TOML file a unit, replaced whole at every change: a power cut leaves t
 the new. The session files tell who changed them, when and why; this file only what is in force.
 """
 
+import os
 import re
 from pathlib import Path
 from typing import Protocol
@@ -11,7 +12,9 @@ from typing import Protocol
 import msgspec
 
 from solarcal.config import read_toml, units_dir, write_toml
+from solarcal.errors import ConfigurationError, ProcedureRefused, SessionFileError
 from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.session.disk import Disk
 
 
 class KeptCorrection(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -28,6 +31,10 @@ class Keeper(Protocol):
     def load(self) -> KeptCorrection: ...
 
     def keep(self, correction: KeptCorrection) -> None: ...
+
+    def lock(self) -> "UnitLock | None":
+        """What no two programs can have; ``None`` where no other could want it."""
+        ...
 
 
 class FileKeeper:
@@ -56,6 +63,46 @@ class FileKeeper:
     def keep(self, correction: KeptCorrection) -> None:
         write_toml(self.path, correction)
 
+    def lock(self) -> "UnitLock":
+        try:
+            return UnitLock(self.path.with_suffix(".lock"))
+        except OSError as error:
+            raise ConfigurationError(
+                f"{self.path.parent} cannot be written: {error.strerror}; SOLARCAL_UNITS names "
+                "another folder"
+            ) from None
+
+
+class UnitLock:
+    """One station a unit: where a line lets several in, two of them must not drive its axes.
+
+    Raises
+    ------
+    ProcedureRefused
+        Another program has it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        disk = Disk()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        try:
+            disk.lock(descriptor, path)
+        except SessionFileError as error:
+            disk.close(descriptor)
+            holder = str(error).partition(" is being written by ")[2].partition(";")[0]
+            raise ProcedureRefused(
+                f"{path.stem} is driven by {holder or 'another program'} already; "
+                "leave it there first: two stations must not move one unit"
+            ) from None
+        self._descriptor: int | None = descriptor
+
+    def release(self) -> None:
+        """Idempotent. The empty file stays."""
+        if self._descriptor is not None:
+            Disk().close(self._descriptor)
+            self._descriptor = None
+
 
 class MemoryKeeper:
     """In this process only: for emulated units, and where something else keeps the record."""
@@ -68,6 +115,9 @@ class MemoryKeeper:
 
     def keep(self, correction: KeptCorrection) -> None:
         self._correction = correction
+
+    def lock(self) -> None:
+        return None
 
 
 def _plain(name: str) -> str:

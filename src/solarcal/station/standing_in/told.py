@@ -26,13 +26,18 @@ def unit_site(description: MountDescription, site: Site) -> UnitSite:
 
 
 def unit_parameters(
-    description: MountDescription, site: Site, unit_limits: Limits | None = None
+    description: MountDescription,
+    site: Site,
+    unit_limits: Limits | None = None,
+    *,
+    has_switches: bool = True,
 ) -> UnitParameters:
     """Drives, limits and reference position.
 
     Parameters
     ----------
     unit_limits : what the unit itself tells; nothing described goes beyond it.
+    has_switches : whether its reference check ends on switches.
 
     Raises
     ------
@@ -51,10 +56,11 @@ def unit_parameters(
             _within(description.limits2_deg, told.axis2, 2),
         ),
         update_range_deg=description.update_range_deg,
-        reference1_deg=description.reference1_deg,
+        reference1_deg=centre if description.reference1_deg is None else description.reference1_deg,
         reference2_deg=description.reference2_deg,
         tilt_decimals=description.tilt_decimals,
         scale_decimals=description.scale_decimals,
+        has_switches=has_switches,
     )
 
 

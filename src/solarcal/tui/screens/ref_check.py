@@ -1,6 +1,7 @@
 """Reference check: drive to the switches, see whether the counts are still right."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
 from textual.widget import Widget
@@ -29,12 +30,18 @@ def open_screen(app: "SolarcalApp") -> None:
         from solarcal.tui.screens.hand_ref_check import HandRefCheckDialog
 
         open_dialog(app, HandRefCheckDialog())
-    else:
-        open_dialog(app, RefCheckDialog())
+        return
+    session = app.state.session
+    open_dialog(app, RefCheckDialog(session is None or session.header.unit.has_switches))
 
 
 class RefCheckDialog(Dialog):
-    """Asks, drives, and shows the difference against the check before."""
+    """Asks, drives, and shows the difference against the check before.
+
+    Parameters
+    ----------
+    switches : whether the unit has any; one without goes to its reference position only.
+    """
 
     HEADING = "Reference check"
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
@@ -47,7 +54,11 @@ class RefCheckDialog(Dialog):
     RefCheckDialog #axes { height: auto; margin-bottom: 1; }
     """
 
-    def __init__(self) -> None:
+    def __init__(self, switches: bool = True) -> None:
+        self._switches = switches
+        if not switches:
+            start, track = self.KEYS
+            self.KEYS = (replace(start, label="Start: go to the reference position"), track)  # type: ignore[misc]
         super().__init__()
         self._running = False
 
@@ -58,7 +69,14 @@ class RefCheckDialog(Dialog):
     def on_mount(self) -> None:
         super().on_mount()
         self.offer("start")
-        self.say("Watch both axes reach their switches. STOP ends it at any moment.")
+        if self._switches:
+            self.say("Watch both axes reach their switches. STOP ends it at any moment.")
+        else:
+            self.say(
+                "This unit has no switches: it goes to its reference position. Look whether both "
+                "axes stand at their marks there; nothing else tells that the read-outs are true. "
+                "STOP ends it at any moment."
+            )
 
     def state_changed(self, state: StationState) -> None:
         status, session = state.live.status, state.session
@@ -118,11 +136,18 @@ def ref_check_words(check: RefCheck) -> tuple[str, Tone]:
     found = check.difference_counts or (0, 0)
     if not check.complete:
         return f"Check no. {check.number} did NOT end. Start it again.", "error"
-    if check.number > 1 and max(map(abs, found)) >= MISSED_COUNTS:
+    if check.at_switches and check.number > 1 and max(map(abs, found)) >= MISSED_COUNTS:
         return (
-            f"Check no. {check.number}: {check.found_words} where 0 belong: "
-            "counts were missed since the check before; points between them are doubtful.",
+            f"Check no. {check.number}: counts found {found[0]:+d} and {found[1]:+d} where 0 "
+            "belong: counts were missed since the check before; points between them are doubtful.",
             "warning",
+        )
+    if not check.at_switches:
+        return (
+            f"Check no. {check.number} recorded: the read-outs stand {found[0]:+d} and "
+            f"{found[1]:+d} counts from the reference position. Do both axes stand at their marks? "
+            "If not, correct the rotator's zero and begin anew.",
+            "good",
         )
     return f"Check no. {check.number} complete, recorded: {check.found_words}.", "good"
 

@@ -1,0 +1,97 @@
+"""An emulated unit in this process, for commands and screens: whatever the driver."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from solarcal.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from solarcal.emulator.scenario import Scenario
+    from solarcal.unit.tracker import Tracker
+
+
+@dataclass(frozen=True, slots=True)
+class EmulatedUnit:
+    """Its tracker, not opened yet, and how well its eye sees (1 sigma per axis on sky)."""
+
+    tracker: "Tracker"
+    noise_deg: float
+
+
+def emulated_unit(
+    scenario: str,
+    driver: str = "solartrak",
+    *,
+    settings: tuple[str, ...] = (),
+    start_utc_s: float | None = None,
+    seed: int = 0,
+    noise_deg: float | None = None,
+    speed: float = 0.0,
+) -> EmulatedUnit:
+    """A scenario's unit on a line within the process.
+
+    Raises
+    ------
+    ConfigurationError
+        No such scenario or setting, or a driver that has no emulated unit.
+    """
+    from solarcal.emulator.scenario import load_scenario
+
+    loaded = load_scenario(scenario, list(settings))
+    if driver == "rotctld":
+        return _rotator(loaded, start_utc_s, seed, noise_deg, speed)
+    if driver != "solartrak":
+        raise ConfigurationError(
+            f"there is no emulated unit for driver {driver}; leave --driver away, or name rotctld"
+        )
+    from solarcal.emulator.emulation import Emulator
+    from solarcal.emulator.server import InProcessLink
+    from solarcal.unit.drivers.solartrak import SolarTrakUnit
+
+    emulator = Emulator(
+        loaded, start_utc_s=start_utc_s, seed=seed, noise_deg=noise_deg, speed=speed
+    )
+    return EmulatedUnit(SolarTrakUnit(lambda: InProcessLink(emulator)), emulator.noise_deg)
+
+
+def _rotator(
+    scenario: "Scenario",
+    start_utc_s: float | None,
+    seed: int,
+    noise_deg: float | None,
+    speed: float,
+) -> EmulatedUnit:
+    """A rotator, and the station in the place of its controller; P and O are kept in memory."""
+    from solarcal.emulator.rotator import EmulatedRotator
+    from solarcal.emulator.rotator_world import RotatorWorld
+    from solarcal.emulator.server import InProcessLink
+    from solarcal.mount_description import MountDescription
+    from solarcal.station.emulated_clock import EmulatedClock
+    from solarcal.station.standing_in.kept import MemoryKeeper
+    from solarcal.station.standing_in.rotator_tracker import RotatorTracker, ThreadPace
+    from solarcal.unit.drivers.rotctld import RotctldRotator
+
+    rotator = EmulatedRotator(
+        scenario, start_utc_s=start_utc_s, seed=seed, noise_deg=noise_deg, speed=speed
+    )
+    unit, world = scenario.unit, RotatorWorld(rotator)
+    keeper = MemoryKeeper()
+    tracker = RotatorTracker(
+        RotctldRotator(lambda: InProcessLink(rotator), "the emulated rotator"),
+        unit.serial,
+        MountDescription(
+            ax1_centre_deg=unit.ax1_centre_deg,
+            update_range_deg=unit.update_range_deg,
+            reference1_deg=unit.reference1_deg,
+            reference2_deg=unit.reference2_deg,
+            tilt_decimals=unit.tilt_decimals,
+            scale_decimals=unit.scale_decimals,
+        ),
+        scenario.site.place(),
+        EmulatedClock(world),
+        lambda model, serial: keeper,
+        emulation=world,
+        pace=ThreadPace(world.speed),
+    )
+    world.stand_in = tracker
+    return EmulatedUnit(tracker, rotator.noise_deg)

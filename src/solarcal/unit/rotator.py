@@ -1,0 +1,71 @@
+"""A rotator: a machine that turns to a direction it is told and says where it stands, no more.
+
+It knows no Sun, no offsets, no coefficients and no limits of the sky; ``station.standing_in`` puts
+a ``Tracker`` above it. Directions are azimuth from North through East and elevation above the
+horizon, degrees, as the rotator reads them: on its own turn of azimuth, uncorrected.
+"""
+
+from typing import Protocol
+
+import msgspec
+
+from solarcal.mount.limits import AxisLimits
+
+Direction = tuple[float, float]
+
+READ_OUT_DEG = 0.01
+"""The last digit of the read-outs."""
+
+
+class RotatorIdentity(msgspec.Struct, frozen=True):
+    """Who answers, and how far it can turn."""
+
+    model: str
+    version: str
+    azimuth: AxisLimits
+    elevation: AxisLimits
+
+
+class Rotator(Protocol):
+    """Methods raise ``LinkError``, ``ProtocolError`` or ``UnitRefused``; from several threads."""
+
+    def open(self) -> RotatorIdentity:
+        """Open the line and learn who is there; again after a lost link."""
+        ...
+
+    def close(self) -> None: ...
+
+    def position_deg(self) -> Direction:
+        """Where it stands: azimuth, elevation."""
+        ...
+
+    def stops(self) -> int:
+        """How often ``stop`` or ``park`` was called: what ``go_to`` wants to know."""
+        ...
+
+    def go_to(self, azimuth_deg: float, elevation_deg: float, stops: int) -> None:
+        """Set out for a direction, and return.
+
+        Parameters
+        ----------
+        stops : what ``stops`` gave when this was decided.
+
+        Raises
+        ------
+        ProcedureRefused
+            It was told to stop since: nothing that waited may move it after a STOP.
+        """
+        ...
+
+    def stop(self) -> None:
+        """Stop now, past any request that is waiting. One that cannot stop is sent to where it
+        stands."""
+        ...
+
+    def recent_traffic(self) -> tuple[str, ...]:
+        """The last lines both ways, oldest first."""
+        ...
+
+    def park(self) -> None:
+        """Go to its own parking position, past any request that is waiting."""
+        ...
