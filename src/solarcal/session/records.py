@@ -18,6 +18,9 @@ from solarcal.site import Site, Weather
 
 FORMAT_VERSION = 1
 
+TYPED_FIRMWARE = "typed"
+"""What stands for the firmware of a unit nobody hears: its display was read, and typed."""
+
 PointStatus = Literal["accepted", "aborted", "rejected"]
 Pair = tuple[float, float]
 

@@ -200,6 +200,7 @@ class SavedSession:
     points: int = 0
     finished: bool = True
     damage: str = ""
+    by_hand: bool = False
 
     def words(self) -> str:
         if self.damage:
@@ -221,7 +222,7 @@ def saved_sessions(folder: Path | None = None) -> list[SavedSession]:
 def look_into(path: Path) -> SavedSession:
     """A session file in one line, or why it cannot be read."""
     from solarcal.session.reader import read_session
-    from solarcal.session.records import Closed, PointRecord
+    from solarcal.session.records import TYPED_FIRMWARE, Closed, PointRecord
 
     try:
         session = read_session(path)
@@ -233,7 +234,13 @@ def look_into(path: Path) -> SavedSession:
         for record in session.records
     )
     imported = session.header.sun_model != "solartrak"
-    return SavedSession(path, last.utc, accepted, isinstance(last, Closed) or imported)
+    return SavedSession(
+        path,
+        last.utc,
+        accepted,
+        isinstance(last, Closed) or imported,
+        by_hand=session.header.unit.firmware == TYPED_FIRMWARE,
+    )
 
 
 def continuing(saved: SavedSession, remembered: Choice | None) -> Choice | None:
@@ -243,6 +250,6 @@ def continuing(saved: SavedSession, remembered: Choice | None) -> Choice | None:
     the session broke off.
     """
     if remembered is None:
-        return None
+        return Choice(driver="manual", session=str(saved.path)) if saved.by_hand else None
     start = saved.last_utc if remembered.scenario else ""
     return msgspec.structs.replace(remembered, session=str(saved.path), start_utc=start)

@@ -5,7 +5,6 @@ only what a display of few decimals would show.
 """
 
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
@@ -223,6 +222,31 @@ def _offsets(o1: float, o2: float) -> str:
     return f"o1 {o1:+.{OFFSET_DECIMALS}f} o2 {o2:+.{OFFSET_DECIMALS}f}"
 
 
-def write_book(path: Path, text: str) -> Path:
-    path.write_text(text, encoding="utf-8")
-    return path
+def with_slips(text: str) -> str:
+    """The same day as it is really written down: an attempt given up, slips put right below.
+
+    An offset has two digits of AX1 exchanged, the third point the sign of O1 wrong, and
+    before the fourth offset an attempt ended at the second question.
+    """
+    lines: list[str] = []
+    offsets = points = 0
+    slipped = False
+    for line in text.splitlines():
+        words = line.split()
+        step = words[1] if len(words) > 1 else ""
+        offsets += step == "offset"
+        points += step == "point"
+        ax1 = words[3] if step == "offset" else "00"
+        if not slipped and ax1[0] in "123456789" and ax1[1] not in f"0{ax1[0]}.":
+            slipped, right = True, ax1
+            swapped = right[1] + right[0] + right[2:]
+            lines += [line.replace(right, swapped), f"{words[0]} again ax1 {right}"]
+        elif step == "point" and points == 3:
+            right = words[words.index("o1") + 1]
+            wrong = right.replace("-", "+") if "-" in right else right.replace("+", "-")
+            lines += [line.replace(right, wrong), f"{words[0]} again o1 {right}"]
+        elif step == "offset" and offsets == 4:
+            lines += [f"{words[0]} point yes no", line]
+        else:
+            lines.append(line)
+    return "\n".join(lines) + "\n"

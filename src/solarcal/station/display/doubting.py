@@ -107,8 +107,8 @@ def key_in_doubts(wanted: tuple[tuple[str, str], ...], texts: Texts) -> tuple[Do
     """Whatever was typed back differs from what was to be keyed in, exactly."""
     doubts = [
         Doubt(
-            f"{difference_named(name, texts[name.lower()], value)}. Correct it on the UNIT if it "
-            "is wrong there.",
+            f"{difference_named(name, texts[name.lower()], value)}. If the unit shows it so, key "
+            "it in again.",
             name.lower(),
         )
         for name, value in wanted

@@ -12,6 +12,7 @@ from solarcal.clock import Clock
 from solarcal.errors import ProcedureRefused
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Offsets
 from solarcal.mount_description import MountDescription
+from solarcal.session.records import TYPED_FIRMWARE
 from solarcal.site import Site
 from solarcal.station.display import sheets
 from solarcal.station.display.beliefs import Beliefs, Pair
@@ -72,6 +73,7 @@ class ManualUnit:
         self._known = False
         self._reading: tuple[Pair, tuple[int, int], float] | None = None
         self._came = (0, 0)
+        self._offset_read = False
         self._ref_check = RefCheckResult(0, False, None, None)
         self._answers: list[TypedAnswer] = []
         self._heard: Callable[[TypedAnswer], object] | None = None
@@ -87,7 +89,7 @@ class ManualUnit:
         """Ask what the unit holds and what its clock says; once."""
         if not self._known and not self._answers:
             self._ask_open()
-        return UnitIdentity(MODEL, self._mount.unit_name or "by hand", "typed", by_hand=True)
+        return UnitIdentity(MODEL, self._mount.unit_name or "by hand", TYPED_FIRMWARE, by_hand=True)
 
     def close(self) -> None:
         """There is no line."""
@@ -177,13 +179,14 @@ class ManualUnit:
         told = self._held.parameters
         decimals = (told.tilt_decimals, told.scale_decimals)
         doubts: Doubting = lambda texts, read_utc_s: key_in_doubts(form.key_in, texts)  # noqa: E731
-        if self._known and coefficients == self._held.coefficients:
+        if self._known and self._offset_read and coefficients == self._held.coefficients:
             form = sheets.zero_form(offsets, decimals, doubts)
         else:
             form = sheets.key_in_form(coefficients, offsets, decimals, doubts)
         # Half keyed in and given up, the unit holds nobody knows what.
         self._known = False
         _, values = self._ask(form)
+        self._offset_read = False
         self._take_held(values, stored=bool(values["stored"]))
         return self.stored()
 
@@ -256,6 +259,7 @@ class ManualUnit:
         if self._held.shows_counts:
             counts = (round(shown[0]), round(shown[1]))
         self._reading = (reading, counts, moment_s)
+        self._offset_read = True
         offsets = Offsets(_real(values["o1"]), _real(values["o2"]))
         self._held = replace(self._held, offsets=offsets)
         return self._status(moment_s)

@@ -78,9 +78,10 @@ class DisplayFormScreen(Dialog):
         key_in = dict(self._form.key_in)
         with VerticalScroll(id="fields", can_focus=False):
             for one in self._form.fields:
-                wanted = key_in.get(one.label.split(",")[0])
-                unit = one.unit if wanted is None else f"{one.unit:8}  key in  {wanted}"
-                field = Field(f"typed-{one.name}", one.label, unit, one.default)
+                label, wanted = one.label, key_in.get(one.name.upper())
+                if wanted is not None:
+                    label = f"{one.name.upper()}  key in {wanted:>13}"
+                field = Field(f"typed-{one.name}", label, one.unit, one.default)
                 field.set_class(bool(one.hint), "-roomy")
                 yield field
         yield Static("", id="clock")
@@ -229,7 +230,7 @@ class DisplayFormScreen(Dialog):
             field = self._field(name).input
             field.add_class("-wrong")
             field.focus()
-        ending = " Correct it and press Enter, or F3: it IS so." if doubted else ""
+        ending = " Correct it and press Enter, or F3: the display shows it so." if doubted else ""
         self.say(sentence + ending, "warning" if doubted else "error")
 
     def _is_good(self, name: str) -> bool:
