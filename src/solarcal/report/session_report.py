@@ -199,8 +199,10 @@ def _what(record: Record) -> str:
             return f"{kind}, read back {'equal' if record.verified else 'DIFFERENT'}"
         case Typed():
             values = " ".join(f"{name} {text}" for name, text in record.values.items())
-            kept = f" (kept: {'; '.join(record.kept)})" if record.kept else ""
-            return f"typed for {record.form}: {values}{kept}"
+            doubted = f" (kept: {'; '.join(record.kept)})" if record.kept else ""
+            if record.corrected:
+                doubted += " (corrected)"
+            return f"typed for {record.form}: {values}{doubted}"
         case Note():
             return f"note: {record.text}"
         case Void():

@@ -14,7 +14,7 @@ from solarcal.session.journal import Journal
 from solarcal.session.reader import read_session
 from solarcal.session.records import Closed, PointRecord, Typed
 from solarcal.station.display.by_book import HandCalibration, calibrate_by_book
-from solarcal.station.display.field_book import read_entries
+from solarcal.station.display.field_book import STEPS, read_entries
 from solarcal.station.fitting import solve
 
 OPEN = ["2026-06-03", "16:00:00 open clock 09:00:00"]
@@ -69,6 +69,14 @@ def test_a_line_that_cannot_be_is_named(line: str, wrong: str) -> None:
     with pytest.raises(InputFileError, match=r"^day\.book:3: ") as refused:
         perform(line)
     assert wrong in str(refused.value)
+
+
+def test_the_example_of_the_page_is_a_book() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "by-hand.md").read_text(encoding="utf-8")
+    example = next(part for part in page.split("```") if part.startswith("\n2026-06-03"))
+    entries = list(read_entries(example.splitlines(), "by-hand.md"))
+    assert [entry.step for entry in entries][:4] == ["open", "clock", "reference", "initialise"]
+    assert [step for step in STEPS if f"`{step}" not in page] == []
 
 
 def test_a_time_needs_a_day() -> None:

@@ -1,6 +1,6 @@
 """A form of what a unit's display shows: typed, held against the Sun at once, corrected or kept."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import ClassVar
 
 from textual.containers import VerticalScroll
@@ -41,7 +41,7 @@ class DisplayFormScreen(Dialog):
 
     LEAVE = "Give up"
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
-        DialogKey("done", "Done", "enter,ctrl+w", "^W"),
+        DialogKey("done", "Done", "ctrl+w", "^W"),
         DialogKey("keep", "Keep as typed", "f3,k", "F3 k"),
         DialogKey("now", "Looked NOW", "f2,n", "F2 n"),
     )
@@ -65,6 +65,10 @@ class DisplayFormScreen(Dialog):
         self._doubts: tuple[Doubt, ...] = ()
         self._doubted: dict[str, str] | None = None
         self._corrected: list[Mapping[str, str]] = []
+        # Priority: a field would take them for its own, or tell of them a turn too late for what is
+        # typed behind them.
+        self._bindings.bind("ctrl+w", "done", show=False, priority=True)
+        self._bindings.bind("enter", "enter", show=False, priority=True)
         self._bindings.bind("down", "next_field", show=False, priority=True)
         self._bindings.bind("up", "previous_field", show=False, priority=True)
 
@@ -94,7 +98,7 @@ class DisplayFormScreen(Dialog):
         self._offer()
         self._show_clock()
         self.set_interval(CLOCK_EVERY_S, self._show_clock)
-        self._field(self._form.fields[0].name).input.focus()
+        self._focus(self._form.fields[0].name)
         self.say(self._first_words())
 
     def _first_words(self) -> str:
@@ -141,16 +145,15 @@ class DisplayFormScreen(Dialog):
         if self._doubted is not None and self._looked_again_utc_s is None:
             self._looked_again_utc_s = now_s
 
-    def on_input_submitted(self, event: Input.Submitted) -> None:
-        event.stop()
-        # First of all: the moment of a clock is this key.
-        now_s = self._asked.clock.utc_s()
-        name = _name_of(event.input)
-        last = name == self._form.fields[-1].name
-        if last or self._doubts:
-            self._finish(now_s)
-        elif name is not None and self._is_good(name):
-            self.action_next_field()
+    def action_enter(self) -> None:
+        """To the next field; in the last one, after a doubt and outside the fields: done."""
+        at = self._at()
+        if at is None or self._doubts or at == len(self._form.fields) - 1:
+            self.action_done()
+            return
+        name = self._form.fields[at].name
+        self.action_next_field()
+        self._when_typed(name, lambda: self._look_at(name))
 
     def on_key(self, event: Key) -> None:
         if event.key == "escape" and self.focused is not None:
@@ -160,7 +163,19 @@ class DisplayFormScreen(Dialog):
             self.say("Enter or ^W finishes, Escape once more gives up; down goes to the fields.")
 
     def action_done(self) -> None:
-        self._finish(self._asked.clock.utc_s())
+        # First of all: the moment of a clock is this key.
+        now_s = self._asked.clock.utc_s()
+        at = self._at()
+        name = self._form.fields[0 if at is None else at].name
+        self._when_typed(name, lambda: self._finish(now_s))
+
+    def _when_typed(self, name: str, then: Callable[[], None]) -> None:
+        """Once the field has taken in what was typed into it before the key that asks for this.
+
+        The keys bound here come to the screen at once, letters to a field in its own turn: whoever
+        types fast, or into a slow terminal, must not have them change places.
+        """
+        self._field(name).input.call_later(then)
 
     def action_now(self) -> None:
         """The display was looked at this moment."""
@@ -185,10 +200,15 @@ class DisplayFormScreen(Dialog):
         self._move(-1)
 
     def _move(self, step: int) -> None:
-        names = [field.name for field in self._form.fields]
-        at = next((i for i, name in enumerate(names) if self._field(name).input.has_focus), None)
-        to = 0 if at is None else min(max(at + step, 0), len(names) - 1)
-        self._field(names[to]).input.focus()
+        at, last = self._at(), len(self._form.fields) - 1
+        self._focus(self._form.fields[0 if at is None else min(max(at + step, 0), last)].name)
+
+    def _at(self) -> int | None:
+        """Which field the next key is for."""
+        # The screen knows its focused widget at once; the widget hears of it a turn later.
+        focused, fields = self.focused, self._form.fields
+        inputs = [self._field(field.name).input for field in fields]
+        return next((i for i, one in enumerate(inputs) if one is focused), None)
 
     def action_leave(self) -> None:
         self._asked.answer(None)
@@ -227,24 +247,26 @@ class DisplayFormScreen(Dialog):
 
     def _wrong(self, name: str, sentence: str, *, doubted: bool = False) -> None:
         if name:
-            field = self._field(name).input
-            field.add_class("-wrong")
-            field.focus()
+            self._field(name).input.add_class("-wrong")
+            self._focus(name)
         ending = " Correct it and press Enter, or F3: the display shows it so." if doubted else ""
         self.say(sentence + ending, "warning" if doubted else "error")
 
-    def _is_good(self, name: str) -> bool:
+    def _look_at(self, name: str) -> None:
+        """Say at once what means nothing, and go back to it."""
         try:
             self._form.field(name).value(self._field(name).value)
         except TypedWrong as error:
             self._wrong(name, str(error))
-            return False
-        return True
 
     def _texts(self) -> dict[str, str]:
         return self._form.texts(
             {one.name: self._field(one.name).value for one in self._form.fields}
         )
+
+    def _focus(self, name: str) -> None:
+        # At once, not by the widget's own focus() a turn later: the next key is for this field.
+        self.set_focus(self._field(name).input)
 
     def _field(self, name: str) -> Field:
         return self.query_one(f"#typed-{name}", Field)
