@@ -68,7 +68,8 @@ def _rotator(
     from solarcal.mount_description import MountDescription
     from solarcal.station.emulated_clock import EmulatedClock
     from solarcal.station.standing_in.kept import MemoryKeeper
-    from solarcal.station.standing_in.rotator_tracker import RotatorTracker, ThreadPace
+    from solarcal.station.standing_in.pace import ThreadPace
+    from solarcal.station.standing_in.rotator_tracker import RotatorTracker
     from solarcal.unit.drivers.rotctld import RotctldRotator
 
     rotator = EmulatedRotator(

@@ -22,6 +22,7 @@ COMMANDS: dict[str, str] = {
     "report": "certificate of a calibration, and the zip for the office",
     "upload": "write the fit of a session into its unit, read back",
     "rollback": "restore what the newest upload to a unit replaced",
+    "track": "follow the Sun with a rotator, coefficients applied",
     "replay": "a saved session as it happened",
     "void": "strike a record of a session, or restore it",
     "note": "add a remark to a session",

@@ -11,7 +11,7 @@ from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import Limits
 from solarcal.mount_description import MountDescription
 from solarcal.site import Site
-from solarcal.station.standing_in.kept import Keeper, KeptCorrection
+from solarcal.station.standing_in.kept import Keeper, KeptCorrection, MemoryKeeper
 from solarcal.station.standing_in.told import unit_parameters, unit_site
 from solarcal.station.unit_sun import ideal_axes_deg
 from solarcal.sun.appendix_a import horizontal_deg
@@ -127,6 +127,11 @@ class StandInBeliefs:
         self._keep(coefficients, offsets)
         self._kept = self._keeper.load()
         return self.stored()
+
+    def use_for_now(self, coefficients: Coefficients) -> None:
+        """These, and no O, until the line is closed; what is kept stays as it is."""
+        self._keeper = MemoryKeeper()
+        self._keep(coefficients, Offsets())
 
     def stored(self) -> Stored:
         """P and O in force. There is one memory, and it survives: both of ``Stored`` are it."""

@@ -81,6 +81,13 @@ class RotatorControl:
             watch.seen(utc_s, reading)
         return Look(utc_s, readings)
 
+    def watch(self) -> Look:
+        """Look; a jog or check whose axes have come to rest is over."""
+        look = self.look()
+        if self.at_rest:
+            self._arrived(look)
+        return look
+
     @property
     def at_rest(self) -> bool:
         return all(watch.moving == 0 for watch in self.watches)
@@ -184,9 +191,7 @@ class RotatorControl:
         elif mode is Mode.JOG and not 0.0 < self._jog_expires_s - now_s <= JOG_EXPIRES_S + 1.0:
             self._end_jog()
         elif self._next_s < NEVER_S:
-            self.look()
-            if self.at_rest:
-                self._arrived()
+            self.watch()
             self._look_again(now_s)
 
     def rethink(self) -> None:
@@ -222,11 +227,10 @@ class RotatorControl:
         if not self.at_rest:
             self._next_s = min(self._next_s, now_s + WATCH_S)
 
-    def _arrived(self) -> None:
+    def _arrived(self, look: Look) -> None:
         if self.mode is Mode.JOG:
             self._become(Mode.MANUAL, self._halts)
         elif self.mode is Mode.REF:
-            look = self.look()
             difference1, difference2 = self.counts(look.reading_deg)
             off_deg = max(
                 abs(reading - reference)
@@ -243,7 +247,7 @@ class RotatorControl:
         self._become(Mode.MANUAL, halts)
 
     def _look_again(self, now_s: float) -> None:
-        if self.mode is Mode.JOG or not self.at_rest:
+        if self.mode in (Mode.JOG, Mode.REF) or not self.at_rest:
             self._next_s = now_s + WATCH_S
         elif self.mode not in (Mode.TRACK, Mode.LIMIT):
             self._next_s = NEVER_S

@@ -7,9 +7,8 @@ where they were last sent. After a lost line nothing moves before it is told to 
 
 import threading
 from collections.abc import Callable
-from typing import Protocol
 
-from solarcal.clock import Clock, SystemClock
+from solarcal.clock import Clock
 from solarcal.errors import ConfigurationError, LinkError, ProtocolError, SolarcalError
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount_description import MountDescription
@@ -17,6 +16,7 @@ from solarcal.site import Site
 from solarcal.station.standing_in.azel_axes import AzElAxes
 from solarcal.station.standing_in.beliefs import StandInBeliefs
 from solarcal.station.standing_in.kept import Keeper, UnitLock
+from solarcal.station.standing_in.pace import Pace, ThreadPace
 from solarcal.station.standing_in.rotator_control import Look, RotatorControl
 from solarcal.station.standing_in.told import centre_deg
 from solarcal.unit.rotator import Rotator, RotatorIdentity
@@ -30,17 +30,6 @@ from solarcal.unit.tracker import (
     UnitParameters,
     UnitSite,
 )
-
-PACE_S = 0.25
-"""How often the pace looks whether something is due, real seconds."""
-
-
-class Pace(Protocol):
-    """Has ``act`` called when something is due."""
-
-    def begin(self, tracker: "RotatorTracker") -> None: ...
-
-    def end(self) -> None: ...
 
 
 class RotatorTracker:
@@ -81,8 +70,10 @@ class RotatorTracker:
         self._pace = pace if pace is not None else ThreadPace()
         self._turn = threading.RLock()
         self._control: RotatorControl | None = None
+        self._beliefs: StandInBeliefs | None = None
         self._lock: UnitLock | None = None
         self._model = ""
+        self._for_now: Coefficients | None = None
         self._interrupted = False
 
     @property
@@ -97,6 +88,7 @@ class RotatorTracker:
             self._pace.end()
             if before is not None:
                 self._interrupted = before.let_go() or self._interrupted
+                self._beliefs = before.beliefs
             told = self._rotator.open()
             axes = AzElAxes(
                 self._description.geometry,
@@ -108,8 +100,10 @@ class RotatorTracker:
             beliefs = StandInBeliefs(
                 self._description, self._site, self._clock, keeper, axes.limits, has_switches=False
             )
-            if before is not None:
-                beliefs.set_clock_as(before.beliefs)
+            if self._beliefs is not None:
+                beliefs.set_clock_as(self._beliefs)
+            if self._for_now is not None:
+                beliefs.use_for_now(self._for_now)
             if self._interrupted:
                 # It was on its way when the line went, and went on without anybody watching.
                 self._rotator.stop()
@@ -169,7 +163,7 @@ class RotatorTracker:
             control = self._here
             # What is due comes first: a jog must not outlive its time while it is looked at.
             control.act()
-            return self._status(control, control.look())
+            return self._status(control, control.watch())
 
     def stored(self) -> Stored:
         return self._here.beliefs.stored()
@@ -226,6 +220,14 @@ class RotatorTracker:
             stored = self._here.beliefs.write(coefficients, offsets)
             self._here.rethink()
             return stored
+
+    def use_for_now(self, coefficients: Coefficients) -> None:
+        """Drive by these, with O = 0, as long as this tracker is used; what is kept for the unit
+        stays as it is."""
+        with self._turn:
+            self._for_now = coefficients
+            self._here.beliefs.use_for_now(coefficients)
+            self._here.rethink()
 
     # -- of its own accord ---------------------------------------------------------------------
 
@@ -285,36 +287,3 @@ class RotatorTracker:
             referenced=True,
             unlocked_s=0.0,
         )
-
-
-class ThreadPace:
-    """A thread that looks, several times a second, whether something is due.
-
-    Parameters
-    ----------
-    speed : laptop seconds a real second; 0 while time is moved by somebody who calls ``act``.
-    """
-
-    def __init__(self, speed: Callable[[], float] = lambda: 1.0) -> None:
-        self._speed = speed
-        self._clock: SystemClock | None = None
-
-    def begin(self, tracker: RotatorTracker) -> None:
-        self.end()
-        clock = self._clock = SystemClock()
-        threading.Thread(
-            target=self._run, args=(tracker, clock), name="rotator's pace", daemon=True
-        ).start()
-
-    def end(self) -> None:
-        # Not joined: it may be waiting for the turn of whoever ends it, and finds nothing to do.
-        clock, self._clock = self._clock, None
-        if clock is not None:
-            clock.wake()
-
-    def _run(self, tracker: RotatorTracker, clock: SystemClock) -> None:
-        while self._clock is clock:
-            speed = self._speed()
-            if speed > 0.0 and self._clock is clock:
-                tracker.act()
-            clock.wait(PACE_S if speed <= 1.0 else max(PACE_S / speed, 0.01))

@@ -1,0 +1,153 @@
+"""Tracking the Sun with a unit for a while, and then stopping it: ``solarcal track``."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgspec
+
+from solarcal.clock import Clock
+from solarcal.errors import LinkError
+from solarcal.mount.formula import Coefficients
+from solarcal.sun import sun_position
+from solarcal.timescale import format_utc
+from solarcal.unit.tracker import Mode, Status, Tracker
+
+SHORTEST_WAIT_S = 0.01
+"""So that the end is passed, whatever a clock makes of less than a millisecond."""
+
+RETRY_S = 5.0
+THERE_DEG = 1.0
+"""Farther from the Sun than this, at first, the axes are on their way to it."""
+
+MOST_RETRIES = 24
+"""Two minutes; a line that is gone for longer needs somebody who looks after it."""
+
+
+@dataclass(slots=True)
+class TrackingRun:
+    """What a run of tracking was: angles on sky, between the axes and where they were sent."""
+
+    unit: str
+    coefficients: Coefficients
+    source: str
+    started_utc_s: float
+    ended_utc_s: float = 0.0
+    ended_by: str = ""
+    lines_lost: int = 0
+    offs_deg: list[float] = field(default_factory=list)
+    at_limit: int = 0
+
+    def document(self) -> dict[str, Any]:
+        """The summary for ``--json``."""
+        offs = self.offs_deg
+        return {
+            "unit": self.unit,
+            "coefficients": msgspec.to_builtins(self.coefficients),
+            "coefficients_from": self.source,
+            "started_utc": format_utc(self.started_utc_s, 0),
+            "ended_utc": format_utc(self.ended_utc_s, 0),
+            "ended_by": self.ended_by,
+            "looks": len(offs) + self.at_limit,
+            "looks_at_limit": self.at_limit,
+            "off_rms_deg": math.sqrt(sum(off * off for off in offs) / len(offs)) if offs else None,
+            "off_max_deg": max(offs, default=None),
+            "lines_lost": self.lines_lost,
+        }
+
+
+class SunTracking:
+    """Tells a unit to track, looks at it, and stops it whatever ends the run.
+
+    Parameters
+    ----------
+    tracker : open.
+    clock : the laptop's.
+    say : told a line at every look.
+    """
+
+    def __init__(
+        self, tracker: Tracker, clock: Clock, run: TrackingRun, say: Callable[[str], None]
+    ) -> None:
+        self._tracker = tracker
+        self._clock = clock
+        self._run = run
+        self._say = say
+
+    def until(self, until_utc_s: float | None, every_s: float) -> TrackingRun:
+        """Track until then, or until the Sun is down, or until interrupted (Ctrl-C).
+
+        Raises
+        ------
+        LinkError
+            The line was lost and could not be opened again for two minutes.
+        UnitRefused
+            The unit does not track: the Sun is down, say.
+        """
+        run, clock = self._run, self._clock
+        self._tracker.set_mode(Mode.TRACK)
+        try:
+            while True:
+                now_s = clock.utc_s()
+                if until_utc_s is not None and now_s >= until_utc_s:
+                    run.ended_by = "until"
+                    break
+                if self._sun_is_down(now_s):
+                    run.ended_by = "sunset"
+                    break
+                try:
+                    status = self._tracker.status()
+                except LinkError as error:
+                    self._again(error)
+                    continue
+                if status.mode not in (Mode.TRACK, Mode.LIMIT):
+                    # Somebody stopped it by another way in: that counts.
+                    run.ended_by = f"mode {status.mode}"
+                    break
+                self._look(status)
+                left_s = math.inf if until_utc_s is None else until_utc_s - clock.utc_s()
+                clock.wait(max(min(every_s, left_s), SHORTEST_WAIT_S))
+        except KeyboardInterrupt:
+            run.ended_by = "interrupted"
+        finally:
+            run.ended_utc_s = clock.utc_s()
+            self._tracker.stop()
+        return run
+
+    def _sun_is_down(self, utc_s: float) -> bool:
+        sun = sun_position("solartrak", utc_s, self._tracker.site().site)
+        return float(sun.elevation_deg) < 0.0
+
+    def _look(self, status: Status) -> None:
+        run = self._run
+        when = format_utc(status.unit_utc_s, 0)
+        axes = f"axes {status.reading1_deg:8.2f} {status.reading2_deg:7.2f} deg"
+        if status.mode is Mode.LIMIT:
+            run.at_limit += 1
+            self._say(f"{when}  {axes}  the Sun is beyond the limits; waiting for it")
+            return
+        off1 = status.reading1_deg - status.target1_deg
+        off2 = status.reading2_deg - status.target2_deg
+        off = math.hypot(off1 * math.sin(math.radians(status.ideal2_deg)), off2)
+        if not run.offs_deg and off > THERE_DEG:
+            self._say(f"{when}  {axes}  on the way, {off:.1f} deg to go")
+            return
+        run.offs_deg.append(off)
+        self._say(f"{when}  {axes}  {off:.3f} deg from where they belong")
+
+    def _again(self, error: LinkError) -> None:
+        """Open the line again and go on: the command to track still stands."""
+        self._run.lines_lost += 1
+        self._say(str(error))
+        for attempt in range(1, MOST_RETRIES + 1):
+            self._clock.wait(RETRY_S)
+            try:
+                self._tracker.open()
+                self._tracker.set_mode(Mode.TRACK)
+            except LinkError:
+                if attempt == MOST_RETRIES:
+                    raise
+                continue
+            self._say("the line is open again; tracking goes on")
+            return
