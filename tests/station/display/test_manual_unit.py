@@ -18,6 +18,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.profiles import Profile
 from solarcal.session.journal import Journal
 from solarcal.session.records import PointRecord, Typed
+from solarcal.station.connecting import disagreements
 from solarcal.station.display.forms import ReadByHand
 from solarcal.station.display.unit import ManualUnit
 from solarcal.station.front_door import open_tracker
@@ -215,6 +216,20 @@ def test_keyed_in_and_given_up_nobody_knows_what_it_holds_until_it_is_read_again
     display.prepared["held"] = {**NOTHING, "p1": "0.2890"}
     assert unit.stored().coefficients == Coefficients(P1=0.289)
     assert display.asked == ["open", "upload", "held"]
+
+
+def test_gone_on_with_coefficients_typed_otherwise_are_noticed() -> None:
+    unit, display, _ = manual_unit()
+    station = Station(unit, display.clock, site=SITE)
+    station.connect()
+    journal = station.open_session(Journal.memory)
+    assert list(disagreements(station)) == []
+    again, display, _ = manual_unit(open={**NOTHING, "p2": "0.35", "clock": "09:00:00"})
+    later = Station(again, display.clock, site=SITE)
+    later.connect()
+    later.resume_session(journal)
+    (sentence,) = disagreements(later)
+    assert "P2 was typed 0.35, but this session knew it last as 0" in sentence
 
 
 def test_without_somebody_who_reads_the_display_or_without_a_site_it_says_so() -> None:
