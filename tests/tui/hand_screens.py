@@ -69,7 +69,7 @@ class Reader:
             "reference": {"complete": "yes", "found1": "3", "found2": "-1"},
             "offset": {**shown, "came1": "-", "came2": "-"},
             "point": shown,
-        }[form.word]
+        }.get(form.word, {name.lower(): value for name, value in form.key_in})
         return TypedAnswer(form, form.texts(typed), self.clock.utc_s())
 
 
@@ -104,7 +104,11 @@ def take_points(station: Station, clock: TestClock, points: int, every_s: float)
 
 @asynccontextmanager
 async def workstation_by_hand(
-    size: tuple[int, int] = (80, 24), points: int = 0, *, offset_set: bool = False
+    size: tuple[int, int] = (80, 24),
+    points: int = 0,
+    *,
+    offset_set: bool = False,
+    uploaded: Coefficients | None = None,
 ) -> AsyncIterator[tuple[SolarcalApp, Pilot[int], Station, TestClock]]:
     """Connected, its session in memory; from here on forms are answered at the keys.
 
@@ -112,6 +116,7 @@ async def workstation_by_hand(
     ----------
     points : stored before, 75 minutes apart.
     offset_set : a Set Sun Offset was made just now.
+    uploaded : these were keyed in before it.
     """
     clock = TestClock()
     app = SolarcalApp(PERFORMERS)
@@ -123,6 +128,8 @@ async def workstation_by_hand(
         station.open_session(Journal.memory)
         if points or offset_set:
             take_points(station, clock, points, 4500.0)
+        if uploaded is not None:
+            station.upload(uploaded, method="robust")
         if offset_set:
             station.set_sun_offset()
             clock.wait(90.0)

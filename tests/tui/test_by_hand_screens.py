@@ -8,6 +8,7 @@ from procedure_bench import LARGE, SMALL, on_loop, screen_words, settled_text, s
 from test_procedure_goldens import compare, only_dialog
 from textual.pilot import Pilot
 
+from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import PointRecord, Typed
 from solarcal.station.procedure import Station
 
@@ -173,6 +174,34 @@ async def test_coefficients_are_keyed_in_and_typed_back() -> None:
     assert upload.verified
     values = upload.new_coefficients.as_tuple()
     assert values == tuple(float(wanted[f"P{i}"]) for i in range(1, 7))
+
+
+@on_loop
+async def test_after_a_check_both_offsets_are_set_back_before_it_is_stored() -> None:
+    # Nothing but zeros were keyed in, so that the display shows what it showed before.
+    nothing = Coefficients()
+    async with workstation_by_hand(points=1, uploaded=nothing, offset_set=True) as opened:
+        _, pilot, station, clock = opened
+        await pilot.press("f7")
+        await shows(pilot, "a check point, or one more data point?")
+        await pilot.press("c")
+        for words in ("1. Did", "2. Did", "3. Do"):
+            await shows(pilot, words)
+            await pilot.press("y")
+        await shows(pilot, "Type what the display shows")
+        o1, o2 = (f"{offset:.3f}" for offset in (-1.144, -0.188))
+        ax1, ax2, *_ = displayed(clock.now_s, (float(o1), float(o2)))
+        await fill(pilot, ax1=ax1, ax2=ax2, o1=o1, o2=o2)
+        await pilot.press("ctrl+w")
+        await shows(pilot, "Store it?")
+        await pilot.press("y")
+        await shows(pilot, "Set both offsets back", "O2 key in 0.0000")
+        assert not station.session.checks
+        await fill(pilot, o1="0", o2="0")
+        await pilot.press("ctrl+w")
+        await until(pilot, lambda: station.session.checks)
+    assert station.session.checks[0].error_deg == (-1.144, -0.188)
+    assert station.tracker.stored().offsets == Offsets()
 
 
 @pytest.mark.parametrize("size", [SMALL, LARGE])

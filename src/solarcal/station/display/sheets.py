@@ -205,14 +205,11 @@ def key_in_form(
 
 
 def zero_form(offsets: Offsets, decimals: tuple[int, int], doubts: Doubting) -> DisplayForm:
-    """The offsets alone, after a check point."""
+    """The offsets alone, where P1..P6 stay: after a check point."""
     return DisplayForm(
         "zero",
         "Set both offsets back",
-        (
-            "The check is taken. At the unit set both reference offsets as shown, and store: what "
-            "was uploaded is P1..P6 with these.",
-        ),
+        ("P1..P6 stay as they are. At the unit set both reference offsets as shown, and store.",),
         (*offset_fields(), STORED),
         key_in=key_in_texts(None, offsets, decimals),
         doubts=doubts,
