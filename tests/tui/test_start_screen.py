@@ -293,3 +293,31 @@ def test_going_on_is_refused_when_another_program_has_the_file():
     path = unfinished_session()
     with Journal.resume(path), pytest.raises(SolarcalError, match=path.name):
         open_line(Choice(scenario="tijeras-azel", session=str(path)), Profile())
+
+
+# -- the driver ------------------------------------------------------------------------------
+
+
+async def test_d_chooses_how_the_next_unit_is_talked_to():
+    app = SolarcalApp(PERFORMERS)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await shows(pilot, "Driver [d]: solartrak", "device, socket://host:port")
+        await pilot.press("d")
+        await shows(pilot, "Driver [d]: rotctld", "host or host:port of Hamlib's rotctld")
+        await pilot.press("a", *"nowhere")
+        await pilot.press("enter")
+        await shows(pilot, "driver rotctld needs the site", "--site FILE")
+
+
+async def test_the_profiles_driver_is_chosen_already():
+    save_profile(Profile(name="roof", driver="rotctld", port="nowhere:1"))
+    app = SolarcalApp(PERFORMERS, profile=load_profile("roof"))
+    async with app.run_test(size=(80, 24)) as pilot:
+        await shows(pilot, "Driver [d]: rotctld", "nowhere:1 as in the profile")
+
+
+async def test_an_emulated_rotator_is_opened_like_any_unit():
+    start = Choice(scenario="tijeras-azel", driver="rotctld", start_utc="2026-06-03T16:00:00Z")
+    app = SolarcalApp(PERFORMERS, start=start)
+    async with app.run_test(size=(80, 24)) as pilot:
+        await shows(pilot, "Emulated Rotator 0001 azel", "LINK OK")

@@ -3,6 +3,7 @@
 import argparse
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from solarcal.cli.calibrate import (
     DEFAULT_SCENARIO,
@@ -16,11 +17,18 @@ from solarcal.cli.calibrate import (
 from solarcal.cli.output import print_json, say
 from solarcal.cli.run import has_terminal, run_workstation
 
+if TYPE_CHECKING:
+    from solarcal.station.headless import Calibration
+
 HELP = "the workstation on the built-in emulator; without a terminal a full headless calibration"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--scenario", metavar="NAME|FILE", default=DEFAULT_SCENARIO)
+    parser.add_argument(
+        "--driver", choices=("solartrak", "rotctld"), default="solartrak",
+        help="what is emulated: a controller, or a rotator that knows nothing of the Sun",
+    )  # fmt: skip
     add_emulator_arguments(parser)
     add_schedule_arguments(parser)
     parser.add_argument(
@@ -38,6 +46,7 @@ def run(args: argparse.Namespace) -> int:
         return run_workstation(
             Choice(
                 scenario=args.scenario,
+                driver=args.driver,
                 settings=tuple(args.settings),
                 start_utc=args.start or "",
                 seed=args.seed,
@@ -55,6 +64,8 @@ def run_headless(args: argparse.Namespace) -> int:
     from solarcal.emulator.server import serve_pty
     from solarcal.station.front_door import open_tracker
 
+    if args.driver != "solartrak":
+        return _print_calibration(args, _calibrated_in_process(args))
     scenario = load_scenario(args.scenario, args.settings)
     emulator = Emulator(
         scenario, start_utc_s=start_utc_s(args), seed=args.seed, noise_deg=args.noise_deg
@@ -70,6 +81,29 @@ def run_headless(args: argparse.Namespace) -> int:
                 )
             finally:
                 tracker.close()
+    return _print_calibration(args, calibration)
+
+
+def _calibrated_in_process(args: argparse.Namespace) -> "Calibration":
+    """An emulated rotator's day; it is spoken to within this process."""
+    from solarcal.emulated_units import emulated_unit
+
+    unit = emulated_unit(
+        args.scenario,
+        args.driver,
+        settings=tuple(args.settings),
+        start_utc_s=start_utc_s(args),
+        seed=args.seed,
+        noise_deg=args.noise_deg,
+    )
+    say(f"emulated rotator in the world of '{args.scenario}'; a day passes in seconds")
+    try:
+        return run_calibration(args, unit.tracker, file_stem(args.scenario), unit.noise_deg)
+    finally:
+        unit.tracker.close()
+
+
+def _print_calibration(args: argparse.Namespace, calibration: "Calibration") -> int:
     if args.json:
         print_json(calibration_document(calibration))
     else:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from solarcal.station.display.forms import Display
     from solarcal.station.procedure import Station
     from solarcal.station.state import SessionView
+    from solarcal.unit.tracker import Tracker
 
 NEWEST_SESSIONS = 40
 """How many saved sessions the start screen looks into."""
@@ -92,17 +93,21 @@ def open_line(
     from solarcal.station.procedure import Station
 
     with contextlib.ExitStack() as resources:
-        url = choice.port
-        if choice.scenario:
-            url = resources.enter_context(_emulated_line(choice))
-        tracker = open_tracker(
-            url,
-            choice.driver,
-            trace=trace,
-            baudrate=choice.baudrate,
-            profile=profile,
-            display=display,
-        )
+        tracker: Tracker
+        if choice.scenario and choice.driver != "solartrak":
+            tracker = _emulated_unit(choice)
+        else:
+            url = choice.port
+            if choice.scenario:
+                url = resources.enter_context(_emulated_line(choice))
+            tracker = open_tracker(
+                url,
+                choice.driver,
+                trace=trace,
+                baudrate=choice.baudrate,
+                profile=profile,
+                display=display,
+            )
         resources.callback(tracker.close)
         emulated = tracker.emulation is not None
         clock: Clock = SystemClock()
@@ -162,6 +167,22 @@ def file_stem(text: str) -> str:
     """A scenario's name or a serial number as the beginning of a file name."""
     kept = "".join(c if c.isascii() and (c.isalnum() or c == "-") else "-" for c in Path(text).stem)
     return kept.strip("-") or "session"
+
+
+def _emulated_unit(choice: Choice) -> "Tracker":
+    """An emulated unit that no line is emulated for: it is spoken to within this process."""
+    from solarcal.emulated_units import emulated_unit
+    from solarcal.timescale import parse_utc
+
+    return emulated_unit(
+        choice.scenario,
+        choice.driver,
+        settings=choice.settings,
+        start_utc_s=parse_utc(choice.start_utc) if choice.start_utc else None,
+        seed=choice.seed,
+        noise_deg=choice.noise_deg,
+        speed=1.0,
+    ).tracker
 
 
 @contextlib.contextmanager

@@ -19,9 +19,18 @@ from solarcal.tui.messages import StartOffers
 from solarcal.tui.screens.base import StationScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.head_lines import HeadLine, LogLine
+from solarcal.unit.drivers import DRIVERS
 
 REPLAYS_SHOWN = 20
 BY_HAND = ("A real SolarTrak: type what its display shows", Choice(driver="manual"))
+
+ON_A_LINE = tuple(name for name in DRIVERS if name != BY_HAND[1].driver)
+"""The drivers of what has an address."""
+
+ADDRESS_HINTS = {
+    "solartrak": "device, socket://host:port or rfc2217://host:port",
+    "rotctld": "host or host:port of Hamlib's rotctld",
+}
 
 
 class StartScreen(StationScreen):
@@ -37,12 +46,14 @@ class StartScreen(StationScreen):
     StartScreen OptionList > .option-list--option-highlighted { text-style: bold reverse; }
     StartScreen #address { height: 1; }
     StartScreen #address Static { width: auto; padding: 0 1; }
+    StartScreen #driver { text-style: bold; color: $accent; }
     StartScreen #address Input { width: 1fr; height: 1; border: none; padding: 0; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("e", "profile", "Profile", show=False),
         Binding("t", "theme", "Theme", show=False),
         Binding("a", "address", "Address", show=False),
+        Binding("d", "driver", "Driver", show=False),
         Binding("escape", "leave_address", "Back", show=False),
     ]
 
@@ -50,6 +61,8 @@ class StartScreen(StationScreen):
         super().__init__()
         self._choices: dict[str, Choice] = {}
         self._continue: str = ""
+        self._driver = "solartrak"
+        self._offers: Any = None
 
     def compose(self) -> ComposeResult:
         yield HeadLine(id="title")
@@ -57,9 +70,8 @@ class StartScreen(StationScreen):
         yield OptionList(id="choices")
         with Horizontal(id="address"):
             yield Static("Other line [a]:", markup=False)
-            yield Input(
-                placeholder="device, socket://host:port or rfc2217://host:port", compact=True
-            )
+            yield Input(placeholder=ADDRESS_HINTS["solartrak"], compact=True)
+            yield Static("", id="driver", markup=False)
         yield LogLine(id="log")
         yield ActionFooter(
             [
@@ -79,7 +91,7 @@ class StartScreen(StationScreen):
             [f"solarcal {__version__}"], ["calibrate a sun tracker"]
         )
         self.show_profile()
-        self._offer(None)
+        self._use_driver(self.station_app.profile.driver)
         self.query_one(OptionList).focus()
         self.tell("Choose with the arrow keys, open with Enter.")
         self.call_after_refresh(self.look_up)
@@ -108,7 +120,22 @@ class StartScreen(StationScreen):
         self.post_message(StartOffers(offers))
 
     def on_start_offers(self, message: StartOffers) -> None:
+        self._offers = message.offers
         self._offer(message.offers)
+
+    def _use_driver(self, name: str) -> None:
+        """How what is opened next is talked to; what is remembered keeps its own driver."""
+        self._driver = name if name in ON_A_LINE else "solartrak"
+        name = self._driver
+        self.query_one("#driver", Static).update(f"Driver [d]: {name}")
+        self.query_one(Input).placeholder = ADDRESS_HINTS.get(name, ADDRESS_HINTS["solartrak"])
+        self._offer(self._offers)
+
+    def _by_driver(self, entries: list[tuple[str, Choice]]) -> list[tuple[str, Choice]]:
+        return [
+            (words, msgspec.structs.replace(choice, driver=self._driver))
+            for words, choice in entries
+        ]
 
     def _offer(self, offers: Any) -> None:
         choices = self.query_one(OptionList)
@@ -134,7 +161,7 @@ class StartScreen(StationScreen):
                 f"On which line is the unit of {Path(self._continue).name}?",
                 [
                     (words, msgspec.structs.replace(choice, session=self._continue))
-                    for words, choice in [*ports, BY_HAND]
+                    for words, choice in [*self._by_driver(ports), BY_HAND]
                 ],
             )
             return
@@ -143,7 +170,7 @@ class StartScreen(StationScreen):
         last = app.settings.last
         if last is not None:
             yield "Last time", [(last.words(), last)]
-        ports = list(offers.ports) if offers is not None else []
+        ports = self._by_driver(list(offers.ports)) if offers is not None else []
         if app.profile.port and app.profile.driver != "manual":
             mine = Choice(
                 port=app.profile.port, driver=app.profile.driver, baudrate=app.profile.baudrate
@@ -156,7 +183,7 @@ class StartScreen(StationScreen):
         if app.profile.driver != "manual":
             yield "No line at all", [BY_HAND]
         if offers is not None:
-            yield "Emulated trackers, to learn and to try", offers.scenarios
+            yield "Emulated trackers, to learn and to try", self._by_driver(offers.scenarios)
             yield "Saved sessions: replay", offers.replays[:REPLAYS_SHOWN]
 
     # -- choosing ----------------------------------------------------------------------------
@@ -189,14 +216,18 @@ class StartScreen(StationScreen):
     def on_input_submitted(self, event: Input.Submitted) -> None:
         address = event.value.strip()
         if address:
-            profile = self.station_app.profile
             choice = Choice(
                 port=address,
-                driver=profile.driver,
-                baudrate=profile.baudrate,
+                driver=self._driver,
+                baudrate=self.station_app.profile.baudrate,
                 session=self._continue,
             )
             self.station_app.open_choice(choice)
+
+    def action_driver(self) -> None:
+        names = ON_A_LINE
+        self._use_driver(names[(names.index(self._driver) + 1) % len(names)])
+        self.tell(f"Driver {self._driver}: {DRIVERS[self._driver]}.")
 
     def action_profile(self) -> None:
         from solarcal.tui.screens.profile import ProfileScreen
@@ -204,6 +235,7 @@ class StartScreen(StationScreen):
         def changed(saved: bool | None) -> None:
             if saved:
                 self.show_profile()
+                self._use_driver(self.station_app.profile.driver)
                 self.look_up()
 
         self.app.push_screen(ProfileScreen(self.station_app.profile), changed)

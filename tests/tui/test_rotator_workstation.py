@@ -1,0 +1,110 @@
+"""The workstation with a rotator: the station is its controller, the keys are the same."""
+
+import pytest
+from procedure_bench import on_loop, shows, take_points, until, workstation
+from textual.pilot import Pilot
+
+from solarcal.emulated_units import emulated_unit
+from solarcal.mount.formula import Offsets
+from solarcal.session.journal import Journal
+from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.procedure import Station
+from solarcal.tui.screens.sun_offset import SunOffsetDialog
+from solarcal.unit.tracker import Emulation, Mode
+
+
+def rotator_bench() -> Station:
+    """Connected, its clock set, standing; time moves only by its clock."""
+    unit = emulated_unit(
+        "tijeras-azel", "rotctld", settings=("start=2026-06-03T16:00:00Z",), seed=7
+    )
+    unit.tracker.open()
+    emulation = unit.tracker.emulation
+    assert emulation is not None
+    station = Station(unit.tracker, EmulatedClock(emulation), operator="test")
+    station.connect()
+    station.open_session(Journal.memory)
+    station.set_unit_clock()
+    station.poll()
+    return station
+
+
+def emulation_of(station: Station) -> Emulation:
+    emulation = station.tracker.emulation
+    assert emulation is not None
+    return emulation
+
+
+async def pass_time(pilot: Pilot[int], station: Station, seconds: int) -> None:
+    """Emulated seconds, with a look of the dialog after each."""
+    dialog = pilot.app.screen
+    assert isinstance(dialog, SunOffsetDialog)
+    for _ in range(seconds):
+        station.clock.wait(1.0)
+        seen = dialog._view
+        await until(pilot, lambda seen=seen: dialog._view is not seen)
+
+
+@on_loop
+async def test_the_reference_check_does_not_claim_to_have_found_counts() -> None:
+    station = rotator_bench()
+    async with workstation(station) as (_, pilot):
+        await pilot.press("f5")
+        await shows(pilot, "This unit has no switches", "Start: go to the reference position")
+        await pilot.press("enter")
+        await shows(pilot, "Check no. 1 recorded", "Do both axes stand at their marks?")
+        await pilot.press("t")
+        await until(pilot, lambda: station.poll().mode is Mode.TRACK)
+    assert not station.session.ref_checks[0].at_switches
+    station.initialise(confirmed=True)
+    async with workstation(station) as (_, pilot):
+        await pilot.press("f7")
+        await shows(pilot, "No switches: the read-outs stood", "at their marks there?")
+
+
+@on_loop
+async def test_sun_offset_point_and_upload_by_the_keys() -> None:
+    station = rotator_bench()
+    station.ref_check()
+    station.track()
+    station.clock.wait(120.0)
+    station.initialise(confirmed=True)
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f6")
+        await shows(pilot, "Nothing moves before one", "mode TRACK")
+        before = station.poll()
+        await pilot.press("5", "right", "right", "up")
+        await pass_time(pilot, station, 3)
+        after = station.poll()
+        moved1 = after.reading1_deg - after.ideal1_deg - before.reading1_deg + before.ideal1_deg
+        moved2 = after.reading2_deg - after.ideal2_deg - before.reading2_deg + before.ideal2_deg
+        assert (moved1, moved2) == pytest.approx((0.2, 0.1), abs=0.03)
+        await pilot.press("enter")
+        await shows(pilot, "SET and recorded")
+        await pilot.press("escape")
+        station.clock.wait(90.0)
+        await pilot.press("f7")
+        for words in ("1. Did", "2. Did", "3. Do", "Store it?"):
+            await shows(pilot, words)
+            await pilot.press("y")
+        await until(pilot, lambda: len(app.screen_stack) == 1)
+    point = station.session.accepted[0]
+    assert point.basis == "sun_offset"
+    assert point.error_deg is not None
+    assert point.error_deg[0] == pytest.approx(station.session.sun_offsets[-1].offsets.O1, abs=1e-5)
+    # That point was taken off the Sun: strike it, and let the day be taken by eye.
+    station.void(point.seq, "taken to try the keys")
+    before_deg = emulation_of(station).truth().day_rms_deg
+    assert before_deg > 0.6
+    take_points(station, 3, every_min=60.0)
+    async with workstation(station) as (_, pilot):
+        await pilot.press("u")
+        await shows(pilot, "Upload?")
+        await pilot.press("y")
+        await shows(pilot, "read back EQUAL")
+        await pilot.press("t")
+        await until(pilot, lambda: station.poll().mode is Mode.TRACK)
+    upload = station.session.uploads[0]
+    assert station.tracker.stored().coefficients == upload.new_coefficients
+    assert station.tracker.stored().offsets == Offsets()
+    assert emulation_of(station).truth().day_rms_deg < 0.25
