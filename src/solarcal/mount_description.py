@@ -11,6 +11,7 @@ import msgspec
 
 from solarcal.errors import ConfigurationError
 
+DisplayShows = Literal["angles", "counts"]
 GeometryName = Literal["azel", "tiltroll-ew", "tiltroll-ns", "polar"]
 
 NOMINAL_DRIVE = "rotary:100"
@@ -34,6 +35,9 @@ class MountDescription(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
         the centre of its branch.
     zone_west_h : hours the unit's clock is behind UTC.
     tilt_decimals, scale_decimals : how many are kept of P1..P4 and of P5, P6.
+    display : what a display read by a person gives of an axis: ``angles``, or ``counts`` since the
+        last reference.
+    display_sun : it gives the Sun's axis angles too.
 
     Raises
     ------
@@ -54,6 +58,8 @@ class MountDescription(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     zone_west_h: float = 0.0
     tilt_decimals: int = 4
     scale_decimals: int = 6
+    display: DisplayShows = "angles"
+    display_sun: bool = False
 
     def __post_init__(self) -> None:
         for what, value, low, high in (

@@ -35,10 +35,13 @@ FIELDS: tuple[tuple[str, str, str], ...] = (
     ("limits2_deg", "Mount: limits of axis 2, deg", "e.g. 3 88"),
     ("reference_deg", "Mount: reference read-outs, deg", "both axes; empty: 0 80 (south: 180 80)"),
     ("update_range_deg", "Mount: update range, deg", "0.1"),
+    ("zone_west_h", "Mount: zone, hours WEST of UTC", "of the unit's clock, standard time; e.g. 7"),
+    ("display", "Mount: display shows", "angles or counts; for driver manual"),
+    ("display_sun", "Mount: display shows the Sun", "yes or no: its axis angles too"),
 )
 """Field, label, hint; in the order of the form."""
 
-MOUNT_FIELDS = FIELDS[-9:]
+MOUNT_FIELDS = FIELDS[-12:]
 
 
 class FieldError(ConfigurationError):
@@ -93,6 +96,9 @@ def _mount_texts(mount: MountDescription | None) -> dict[str, str]:
         if mount.reference1_deg is None
         else _pair_text((mount.reference1_deg, mount.reference2_deg)),
         "update_range_deg": f"{mount.update_range_deg:g}",
+        "zone_west_h": f"{mount.zone_west_h:g}",
+        "display": mount.display,
+        "display_sun": "yes" if mount.display_sun else "no",
     }
 
 
@@ -167,6 +173,9 @@ def _mount(form: Mapping[str, str], before: MountDescription | None) -> MountDes
         numbers["reference1_deg"], numbers["reference2_deg"] = reference
     if form["update_range_deg"]:
         numbers["update_range_deg"] = _number(form, "update_range_deg", 0.001, 5.0)
+    if form["zone_west_h"]:
+        numbers["zone_west_h"] = _number(form, "zone_west_h", -14.0, 14.0)
+    numbers |= _display(form)
     for name in ("limits1_deg", "limits2_deg"):
         limits = numbers[name]
         if isinstance(limits, tuple) and not limits[0] < limits[1]:
@@ -174,9 +183,23 @@ def _mount(form: Mapping[str, str], before: MountDescription | None) -> MountDes
     # What the form has no field for.
     kept = {
         name: getattr(before or MountDescription(), name)
-        for name in ("zone_west_h", "tilt_decimals", "scale_decimals")
+        for name in ("tilt_decimals", "scale_decimals")
     }
     return MountDescription(**{**kept, **new, **numbers})
+
+
+def _display(form: Mapping[str, str]) -> dict[str, object]:
+    """What the unit's display shows, where the form says it."""
+    told: dict[str, object] = {}
+    if form["display"]:
+        if form["display"] not in ("angles", "counts"):
+            raise FieldError("display", f"{form['display']!r} is neither angles nor counts")
+        told["display"] = form["display"]
+    if form["display_sun"]:
+        if form["display_sun"] not in ("yes", "no"):
+            raise FieldError("display_sun", f"{form['display_sun']!r} is neither yes nor no")
+        told["display_sun"] = form["display_sun"] == "yes"
+    return told
 
 
 def _pair(

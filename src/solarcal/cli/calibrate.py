@@ -157,6 +157,10 @@ def calibration_document(calibration: "Calibration") -> dict[str, Any]:
 
 
 def run(args: argparse.Namespace) -> int:
+    if args.input:
+        from solarcal.cli.by_book import run_book
+
+        return run_book(args)
     with tracker_for(args) as (tracker, name, noise_deg):
         calibration = run_calibration(args, tracker, name, noise_deg)
     if args.json:

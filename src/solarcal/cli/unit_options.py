@@ -29,6 +29,26 @@ def add_driver_options(parser: argparse.ArgumentParser) -> None:
     told.add_argument("--profile", metavar="NAME", help="site, unit and operator profile")
     told.add_argument("--site", metavar="FILE", help="the same from a file: a profile's TOML")
     parser.add_argument("--trace", metavar="FILE", help="write what goes over the line")
+    parser.add_argument(
+        "--input", metavar="FILE", help="driver manual: the field book of what its display "
+        "showed (- for standard input)",
+    )  # fmt: skip
+
+
+def asked_driver(args: argparse.Namespace, profile: "Profile | None") -> str:
+    """The driver meant.
+
+    Raises
+    ------
+    ConfigurationError
+        A field book is given to one that does not read any.
+    """
+    from solarcal.errors import ConfigurationError
+
+    driver = args.driver or (profile.driver if profile is not None else "solartrak")
+    if args.input and driver != "manual":
+        raise ConfigurationError(f"--input is for --driver manual; driver {driver} has a line")
+    return str(driver)
 
 
 def port_words(args: argparse.Namespace) -> str:
@@ -77,14 +97,20 @@ def open_asked(args: argparse.Namespace) -> "Tracker":
     from solarcal.station.front_door import open_tracker
 
     profile = named_profile(args)
-    told_driver = profile.driver if profile is not None else "solartrak"
+    book = None
+    if args.input:
+        from solarcal.cli.by_book import book_lines
+        from solarcal.station.display.field_book import BookClock, FieldBook
+
+        book = FieldBook(*book_lines(args.input), BookClock())
     told_baudrate = profile.baudrate if profile is not None else 9600
     return open_tracker(
         args.port or (profile.port if profile is not None else ""),
-        args.driver or told_driver,
+        asked_driver(args, profile),
         trace=args.trace,
         baudrate=args.baudrate or told_baudrate,
         profile=profile,
+        display=book,
     )
 
 

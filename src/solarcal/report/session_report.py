@@ -34,6 +34,7 @@ from solarcal.session.records import (
     Record,
     RefCheck,
     SunOffset,
+    Typed,
     UnknownRecord,
     UploadRecord,
     Void,
@@ -52,7 +53,8 @@ if TYPE_CHECKING:
 WIDEST_PLOT = 100
 
 
-def _section(title: str, body: str) -> str:
+def section(title: str, body: str) -> str:
+    """A title, underlined, and what stands below it."""
     return f"{title}\n{'-' * len(title)}\n{body}"
 
 
@@ -72,7 +74,7 @@ def diagnosis_section(findings: Sequence[Finding]) -> str:
     parts = [_bullets(found) if found else "Nothing was found to be the matter."]
     if open_:
         parts.append("Cannot be told with these points:\n" + _bullets(open_))
-    return _section("Diagnosis", "\n".join(parts))
+    return section("Diagnosis", "\n".join(parts))
 
 
 def heading(session: SessionView) -> str:
@@ -93,9 +95,9 @@ def _judged(judgement: Judgement, tolerance_deg: float) -> list[str]:
     """Mechanism, forecast and verdict, each under its title."""
     mechanism = mechanism_table(judgement.solution)
     return [
-        *([_section("Mechanism", mechanism)] if mechanism else []),
-        _section("Forecast, deg on the sky", forecast_table(judgement.forecast, tolerance_deg)),
-        _section("Verdict", verdict_text(judgement.verdict)),
+        *([section("Mechanism", mechanism)] if mechanism else []),
+        section("Forecast, deg on the sky", forecast_table(judgement.forecast, tolerance_deg)),
+        section("Verdict", verdict_text(judgement.verdict)),
     ]
 
 
@@ -105,23 +107,23 @@ def session_text(session: SessionView, judgement: Judgement | None) -> str:
     solution = None if judgement is None else judgement.solution
     parts = [
         heading(session),
-        _section("Clock", clocks_table(session.clock_sets)),
-        _section("Reference checks", ref_checks_table(session.ref_checks)),
-        _section("Points", points_table(session.header, session.points, solution)),
+        section("Clock", clocks_table(session.clock_sets)),
+        section("Reference checks", ref_checks_table(session.ref_checks)),
+        section("Points", points_table(session.header, session.points, solution)),
     ]
     if judgement is not None and solution is not None:
-        parts.append(_section("Coefficients", coefficients_table(solution)))
-        parts.append(_section("Fit", fit_summary(solution)))
+        parts.append(section("Coefficients", coefficients_table(solution)))
+        parts.append(section("Fit", fit_summary(solution)))
         parts += _judged(judgement, session.header.tolerance_deg)
     data = session_plot_data(session.header, session.points, solution)
     parts.append(error_plot(data, width, height, colour=sys.stdout.isatty()))
-    parts += [_section("Upload", upload_table(upload)) for upload in session.uploads]
+    parts += [section("Upload", upload_table(upload)) for upload in session.uploads]
     if session.checks:
-        parts.append(_section("Check points", checks_table(session.checks)))
+        parts.append(section("Check points", checks_table(session.checks)))
     if judgement is not None:
         parts.append(diagnosis_section(diagnose_session(session, judgement.solution)))
     elif said := evidence(session):
-        parts.append(_section("Evidence", _bullets(said)))
+        parts.append(section("Evidence", _bullets(said)))
     return "\n\n".join(parts)
 
 
@@ -139,7 +141,7 @@ def calibration_text(calibration: "Calibration") -> str:
                 calibration.session,
                 judge_session(calibration.session, calibration.solution.method),
             ),
-            _section("Truth (the emulator's)", truth),
+            section("Truth (the emulator's)", truth),
             f"Session file: {calibration.path}\n{ending}",
         ]
     )
@@ -150,9 +152,9 @@ def fit_text(judged: JudgedFiles, *, plot: bool) -> str:
     fitted = judged.fitted
     parts = [_bullets(fitted.warnings)] if fitted.warnings else []
     parts += [
-        _section("Points", file_points_table(fitted.table, fitted.solution)),
-        _section("Coefficients", coefficients_table(fitted.solution)),
-        _section("Fit", fit_summary(fitted.solution)),
+        section("Points", file_points_table(fitted.table, fitted.solution)),
+        section("Coefficients", coefficients_table(fitted.solution)),
+        section("Fit", fit_summary(fitted.solution)),
     ]
     if judged.judgement is not None:
         parts += _judged(judged.judgement, judged.tolerance_deg)
@@ -177,10 +179,8 @@ def _what(record: Record) -> str:
         case ClockSet():
             return f"unit clock set: {record.before_s:+.1f} s before, {record.after_s:+.3f} s after"
         case RefCheck():
-            d1, d2 = record.difference_counts
             done = "" if record.complete else " (broken off)"
-            found = "counts found" if record.at_switches else "no switches; read-outs off by counts"
-            return f"reference check {record.number}{done}: {found} {d1:+d}, {d2:+d}"
+            return f"reference check {record.number}{done}: {record.found_words}"
         case SunOffset():
             return f"Set Sun Offset: O = {record.offsets.O1:+.4f}, {record.offsets.O2:+.4f} deg"
         case PointRecord():
@@ -199,6 +199,12 @@ def _what(record: Record) -> str:
         case UploadRecord():
             kind = "rollback" if record.rollback else "upload"
             return f"{kind}, read back {'equal' if record.verified else 'DIFFERENT'}"
+        case Typed():
+            values = " ".join(f"{name} {text}" for name, text in record.values.items())
+            doubted = f" (kept: {'; '.join(record.kept)})" if record.kept else ""
+            if record.corrected:
+                doubted += " (corrected)"
+            return f"typed for {record.form}: {values}{doubted}"
         case Note():
             return f"note: {record.text}"
         case Void():
@@ -220,5 +226,5 @@ def replay_text(replay: "Replay") -> str:
     session = replay.view
     log = "\n".join(record_line(record) for record in session.records)
     parts = [_bullets(replay.warnings)] if replay.warnings else []
-    parts += [_section("What happened", log), session_text(session, judge_session(session))]
+    parts += [section("What happened", log), session_text(session, judge_session(session))]
     return "\n\n".join(parts)

@@ -179,20 +179,21 @@ def ref_checks_table(checks: Sequence[RefCheck]) -> str:
         return "No reference check yet."
     rows, previous = [], None
     for check in checks:
-        d1, d2 = check.difference_counts
-        moved = (BLANK, BLANK)
-        if check.complete:
-            if previous is not None:
-                moved = (f"{d1 - previous[0]:+d}", f"{d2 - previous[1]:+d}")
-            previous = (d1, d2)
+        found = check.difference_counts
+        shown, moved = (BLANK, BLANK), (BLANK, BLANK)
+        if found is not None:
+            shown = (f"{found[0]:+d}", f"{found[1]:+d}")
+            if check.complete:
+                if previous is not None:
+                    moved = (f"{found[0] - previous[0]:+d}", f"{found[1] - previous[1]:+d}")
+                previous = found
         rows.append(
             [
                 str(check.seq),
                 _time_of_day(check.utc),
                 str(check.number),
                 _ended(check),
-                f"{d1:+d}",
-                f"{d2:+d}",
+                *shown,
                 *moved,
             ]
         )

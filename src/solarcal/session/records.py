@@ -18,6 +18,9 @@ from solarcal.site import Site, Weather
 
 FORMAT_VERSION = 1
 
+TYPED_FIRMWARE = "typed"
+"""What stands for the firmware of a unit nobody hears: its display was read, and typed."""
+
 PointStatus = Literal["accepted", "aborted", "rejected"]
 Pair = tuple[float, float]
 
@@ -99,7 +102,7 @@ class ClockSet(_Record, frozen=True, kw_only=True, tag="clock_set"):
 
 
 class RefCheck(_Record, frozen=True, kw_only=True, tag="ref_check"):
-    """Counts found at the reference switches, 0 expected.
+    """Counts found at the reference switches, 0 expected; ``None``: the unit does not show them.
 
     Where ``at_switches`` is false: how far the read-outs came to stand from the reference position,
     in nominal counts; such a check cannot find counts that were missed.
@@ -107,12 +110,23 @@ class RefCheck(_Record, frozen=True, kw_only=True, tag="ref_check"):
 
     number: int
     complete: bool
-    difference_counts: tuple[int, int]
+    difference_counts: tuple[int, int] | None
     at_switches: bool = True
 
+    @property
+    def found_words(self) -> str:
+        """The counts in words."""
+        if self.difference_counts is None:
+            return "counts not shown by the unit"
+        what = "counts found" if self.at_switches else "no switches; read-outs off by counts"
+        return "{} {:+d}, {:+d}".format(what, *self.difference_counts)
 
-class SunOffset(_Record, frozen=True, kw_only=True, tag="sun_offset"):
-    """Set Sun Offset: the axes stood on the Sun at this instant."""
+
+class SunOffset(_Record, frozen=True, kw_only=True, tag="sun_offset", omit_defaults=True):
+    """Set Sun Offset: the axes stood on the Sun at this instant.
+
+    ``read_utc`` is that instant where it is not ``utc``: read off a display, and typed after that.
+    """
 
     ideal_deg: Pair
     reading_deg: Pair
@@ -120,6 +134,12 @@ class SunOffset(_Record, frozen=True, kw_only=True, tag="sun_offset"):
     offsets: Offsets
     coefficients: Coefficients
     approach: tuple[int, int]
+    read_utc: str | None = None
+
+    @property
+    def instant(self) -> str:
+        """When the axes stood there."""
+        return self.read_utc or self.utc
 
 
 class Answers(msgspec.Struct, frozen=True, kw_only=True):
@@ -199,6 +219,21 @@ class Note(_Record, frozen=True, kw_only=True, tag="note"):
     text: str
 
 
+class Typed(_Record, frozen=True, kw_only=True, tag="typed"):
+    """What somebody read off a unit's display and typed, by field, in their own digits.
+
+    ``form`` is the step (``open``, ``clock``, ``reference``, ``offset``, ``point``, ``upload``,
+    ``zero``, ``held``), ``read_utc`` the laptop's time of the look. ``kept``: what was doubted and
+    kept all the same. ``corrected``: what had been typed before a doubt made them look again.
+    """
+
+    form: str
+    read_utc: str
+    values: dict[str, str]
+    kept: tuple[str, ...] = ()
+    corrected: tuple[dict[str, str], ...] = ()
+
+
 class Void(_Record, frozen=True, kw_only=True, tag="void"):
     """Strikes record ``voids``. Voiding a void restores what it struck."""
 
@@ -239,6 +274,6 @@ class UnknownRecord(msgspec.Struct, frozen=True, kw_only=True):
 
 KnownRecord = (
     Header | Initialised | ClockSet | RefCheck | SunOffset | PointRecord | CheckRecord | FitRecord
-    | UploadRecord | Note | Void | Override | LinkLost | LinkRestored | Closed
+    | UploadRecord | Note | Typed | Void | Override | LinkLost | LinkRestored | Closed
 )  # fmt: skip
 Record = KnownRecord | UnknownRecord

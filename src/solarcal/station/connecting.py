@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.station.core import StationCore
 from solarcal.station.unit_sun import check_unit_settings, check_unit_sun
 
@@ -15,5 +16,22 @@ def disagreements(station: StationCore) -> Iterator[str]:
     site = station.session.header.site
     yield from check_unit_settings(station.unit_site, site, status.unit_utc_s - laptop_utc_s)
     sun = check_unit_sun(station.unit_site, site, status, laptop_utc_s)
+    if status.by_hand:
+        yield from _typed_otherwise(station)
     if not sun.agrees:
         yield f"the unit's Sun is {sun.difference_deg:.3f} deg from ours: {sun.explanation}"
+
+
+def _typed_otherwise(station: StationCore) -> Iterator[str]:
+    """P1..P6 of a unit nobody hears, typed anew in a session that is gone on with."""
+    session, in_force = station.session, station.coefficients_in_force
+    uploads = session.uploads
+    known = uploads[-1].new_coefficients if uploads else session.header.coefficients
+    for name, typed, before in zip(
+        COEFFICIENT_NAMES, in_force.as_tuple(), known.as_tuple(), strict=True
+    ):
+        if typed != before:
+            yield (
+                f"{name} was typed {typed:g}, but this session knew it last as {before:g}: look at "
+                "the display again; if it was a slip, leave and go on with the session anew"
+            )

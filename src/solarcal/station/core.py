@@ -27,10 +27,12 @@ from solarcal.session.records import (
     LinkLost,
     LinkRestored,
     PointRecord,
+    Typed,
     UnitRecord,
 )
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.station import guards
+from solarcal.station.display.forms import ReadByHand, TypedAnswer
 from solarcal.station.state import (
     Activity,
     Attempt,
@@ -88,6 +90,9 @@ class StationCore:
         self._change = threading.RLock()
         self._listeners: list[Listener] = []
         self._state = StationState()
+        self._typed_before: list[TypedAnswer] = []
+        if isinstance(tracker, ReadByHand):
+            tracker.listen(self._take_down)
 
     # -- state out ---------------------------------------------------------------------------
 
@@ -147,6 +152,28 @@ class StationCore:
             journal.append(record)
             self._become(session=view_session(journal.header, tuple(journal.records)))
         return record
+
+    def _take_down(self, answer: TypedAnswer) -> None:
+        """Keep what was typed, before anything is made of it."""
+        if self._journal is None:
+            self._typed_before.append(answer)
+            return
+        self._record(
+            lambda seq, utc: Typed(
+                seq=seq,
+                utc=utc,
+                form=answer.form.word,
+                read_utc=format_utc(answer.read_utc_s),
+                values={name: text for name, text in answer.texts.items() if text},
+                kept=answer.kept,
+                corrected=tuple(dict(texts) for texts in answer.corrected),
+            )
+        )
+
+    def _take_down_waiting(self) -> None:
+        waiting, self._typed_before = self._typed_before, []
+        for answer in waiting:
+            self._take_down(answer)
 
     def _open_journal(self) -> Journal:
         if self._journal is None:
@@ -267,6 +294,7 @@ class StationCore:
         self._journal = create(header)
         self._become(session=view_session(header, ()))
         self._recall_heliostat()
+        self._take_down_waiting()
         return self._journal
 
     def resume_session(self, journal: Journal) -> None:
@@ -281,6 +309,7 @@ class StationCore:
         self._journal = journal
         self._become(session=view_session(journal.header, tuple(journal.records)))
         self._recall_heliostat()
+        self._take_down_waiting()
 
     def _header(self, continues: str = "") -> Header:
         identity = self._state.live.identity

@@ -76,6 +76,8 @@ def losses(session: SessionView) -> tuple[tuple[RefCheck, int, Loss], ...]:
     found = []
     complete = [check for check in session.ref_checks if check.complete and check.at_switches]
     for before, check in pairwise(complete):
+        if check.difference_counts is None:
+            continue
         labels = tuple(p.seq for p in session.accepted if before.seq < p.seq < check.seq)
         for axis, counts in enumerate(check.difference_counts):
             angle = _counts_as_deg(session.header.unit, axis, counts)

@@ -8,10 +8,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from solarcal.clock import Clock, SystemClock
 from solarcal.errors import ConfigurationError
 from solarcal.mount_description import MountDescription
 from solarcal.profiles import Profile
 from solarcal.site import Site
+from solarcal.station.display.forms import Display
 from solarcal.unit.drivers import demand_driver
 from solarcal.unit.link import LINES_KEPT, Link, SerialLink
 from solarcal.unit.tracker import Tracker
@@ -21,7 +23,8 @@ from solarcal.unit.tracker import Tracker
 class WayIn:
     """How to reach a unit: what the command line or the start screen said of it.
 
-    ``profile`` holds what a controller that cannot tell its site or its mount has to be told.
+    ``profile`` holds what a controller that cannot tell its site or its mount has to be told;
+    ``display`` answers for one that has no line, by ``clock``, the laptop's (the system's without).
     """
 
     port: str = ""
@@ -29,6 +32,8 @@ class WayIn:
     baudrate: int = 9600
     trace: str | Path | None = None
     profile: Profile | None = None
+    display: Display | None = None
+    clock: Clock | None = None
 
     def link(self, url: str = "", lines_kept: int = LINES_KEPT) -> Callable[[], Link]:
         """What opens the line, to this port or to the URL a driver makes of it."""
@@ -65,6 +70,21 @@ class WayIn:
             )
         return self.profile.site
 
+    def demand_display(self) -> Display:
+        """Who reads the display.
+
+        Raises
+        ------
+        ConfigurationError
+            Nobody does.
+        """
+        if self.display is None:
+            raise ConfigurationError(
+                f"driver {self.driver} needs somebody who reads the display: use the workstation, "
+                "or give what was read with --input FILE"
+            )
+        return self.display
+
     def mount(self) -> MountDescription:
         """How the mount is described; the default description where nobody did."""
         described = self.profile.mount if self.profile is not None else None
@@ -77,6 +97,9 @@ def open_tracker(
     trace: str | Path | None = None,
     baudrate: int = 9600,
     profile: Profile | None = None,
+    *,
+    display: Display | None = None,
+    clock: Clock | None = None,
 ) -> Tracker:
     """The tracker at ``port``, its line open and the unit's identity known.
 
@@ -88,7 +111,7 @@ def open_tracker(
         The port cannot be opened, or nobody answers in the driver's protocol.
     """
     demand_driver(driver)
-    way = WayIn(port, driver, baudrate, trace, profile)
+    way = WayIn(port, driver, baudrate, trace, profile, display, clock)
     tracker = _DRIVERS[driver](way)
     try:
         tracker.open()
@@ -105,8 +128,14 @@ def _solartrak(way: WayIn) -> Tracker:
     return SolarTrakUnit(way.link(), port=port)
 
 
+def _manual(way: WayIn) -> Tracker:
+    from solarcal.station.display.unit import ManualUnit
+
+    display, site = way.demand_display(), way.demand_site()
+    return ManualUnit(site, way.mount(), display, way.clock or SystemClock())
+
+
 def _rotctld(way: WayIn) -> Tracker:
-    from solarcal.clock import SystemClock
     from solarcal.station.standing_in.kept import FileKeeper
     from solarcal.station.standing_in.rotator_tracker import RotatorTracker
     from solarcal.unit.drivers.rotctld import LINES_KEPT as OF_DUMP_CAPS
@@ -119,9 +148,13 @@ def _rotctld(way: WayIn) -> Tracker:
         mount.unit_name or address,
         mount,
         site,
-        SystemClock(),
+        way.clock or SystemClock(),
         FileKeeper.of_unit,
     )
 
 
-_DRIVERS: dict[str, Callable[[WayIn], Tracker]] = {"solartrak": _solartrak, "rotctld": _rotctld}
+_DRIVERS: dict[str, Callable[[WayIn], Tracker]] = {
+    "solartrak": _solartrak,
+    "manual": _manual,
+    "rotctld": _rotctld,
+}

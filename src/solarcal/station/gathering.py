@@ -17,9 +17,10 @@ import numpy as np
 from solarcal.errors import ProcedureRefused
 from solarcal.model.fit import FEWEST_POINTS
 from solarcal.mount.drive import register
-from solarcal.mount.formula import Coefficients
+from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import Answers, CheckRecord, PointRecord, SunOffset
 from solarcal.station import guards
+from solarcal.station.display.forms import ReadByHand
 from solarcal.station.fitting import solve
 from solarcal.station.state import SessionView
 from solarcal.station.unit_sun import check_unit_sun
@@ -29,6 +30,8 @@ from solarcal.unit.tracker import Status
 
 if TYPE_CHECKING:
     from solarcal.station.core import StationCore
+
+Pair = tuple[float, float]
 
 READINGS = 5
 READING_INTERVAL_S = 1.0
@@ -59,6 +62,8 @@ def gather(station: "StationCore", progress: Callable[[float], None] | None = No
     ProcedureRefused
         The unit does not track, its offsets changed while gathering, or it believes in another Sun.
     """
+    if isinstance(station.tracker, ReadByHand):
+        return _read_by_hand(station, station.tracker, progress)
     statuses: list[Status] = []
     times: list[float] = []
     for index in range(READINGS):
@@ -85,6 +90,17 @@ def gather(station: "StationCore", progress: Callable[[float], None] | None = No
     return Gathered(tuple(statuses), tuple(times))
 
 
+def _read_by_hand(
+    station: "StationCore", tracker: ReadByHand, progress: Callable[[float], None] | None
+) -> Gathered:
+    """One look at the display. What is typed is held against Sun, P and O as it is typed."""
+    status = tracker.read_display()
+    if progress is not None:
+        progress(1.0)
+    typed_utc_s = status.typed_utc_s
+    return Gathered((status,), (station.clock.utc_s() if typed_utc_s is None else typed_utc_s,))
+
+
 def _standing(
     session: SessionView, last: Status, laptop_utc_s: float
 ) -> tuple[SunOffset | None, str]:
@@ -94,7 +110,7 @@ def _standing(
         return None, "no Set Sun Offset seen since the last point"
     if fresh.offsets != last.offsets:
         return None, "the offsets were changed on the unit after our Set Sun Offset"
-    if laptop_utc_s - parse_utc(fresh.utc) > MAX_OFFSET_AGE_S:
+    if laptop_utc_s - parse_utc(fresh.instant) > MAX_OFFSET_AGE_S:
         return None, "the Set Sun Offset is more than half an hour old"
     return fresh, ""
 
@@ -107,21 +123,24 @@ def point_candidate(
     laptop_utc_s = gathered.laptop_utc_s[-1]
     basis, why = _standing(session, last, laptop_utc_s)
     if basis is not None:
-        read_utc = basis.utc
+        read_utc = basis.instant
         ideal, reading, counts = basis.ideal_deg, basis.reading_deg, basis.counts
         approach, coefficients = basis.approach, basis.coefficients
         error = (
             round(reading[0] - ideal[0], 6),
             round(reading[1] - ideal[1], 6),
         )
+        if last.by_hand:
+            # Read-outs are read a moment before or after, between two updates: they prove E + O,
+            # which the unit itself computed at the instant of the offset.
+            error = _commanded(ideal, basis.offsets, coefficients)
     else:
         read_utc = format_utc(laptop_utc_s)
         ideal = (last.ideal1_deg, last.ideal2_deg)
         reading = (last.reading1_deg, last.reading2_deg)
         counts = (last.counts1, last.counts2)
         approach, coefficients = last.approach, in_force
-        e1, e2 = guards.commanded_error_deg(last, in_force)
-        error = (round(e1, 6), round(e2, 6))
+        error = _commanded(ideal, last.offsets, in_force)
     sun = sun_position("precise", parse_utc(read_utc), session.header.site)
     aim = (sun.azimuth_deg, sun.zenith_deg)
     if session.header.unit.heliostat is not None:
@@ -151,6 +170,12 @@ def point_candidate(
         expected_counts=expected,
         found_counts=found,
     )
+
+
+def _commanded(ideal: Pair, offsets: Offsets, in_force: Coefficients) -> Pair:
+    """E(P in force) + O, rounded as a record keeps it."""
+    e1, e2 = guards.commanded_error_deg(*ideal, offsets, in_force)
+    return round(e1, 6), round(e2, 6)
 
 
 def counts_since_last_point(
@@ -213,7 +238,7 @@ def check_candidate(
         status="accepted",
         answers=answers,
         reason=why,
-        read_utc=basis.utc if basis else format_utc(gathered.laptop_utc_s[-1]),
+        read_utc=basis.instant if basis else format_utc(gathered.laptop_utc_s[-1]),
         ideal_deg=ideal,
         error_deg=left,
         sky_error_deg=round(sky, 5),

@@ -1,7 +1,7 @@
 """What the procedure does not allow, and why: pure rules, asked before anything is done."""
 
 from solarcal.errors import ProcedureRefused
-from solarcal.mount.formula import Coefficients, correction_deg
+from solarcal.mount.formula import Coefficients, Offsets, correction_deg
 from solarcal.mount.limits import Limits
 from solarcal.session.records import Header
 from solarcal.unit.tracker import Mode, Status
@@ -24,6 +24,9 @@ def near_limit_threshold_deg(update_range_deg: float) -> float:
 
 def distance_to_limits_deg(limits: Limits, status: Status) -> float:
     """Distance of the read-outs to the nearest software limit of either axis."""
+    if status.by_hand:
+        # What was typed may be old; the unit stands where it drives its axes.
+        return float(limits.distance_deg(status.target1_deg, status.target2_deg))
     return float(limits.distance_deg(status.reading1_deg, status.reading2_deg))
 
 
@@ -66,7 +69,9 @@ def demand_tracking(header: Header, status: Status) -> None:
         )
 
 
-def commanded_error_deg(status: Status, in_force: Coefficients) -> tuple[float, float]:
-    """E(P in force) + O at this status: the total correction the unit applies, axis degrees."""
-    e1, e2 = correction_deg(in_force, status.ideal1_deg, status.ideal2_deg)
-    return float(e1) + status.offsets.O1, float(e2) + status.offsets.O2
+def commanded_error_deg(
+    ideal1_deg: float, ideal2_deg: float, offsets: Offsets, in_force: Coefficients
+) -> tuple[float, float]:
+    """E(P in force) + O at these ideal angles: the total correction the unit applies, degrees."""
+    e1, e2 = correction_deg(in_force, ideal1_deg, ideal2_deg)
+    return float(e1) + offsets.O1, float(e2) + offsets.O2

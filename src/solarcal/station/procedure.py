@@ -33,6 +33,7 @@ from solarcal.station import guards
 from solarcal.station.core import CreateJournal, StationCore
 from solarcal.station.gathering import check_candidate, gather, point_candidate
 from solarcal.station.state import Activity, Attempt, held_before_upload, view_session
+from solarcal.timescale import format_utc
 from solarcal.unit.tracker import Mode
 
 REF_CHECK_LIMIT_S = 3600.0
@@ -122,7 +123,9 @@ class Station(StationCore):
                 utc=utc,
                 number=result.number,
                 complete=result.complete,
-                difference_counts=(result.difference1, result.difference2),
+                difference_counts=None
+                if result.difference1 is None or result.difference2 is None
+                else (result.difference1, result.difference2),
                 at_switches=self.session.header.unit.has_switches,
             )
         )
@@ -131,6 +134,7 @@ class Station(StationCore):
         """Take the axes' present stand as on the Sun: the unit sets O accordingly."""
         status = self.tracker.set_sun_offset()
         in_force = self._in_force
+        typed_utc_s = status.typed_utc_s
         return self._record(
             lambda seq, utc: SunOffset(
                 seq=seq,
@@ -141,6 +145,7 @@ class Station(StationCore):
                 offsets=status.offsets,
                 coefficients=in_force,
                 approach=status.approach,
+                read_utc=None if typed_utc_s is None else format_utc(typed_utc_s),
             )
         )
 

@@ -6,6 +6,7 @@ Facts, not answers. The technician answers; a fact that speaks for NO is marked.
 import math
 from dataclasses import dataclass
 
+from solarcal.session.records import RefCheck
 from solarcal.station.gathering import MAX_OFFSET_AGE_S
 from solarcal.station.state import LiveView, SessionView
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
@@ -68,22 +69,22 @@ def _reference(session: SessionView, live: LiveView, spot: Spot | None) -> tuple
                 Fact(f"The last check (no. {last.number}, {when}) did NOT end.", against=True)
             )
         else:
-            d1, d2 = last.difference_counts
             facts.append(Fact(f"Check no. {last.number} at {when}: complete."))
-            facts.append(
-                Fact(_counts_found(d1, d2, later=len(session.ref_checks) > 1))
-                if last.at_switches
-                else Fact(
-                    f"No switches: the read-outs stood {d1:+d}, {d2:+d} counts from the reference "
-                    "position. Did both axes stand at their marks there?"
-                )
-            )
-    if status is not None and not status.referenced:
+            facts.append(Fact(_counts_found(last, later=len(session.ref_checks) > 1)))
+    if status is not None and not status.referenced and not status.by_hand:
         facts.append(Fact("The unit says it is NOT referenced since power-up.", against=True))
     return tuple(facts)
 
 
-def _counts_found(d1: int, d2: int, *, later: bool) -> str:
+def _counts_found(check: RefCheck, *, later: bool) -> str:
+    if check.difference_counts is None:
+        return "The unit does not show the counts found at the switches."
+    d1, d2 = check.difference_counts
+    if not check.at_switches:
+        return (
+            f"No switches: the read-outs stood {d1:+d}, {d2:+d} counts from the reference "
+            "position. Did both axes stand at their marks there?"
+        )
     # The first check finds whatever the register held at power-up.
     missed = later and max(abs(d1), abs(d2)) >= MISSED_COUNTS
     return f"Counts found at the switches: axis 1 {d1:+d}, axis 2 {d2:+d}" + (
@@ -97,10 +98,10 @@ def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fa
     if fresh is None:
         since = "since the last point" if session.sun_offsets else "in this session"
         return (Fact(f"No Set Sun Offset seen {since}.", against=True),)
-    age_s = _since_s(fresh.utc, live)
+    age_s = _since_s(fresh.instant, live)
     facts = [
         Fact(
-            f"Set at {fresh.utc[11:19]} UTC, {ago_text(age_s)}: O1 {fresh.offsets.O1:+.4f}, "
+            f"Set at {fresh.instant[11:19]} UTC, {ago_text(age_s)}: O1 {fresh.offsets.O1:+.4f}, "
             f"O2 {fresh.offsets.O2:+.4f} deg."
         )
     ]
@@ -109,7 +110,9 @@ def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fa
     if status is not None and status.offsets != fresh.offsets:
         facts.append(Fact("The unit's offsets are others now: somebody changed them.", True))
     unit = session.header.unit
-    rates = sun_rates_deg_per_s(session.geometry, unit.site, parse_utc(fresh.utc), unit.heliostat)
+    rates = sun_rates_deg_per_s(
+        session.geometry, unit.site, parse_utc(fresh.instant), unit.heliostat
+    )
     for axis in (0, 1):
         approach = fresh.approach[axis]
         wrong = approach != 0 and approach != forward_sense(rates[axis], approach)
@@ -119,7 +122,7 @@ def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fa
             else Fact(
                 f"Axis {axis + 1} came from behind the Sun."
                 if approach
-                else f"Axis {axis + 1}: the unit does not say from which side it came."
+                else f"Axis {axis + 1}: from which side it came is not known."
             )
         )
     return tuple(facts)
@@ -130,16 +133,19 @@ def _tracking(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[
     if status is None:
         return (Fact("The unit has not been heard yet.", against=True),)
     update_range = session.header.unit.update_range_deg
-    facts = [
-        Fact(f"The unit is in mode {status.mode}.", against=status.mode is not Mode.TRACK),
-        _lag(
-            abs(status.reading1_deg - status.target1_deg),
-            abs(status.reading2_deg - status.target2_deg),
-            update_range,
-        ),
-    ]
+    if status.by_hand:
+        facts = [Fact("Nobody hears this unit: watch the spot through an update.")]
+    else:
+        facts = [
+            Fact(f"The unit is in mode {status.mode}.", against=status.mode is not Mode.TRACK),
+            _lag(
+                abs(status.reading1_deg - status.target1_deg),
+                abs(status.reading2_deg - status.target2_deg),
+                update_range,
+            ),
+        ]
     if session.sun_offsets:
-        watched_s = _since_s(session.sun_offsets[-1].utc, live)
+        watched_s = _since_s(session.sun_offsets[-1].instant, live)
         facts.append(
             Fact(
                 f"Watched for {watched_s:.0f} s since the offset was set"

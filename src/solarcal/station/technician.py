@@ -268,9 +268,7 @@ class AutomaticTechnician:
     def _check_reference(self) -> None:
         for _ in range(MAX_TRIES):
             record = self.station.ref_check()
-            d1, d2 = record.difference_counts
-            found = "counts found" if record.at_switches else "no switches; read-outs off by counts"
-            self._say(f"reference check {record.number}: {found} {d1:+d}, {d2:+d}")
+            self._say(f"reference check {record.number}: {record.found_words}")
             if record.complete and (not self._sun_up() or self._tracks()):
                 return
             self._say("the reference check does not count; once more")

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from solarcal.model.fit import FEWEST_POINTS, Solution
 from solarcal.model.judgement import Judgement
+from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients
 from solarcal.station.judging import judge_session
 from solarcal.station.state import SessionView
@@ -54,11 +55,13 @@ class UploadProposal:
         return self.offer.against
 
 
-def propose_upload(session: SessionView, in_force: Coefficients) -> UploadProposal | None:
+def propose_upload(
+    session: SessionView, in_force: Coefficients, method: str = DEFAULT_METHOD
+) -> UploadProposal | None:
     """The upload this session's points ask for; ``None`` while there are too few."""
     if len(session.accepted) < FEWEST_POINTS:
         return None
-    judgement = judge_session(session)
+    judgement = judge_session(session, method)
     if judgement is None:
         return None
     offer = offer_upload(judgement, session.header.unit)

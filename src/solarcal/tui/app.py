@@ -27,7 +27,12 @@ from solarcal.tui.themes import DEFAULT_THEME, OWN_THEMES, axis_colours
 if TYPE_CHECKING:
     from textual.command import Provider
 
+    from solarcal.tui.messages import FormAsked
     from solarcal.tui.opening import OpenLine
+    from solarcal.tui.typed_display import ScreenDisplay
+
+PRESS_STOP_S = 8.0
+"""How long it covers a part of the screen that STOP is at the unit; the log goes on saying it."""
 
 NOTICED_S = 20.0
 """How long something noticed while opening stays on the screen."""
@@ -87,6 +92,7 @@ class SolarcalApp(ConductedApp):
         self._remember = remember
         self._keymap_given = dict(keymap or {})
         self._opening = False
+        self._reader: ScreenDisplay | None = None
 
     # -- life ----------------------------------------------------------------------------------
 
@@ -176,11 +182,30 @@ class SolarcalApp(ConductedApp):
         from solarcal.tui.opening import open_line
 
         try:
-            line = open_line(choice, profile, output=self._output, trace=self._trace)
+            line = open_line(
+                choice, profile, output=self._output, trace=self._trace, display=self.display_reader
+            )
         except SolarcalError as error:
             self.post_message(LineFailed(error))
         else:
             self.post_message(LineOpened(line))
+
+    @property
+    def display_reader(self) -> "ScreenDisplay":
+        """Where somebody who reads a unit's display is asked."""
+        if self._reader is None:
+            from solarcal.tui.typed_display import ScreenDisplay
+
+            self._reader = ScreenDisplay(self.post_message)
+        return self._reader
+
+    def on_form_asked(self, message: "FormAsked") -> None:
+        from solarcal.tui.screens.display_form import DisplayFormScreen
+
+        if self._leaving:
+            message.asked.answer(None)
+        elif not message.asked.done:
+            self.push_screen(DisplayFormScreen(message.asked))
 
     def on_line_failed(self, message: LineFailed) -> None:
         self._opening = False
@@ -214,6 +239,8 @@ class SolarcalApp(ConductedApp):
         """Close file and line, and end the program. Whatever was acknowledged is in the file."""
         self._leaving = True
         conductor, line = self.conductor, self.line
+        if self._reader is not None:
+            self._reader.close()
         if conductor is not None:
             await asyncio.to_thread(conductor.close)
         self._fitter.close()
@@ -235,8 +262,7 @@ class SolarcalApp(ConductedApp):
     def action_perform(self, action_id: str) -> None:
         """Do what a key, a click or the palette asked for."""
         if action_id == "stop":
-            if self.conductor is not None:
-                self.conductor.stop_motion()
+            self._stop()
             return
         performer = self._performers.get(action_id)
         if performer is None:
@@ -246,6 +272,19 @@ class SolarcalApp(ConductedApp):
         except SolarcalError as error:
             self.notify(str(error), severity="warning")
             self.post_message(StepFailed(action_id, error))
+
+    def _stop(self) -> None:
+        from solarcal.tui.screens.by_hand import by_hand
+
+        if by_hand(self) or (self._reader is not None and self._reader.asking):
+            self.notify(
+                "There is no line to it: this program cannot stop it.",
+                title="PRESS STOP ON THE UNIT",
+                severity="error",
+                timeout=PRESS_STOP_S,
+            )
+        if self.conductor is not None:
+            self.conductor.stop_motion()
 
     async def action_quit(self) -> None:
         """Textual's own way out takes ours."""

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from solarcal.station.state import SessionView, StationState
     from solarcal.tui.offers import Offers
     from solarcal.tui.opening import OpenLine
+    from solarcal.tui.typed_display import AskedForm
 
 
 class StateChanged(Message):
@@ -82,6 +83,14 @@ class Progress(Message):
 
     def can_replace(self, message: Message) -> bool:
         return isinstance(message, Progress) and message.name == self.name
+
+
+class FormAsked(Message):
+    """The thread of the station waits for what a unit's display shows."""
+
+    def __init__(self, asked: "AskedForm") -> None:
+        super().__init__()
+        self.asked = asked
 
 
 class LineOpened(Message):

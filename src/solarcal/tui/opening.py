@@ -20,6 +20,7 @@ from solarcal.profiles import Profile
 if TYPE_CHECKING:
     from solarcal.session.journal import Journal
     from solarcal.session.records import Header
+    from solarcal.station.display.forms import Display
     from solarcal.station.procedure import Station
     from solarcal.station.state import SessionView
     from solarcal.unit.tracker import Tracker
@@ -69,9 +70,18 @@ def finished(session: "SessionView") -> str:
 
 
 def open_line(
-    choice: Choice, profile: Profile, *, output: Path | None = None, trace: str | None = None
+    choice: Choice,
+    profile: Profile,
+    *,
+    output: Path | None = None,
+    trace: str | None = None,
+    display: "Display | None" = None,
 ) -> OpenLine:
     """Open the line, learn who is there, and open or continue the session file.
+
+    Parameters
+    ----------
+    display : who reads the display of a unit without a line.
 
     Raises
     ------
@@ -92,7 +102,12 @@ def open_line(
             if choice.scenario:
                 url = resources.enter_context(_emulated_line(choice))
             tracker = open_tracker(
-                url, choice.driver, trace=trace, baudrate=choice.baudrate, profile=profile
+                url,
+                choice.driver,
+                trace=trace,
+                baudrate=choice.baudrate,
+                profile=profile,
+                display=display,
             )
         resources.callback(tracker.close)
         emulated = tracker.emulation is not None
@@ -207,6 +222,7 @@ class SavedSession:
     points: int = 0
     finished: bool = True
     damage: str = ""
+    by_hand: bool = False
 
     def words(self) -> str:
         name = harmless(self.path.name)
@@ -229,7 +245,7 @@ def saved_sessions(folder: Path | None = None) -> list[SavedSession]:
 def look_into(path: Path) -> SavedSession:
     """A session file in one line, or why it cannot be read."""
     from solarcal.session.reader import read_session
-    from solarcal.session.records import Closed, PointRecord
+    from solarcal.session.records import TYPED_FIRMWARE, Closed, PointRecord
 
     try:
         session = read_session(path)
@@ -241,7 +257,13 @@ def look_into(path: Path) -> SavedSession:
         for record in session.records
     )
     imported = session.header.sun_model != "solartrak"
-    return SavedSession(path, last.utc, accepted, isinstance(last, Closed) or imported)
+    return SavedSession(
+        path,
+        last.utc,
+        accepted,
+        isinstance(last, Closed) or imported,
+        by_hand=session.header.unit.firmware == TYPED_FIRMWARE,
+    )
 
 
 def continuing(saved: SavedSession, remembered: Choice | None) -> Choice | None:
@@ -251,6 +273,6 @@ def continuing(saved: SavedSession, remembered: Choice | None) -> Choice | None:
     the session broke off.
     """
     if remembered is None:
-        return None
+        return Choice(driver="manual", session=str(saved.path)) if saved.by_hand else None
     start = saved.last_utc if remembered.scenario else ""
     return msgspec.structs.replace(remembered, session=str(saved.path), start_utc=start)

@@ -32,13 +32,17 @@ class Mode(StrEnum):
 
 
 class UnitIdentity(msgspec.Struct, frozen=True):
-    """Who answers. ``extensions`` holds ``X`` for an emulator."""
+    """Who answers. ``extensions`` holds ``X`` for an emulator; ``by_hand``: a person does.
+
+    That person reads the unit's display and types.
+    """
 
     model: str
     serial: str
     firmware: str
     protocol: int = 1
     extensions: frozenset[str] = frozenset()
+    by_hand: bool = False
 
     @property
     def is_emulator(self) -> bool:
@@ -89,6 +93,9 @@ class Status(msgspec.Struct, frozen=True):
     sense of motion of each axis now and of the last finished one: +1, -1, 0 (at rest / unknown).
     ``update_phase`` runs from 0 just after an update to 1 when the next one is due.
     ``memories_differ``: what is in force has not been stored permanently.
+
+    ``by_hand``: nobody hears this unit. Its clock and Sun are computed, its read-outs and offsets
+    are those typed last, at ``typed_utc_s`` of the laptop's clock (``None``: not typed yet).
     """
 
     mode: Mode
@@ -108,6 +115,8 @@ class Status(msgspec.Struct, frozen=True):
     referenced: bool
     unlocked_s: float
     memories_differ: bool = False
+    by_hand: bool = False
+    typed_utc_s: float | None = None
 
 
 class RefCheckResult(msgspec.Struct, frozen=True):
@@ -117,13 +126,13 @@ class RefCheckResult(msgspec.Struct, frozen=True):
     to. That says nothing of whether the read-outs are true.
 
     ``number`` 0: none yet since power-up. Neither ``complete`` nor ``running``: stopped before
-    the end.
+    the end. A display may not show the counts: ``None``.
     """
 
     number: int
     complete: bool
-    difference1: int
-    difference2: int
+    difference1: int | None
+    difference2: int | None
     running: bool = False
 
 

@@ -13,6 +13,7 @@ from solarcal.errors import SolarcalError
 from solarcal.station.state import LinkState, StationState
 from solarcal.tui.conductor import Conductor, Step
 from solarcal.tui.screens.base import StationModal
+from solarcal.tui.screens.by_hand import by_hand
 from solarcal.tui.widgets.key_button import DialogKey, KeyButton
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ class Dialog(StationModal[None]):
                     if key.button:
                         yield self._button(key)
                 yield KeyButton("Esc", self.LEAVE, "screen.leave")
-                yield KeyButton("F12 s", "STOP", "app.perform('stop')", stop=True)
+                yield KeyButton("F12 s", self.stop_label(), "app.perform('stop')", stop=True)
 
     def body(self) -> Iterable[Widget]:
         """What stands between the heading and the line that speaks."""
@@ -81,6 +82,10 @@ class Dialog(StationModal[None]):
 
     def on_mount(self) -> None:
         self.show_state(self.station_app.state)
+
+    def stop_label(self) -> str:
+        """What the STOP button says: where this program cannot stop a unit, that."""
+        return "STOP: at the unit" if by_hand(self.station_app) else "STOP"
 
     # -- speaking ----------------------------------------------------------------------------
 

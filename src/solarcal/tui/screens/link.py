@@ -8,6 +8,7 @@ from textual.widgets import Static
 
 from solarcal.session.records import LinkLost, LinkRestored
 from solarcal.station.state import LinkState, StationState
+from solarcal.tui.screens.by_hand import by_hand
 from solarcal.tui.screens.dialog import Dialog, open_dialog
 from solarcal.tui.widgets.key_button import DialogKey
 from solarcal.tui.widgets.text_lines import TextLines
@@ -41,7 +42,9 @@ class LinkDialog(Dialog):
     def on_mount(self) -> None:
         super().on_mount()
         traffic = self.query_one("#traffic")
-        traffic.border_title = "Last over the line (> sent, < received)"
+        traffic.border_title = (
+            "Typed last" if by_hand(self.station_app) else "Last over the line (> sent, < received)"
+        )
         self.set_interval(TRAFFIC_EVERY_S, self._show_traffic)
         self._show_traffic()
 
@@ -55,7 +58,10 @@ class LinkDialog(Dialog):
     def state_changed(self, state: StationState) -> None:
         live = state.live
         who = live.identity
-        lines = [f"State     {_words(live.link)}"]
+        state_words = _words(live.link)
+        if by_hand(self.station_app):
+            state_words = "no line: what the unit's display shows is typed"
+        lines = [f"State     {state_words}"]
         if who is not None:
             emulated = ", an EMULATOR" if who.is_emulator else ""
             lines.append(f"Unit      {who.model} {who.serial}, firmware {who.firmware}{emulated}")

@@ -14,7 +14,8 @@ from solarcal.station.procedure import Station
 from solarcal.station.question_evidence import MISSED_COUNTS
 from solarcal.station.state import StationState
 from solarcal.tui.messages import Progress
-from solarcal.tui.screens.dialog import Dialog, open_dialog
+from solarcal.tui.screens.by_hand import by_hand
+from solarcal.tui.screens.dialog import Dialog, Tone, open_dialog
 from solarcal.tui.widgets.key_button import DialogKey
 
 if TYPE_CHECKING:
@@ -25,6 +26,11 @@ SHOWN_CHECKS = 5
 
 
 def open_screen(app: "SolarcalApp") -> None:
+    if by_hand(app):
+        from solarcal.tui.screens.hand_ref_check import HandRefCheckDialog
+
+        open_dialog(app, HandRefCheckDialog())
+        return
     session = app.state.session
     open_dialog(app, RefCheckDialog(session is None or session.header.unit.has_switches))
 
@@ -122,27 +128,28 @@ class RefCheckDialog(Dialog):
             self.offer("start", "track")
 
     def _tell(self, check: RefCheck) -> None:
-        d1, d2 = check.difference_counts
-        if not check.complete:
-            self.say(f"Check no. {check.number} did NOT end. Start it again.", "error")
-        elif check.number > 1 and max(abs(d1), abs(d2)) >= MISSED_COUNTS:
-            self.say(
-                f"Check no. {check.number}: counts found {d1:+d} and {d2:+d} where 0 belong: "
-                "counts were missed since the check before; points between them are doubtful.",
-                "warning",
-            )
-        elif not check.at_switches:
-            self.say(
-                f"Check no. {check.number} recorded: the read-outs stand {d1:+d} and {d2:+d} "
-                "counts from the reference position. Do both axes stand at their marks? If not, "
-                "correct the rotator's zero and begin anew.",
-                "good",
-            )
-        else:
-            self.say(
-                f"Check no. {check.number} complete, recorded: counts found {d1:+d} and {d2:+d}.",
-                "good",
-            )
+        self.say(*ref_check_words(check))
+
+
+def ref_check_words(check: RefCheck) -> tuple[str, Tone]:
+    """What a check that has ended says, and in which tone."""
+    found = check.difference_counts or (0, 0)
+    if not check.complete:
+        return f"Check no. {check.number} did NOT end. Start it again.", "error"
+    if check.at_switches and check.number > 1 and max(map(abs, found)) >= MISSED_COUNTS:
+        return (
+            f"Check no. {check.number}: counts found {found[0]:+d} and {found[1]:+d} where 0 "
+            "belong: counts were missed since the check before; points between them are doubtful.",
+            "warning",
+        )
+    if not check.at_switches:
+        return (
+            f"Check no. {check.number} recorded: the read-outs stand {found[0]:+d} and "
+            f"{found[1]:+d} counts from the reference position. Do both axes stand at their marks? "
+            "If not, correct the rotator's zero and begin anew.",
+            "good",
+        )
+    return f"Check no. {check.number} complete, recorded: {check.found_words}.", "good"
 
 
 def _motion(sense: int) -> str:

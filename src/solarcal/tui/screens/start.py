@@ -22,6 +22,10 @@ from solarcal.tui.widgets.head_lines import HeadLine, LogLine
 from solarcal.unit.drivers import DRIVERS
 
 REPLAYS_SHOWN = 20
+BY_HAND = ("A real SolarTrak: type what its display shows", Choice(driver="manual"))
+
+ON_A_LINE = tuple(name for name in DRIVERS if name != BY_HAND[1].driver)
+"""The drivers of what has an address."""
 
 ADDRESS_HINTS = {
     "solartrak": "device, socket://host:port or rfc2217://host:port",
@@ -121,7 +125,7 @@ class StartScreen(StationScreen):
 
     def _use_driver(self, name: str) -> None:
         """How what is opened next is talked to; what is remembered keeps its own driver."""
-        self._driver = name if name in DRIVERS else "solartrak"
+        self._driver = name if name in ON_A_LINE else "solartrak"
         name = self._driver
         self.query_one("#driver", Static).update(f"Driver [d]: {name}")
         self.query_one(Input).placeholder = ADDRESS_HINTS.get(name, ADDRESS_HINTS["solartrak"])
@@ -157,7 +161,7 @@ class StartScreen(StationScreen):
                 f"On which line is the unit of {Path(self._continue).name}?",
                 [
                     (words, msgspec.structs.replace(choice, session=self._continue))
-                    for words, choice in self._by_driver(ports)
+                    for words, choice in [*self._by_driver(ports), BY_HAND]
                 ],
             )
             return
@@ -167,13 +171,17 @@ class StartScreen(StationScreen):
         if last is not None:
             yield "Last time", [(last.words(), last)]
         ports = self._by_driver(list(offers.ports)) if offers is not None else []
-        if app.profile.port:
+        if app.profile.port and app.profile.driver != "manual":
             mine = Choice(
                 port=app.profile.port, driver=app.profile.driver, baudrate=app.profile.baudrate
             )
             ports.insert(0, (f"{app.profile.port}  as in the profile", mine))
+        if app.profile.driver == "manual":
+            yield "No line at all, as in the profile", [BY_HAND]
         heading = "Serial ports" if ports else "Serial ports: none found"
         yield heading, ports or [("look again", Choice())]
+        if app.profile.driver != "manual":
+            yield "No line at all", [BY_HAND]
         if offers is not None:
             yield "Emulated trackers, to learn and to try", self._by_driver(offers.scenarios)
             yield "Saved sessions: replay", offers.replays[:REPLAYS_SHOWN]
@@ -186,7 +194,7 @@ class StartScreen(StationScreen):
             return
         if choice == Choice():
             self.look_up()
-        elif choice.session and not choice.port and not choice.scenario:
+        elif choice.session and not (choice.port or choice.scenario or choice.driver == "manual"):
             self._continue = choice.session
             self.tell("Choose the line its unit is on. Escape: back to all choices.")
             self.look_up()
@@ -217,7 +225,7 @@ class StartScreen(StationScreen):
             self.station_app.open_choice(choice)
 
     def action_driver(self) -> None:
-        names = list(DRIVERS)
+        names = ON_A_LINE
         self._use_driver(names[(names.index(self._driver) + 1) % len(names)])
         self.tell(f"Driver {self._driver}: {DRIVERS[self._driver]}.")
 

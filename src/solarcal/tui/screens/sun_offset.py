@@ -15,6 +15,7 @@ from solarcal.station.jogging import STEPS_DEG, JogView, SunOffsetJog
 from solarcal.station.procedure import Station
 from solarcal.station.state import StationState
 from solarcal.tui.conductor import Step
+from solarcal.tui.screens.by_hand import by_hand
 from solarcal.tui.screens.dialog import open_dialog
 from solarcal.tui.screens.paced import PacedDialog
 from solarcal.tui.widgets.jog_table import jog_table
@@ -33,7 +34,13 @@ DEFAULT_STEP = STEPS_DEG.index(0.05)
 
 
 def open_screen(app: "SolarcalApp") -> None:
-    open_dialog(app, SunOffsetDialog(app.station_conductor().station))
+    conductor = app.station_conductor()
+    if by_hand(app):
+        from solarcal.tui.screens.hand_offset import HandOffsetDialog
+
+        open_dialog(app, HandOffsetDialog())
+    else:
+        open_dialog(app, SunOffsetDialog(conductor.station))
 
 
 class SunOffsetDialog(PacedDialog):

@@ -18,6 +18,7 @@ from solarcal.station.procedure import Station
 from solarcal.station.question_evidence import question_evidence
 from solarcal.station.state import Activity, Attempt, StationState
 from solarcal.tui.messages import Progress
+from solarcal.tui.screens.by_hand import by_hand
 from solarcal.tui.screens.dialog import open_dialog
 from solarcal.tui.screens.paced import PacedDialog
 from solarcal.tui.widgets.field import Field
@@ -184,7 +185,10 @@ class TakePointDialog(PacedDialog):
                 self.offer("yes", "no")
                 self.say("The first NO ends the attempt; it stays in the file as aborted.")
         elif state.activity is Activity.READY and new:
-            gathering.at(0.0)
+            if by_hand(self.station_app):
+                gathering.typing()
+            else:
+                gathering.at(0.0)
             self.say("")
             self._gather()
         elif state.activity is Activity.RESULT and not self._asked_to_judge:
@@ -192,6 +196,8 @@ class TakePointDialog(PacedDialog):
             self.submit(JUDGE, _judge)
 
     def show_progress(self, progress: Progress) -> None:
+        if by_hand(self.station_app):
+            return
         if progress.name == GATHER and progress.fraction is not None:
             self.query_one(Gathering).at(progress.fraction)
 

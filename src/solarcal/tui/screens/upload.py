@@ -16,6 +16,7 @@ from solarcal.station.sign_off import sign_off_views
 from solarcal.station.state import StationState
 from solarcal.station.upload_proposal import UploadProposal, propose_upload, too_few_points
 from solarcal.station.uploading import refuse_doubtful
+from solarcal.tui.screens.by_hand import by_hand
 from solarcal.tui.screens.dialog import Dialog, open_dialog
 from solarcal.tui.widgets.field import Field
 from solarcal.tui.widgets.key_button import DialogKey
@@ -94,7 +95,11 @@ class UploadDialog(Dialog):
 
     def _upload(self, proposal: UploadProposal, reason: str) -> None:
         self.offer()
-        self.say("Writing. Do not unplug anything ...")
+        self.say(
+            "Key them in at the unit, then type what it shows."
+            if by_hand(self.station_app)
+            else "Writing. Do not unplug anything ..."
+        )
         self.submit(
             UPLOAD,
             lambda station: station.upload(
@@ -153,7 +158,11 @@ class UploadDialog(Dialog):
                     "warning",
                 )
             else:
-                self.say("P1..P6 are written with O = 0, stored, and read back. Upload?")
+                self.say(
+                    "You key P1..P6 in with O = 0, store, and type them back. Upload?"
+                    if by_hand(self.station_app)
+                    else "P1..P6 are written with O = 0, stored, and read back. Upload?"
+                )
         if session.checks:
             parts.append(checks_table(session.checks[-3:], session.header.tolerance_deg))
         if session.uploads:

@@ -4,6 +4,7 @@ from textual.content import Content
 from textual.widgets import Static
 
 from solarcal.session.records import Header
+from solarcal.station.question_evidence import ago_text
 from solarcal.station.state import LiveView, SessionView, StationState
 from solarcal.station.sun_now import SunNow, sun_now
 from solarcal.timescale import format_utc
@@ -44,8 +45,17 @@ def live_lines(state: StationState) -> list[list[Part]]:
     return [
         *_clocks(session.header, live, sun),
         *_suns(sun),
-        *(_axes(session.header, live.status) if live.status is not None else _recorded(session)),
+        *_unit(session, live),
     ]
+
+
+def _unit(session: SessionView, live: LiveView) -> list[list[Part]]:
+    status = live.status
+    if status is None:
+        return _recorded(session)
+    if status.by_hand:
+        return _typed(session.header, status, live.laptop_utc_s)
+    return _axes(session.header, status)
 
 
 def _clocks(header: Header, live: LiveView, sun: SunNow | None) -> list[list[Part]]:
@@ -153,6 +163,35 @@ def _axes(header: Header, status: Status) -> list[list[Part]]:
             f" update {phase_bar(status.update_phase, 12)} {100.0 * status.update_phase:3.0f} %"
             + ("" if status.referenced else "  NO REF CHECK"),
         ],
+    ]
+
+
+def _typed(header: Header, status: Status, laptop_utc_s: float | None) -> list[list[Part]]:
+    """A unit nobody hears: what was typed last and how old it is, and where it should stand now."""
+    lines: list[list[Part]] = [
+        _heading(),
+        _degrees("Sun now", status.ideal1_deg, status.ideal2_deg),
+        _degrees("belongs", status.target1_deg, status.target2_deg),
+    ]
+    at_s = status.typed_utc_s
+    if at_s is None:
+        lines += [["typed     nothing yet of the axes"], [""]]
+    else:
+        lines += [
+            _degrees("typed", status.reading1_deg, status.reading2_deg),
+            _pair("counts", (str(status.counts1), str(status.counts2))),
+        ]
+    came = {1: "came +", -1: "came -", 0: "not known"}
+    age = ""
+    if at_s is not None and laptop_utc_s is not None:
+        age = f"typed as read at {format_utc(at_s, 0)[11:19]} UTC, {ago_text(laptop_utc_s - at_s)}"
+    return [
+        *lines,
+        _degrees("offset", status.offsets.O1, status.offsets.O2),
+        _pair("approach", (came[status.approach[0]], came[status.approach[1]])),
+        *_limit_bars(header, (status.target1_deg, status.target2_deg)),
+        [age],
+        [("Nobody hears this unit. STOP: press STOP on the UNIT.", "bold $warning")],
     ]
 
 

@@ -55,6 +55,10 @@ class Gathering(Static):
             )
         )
 
+    def typing(self) -> None:
+        """Nobody gathers: what the display shows is typed."""
+        self.update(Content.assemble(("Type what the display shows.", "bold $accent")))
+
 
 def point_result(candidate: PointRecord, judgement: PointJudgement) -> str:
     """Counts expected and found since the last point, and the error against the prediction."""

@@ -37,6 +37,8 @@ class TitleLine(HeadLine):
             LinkState.LOST: "✖ LINK LOST",
             LinkState.CLOSED: "○ no link",
         }[live.link]
+        if live.identity is not None and live.identity.by_hand:
+            mode, link = "STOP is at the unit", "✎ TYPED BY HAND"
         name = "solarcal REPLAY" if replay else "solarcal"
         self.show(
             [f"{name}  {unit} {geometry}"], ["saved session" if replay else f"{mode}   {link}"]

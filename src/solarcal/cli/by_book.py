@@ -1,0 +1,101 @@
+"""``solarcal calibrate --driver manual --input FILE``: by hand, from a field book."""
+
+import argparse
+import sys
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from solarcal.cli.output import print_json, say
+
+if TYPE_CHECKING:
+    from solarcal.station.display.by_book import HandCalibration
+
+
+def book_lines(path: str) -> tuple[Iterable[str], str]:
+    """The lines of a field book, ``-`` for standard input, and what messages call it.
+
+    Raises
+    ------
+    InputFileError
+        The file cannot be read; of standard input while its lines are taken.
+    """
+    from solarcal.errors import InputFileError
+
+    if path == "-":
+        return _standard_input(), "standard input"
+    try:
+        with open(path, encoding="utf-8") as file:
+            return file.read().splitlines(), path
+    except (OSError, ValueError) as error:
+        raise InputFileError(f"{path} cannot be read: {_reason(error)}") from None
+
+
+def _standard_input() -> Iterator[str]:
+    from solarcal.errors import InputFileError
+
+    try:
+        yield from sys.stdin
+    except (OSError, ValueError) as error:
+        raise InputFileError(f"standard input cannot be read: {_reason(error)}") from None
+
+
+def _reason(error: OSError | ValueError) -> str:
+    return getattr(error, "strerror", None) or "it is no UTF-8 text"
+
+
+def run_book(args: argparse.Namespace) -> int:
+    """Do what the book says; print the session and what to key in."""
+    from solarcal.cli.calibrate import file_stem, journal_creator
+    from solarcal.cli.unit_options import asked_driver, named_profile
+    from solarcal.errors import ConfigurationError
+    from solarcal.model.methods import DEFAULT_METHOD
+    from solarcal.profiles import Profile
+    from solarcal.report.session_report import record_line
+    from solarcal.station.display.by_book import calibrate_by_book
+
+    if args.scenario or args.port:
+        raise ConfigurationError("--input is for a unit without a line; leave --port, --scenario")
+    profile = named_profile(args) or Profile()
+    asked_driver(args, profile)
+    name = profile.mount.unit_name if profile.mount is not None else ""
+    calibration = calibrate_by_book(
+        *book_lines(args.input),
+        profile,
+        journal_creator(args.output, file_stem(name or "by-hand")),
+        method=args.method or DEFAULT_METHOD,
+        tell=lambda record: say(record_line(record)),
+    )
+    if args.json:
+        print_json(hand_document(calibration))
+    else:
+        from solarcal.report.hand_report import hand_calibration_text
+
+        print(hand_calibration_text(calibration))
+    return 0 if calibration.completed else 1
+
+
+def hand_document(calibration: "HandCalibration") -> dict[str, Any]:
+    """The fit document where there is a fit, the session, and what to key in."""
+    from solarcal.station.diagnosing import diagnose_session
+    from solarcal.station.documents import fit_document
+    from solarcal.station.fitting import session_table
+    from solarcal.station.judging import judge_session
+
+    session = calibration.session
+    judgement = judge_session(session, calibration.method)
+    fitted: dict[str, Any] = {}
+    if judgement is not None:
+        fitted = fit_document(
+            [calibration.path],
+            session_table(session),
+            judgement.solution,
+            judgement,
+            findings=diagnose_session(session, judgement.solution),
+        )
+    return {
+        **fitted,
+        "session": str(calibration.path),
+        "completed": calibration.completed,
+        "key_in": dict(calibration.key_in),
+        "truth": None,
+    }

@@ -1,0 +1,258 @@
+"""What is asked of somebody who reads a display: fields with a meaning, and what was typed.
+
+A form is asked through a ``Display``: a screen, or a file that holds the answers.
+"""
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol, runtime_checkable
+
+from solarcal.errors import ConfigurationError
+from solarcal.unit.tracker import Status
+
+Value = float | int | bool | None
+Values = Mapping[str, Value]
+"""What was typed, by field; ``None`` where nothing was and nothing had to be."""
+
+_TIME = re.compile(
+    r"([0-9]{1,2})[:hH. ]?([0-5][0-9])[:mM. ]?([0-5][0-9](?:[.,][0-9]+)?)s?", re.ASCII
+)
+_WHOLE = re.compile(r"[-+]?[0-9]+", re.ASCII)
+_NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)", re.ASCII)
+_YES = {"y": True, "yes": True, "n": False, "no": False}
+_SENSES = {"+": 1, "-": -1}
+
+
+class Kind(StrEnum):
+    """What a field holds."""
+
+    DEGREES = "degrees"
+    NUMBER = "number"
+    COUNTS = "counts"
+    TIME = "time"
+    """Of day, as a clock shows it: seconds since its midnight."""
+    SENSE = "sense"
+    """``+`` or ``-``."""
+    YES_NO = "yes or no"
+
+
+class Moment(StrEnum):
+    """Which instant belongs to what was typed."""
+
+    FIRST_KEY = "as the typing begins"
+    """Whoever types a number has just looked at it."""
+    ENTER = "Enter"
+    """A time is typed before the display shows it, and sent off as it does."""
+
+
+class TypedWrong(ConfigurationError):
+    """What was typed into a field means nothing; ``field`` is its name."""
+
+    def __init__(self, field: "DisplayField", message: str) -> None:
+        super().__init__(f"{field.label}: {message}")
+        self.field = field.name
+
+
+@dataclass(frozen=True, slots=True)
+class DisplayField:
+    """One value of the display. ``name`` is the word a field book has for it.
+
+    ``optional`` fields may stay empty; ``default`` stands there at first; ``low`` and ``high``
+    bound what can be meant.
+    """
+
+    name: str
+    label: str
+    kind: Kind = Kind.DEGREES
+    unit: str = "deg"
+    optional: bool = False
+    default: str = ""
+    hint: str = ""
+    low: float = -math.inf
+    high: float = math.inf
+
+    def value(self, text: str) -> Value:
+        """What a text means; a comma is taken for a decimal point.
+
+        Raises
+        ------
+        TypedWrong
+            Nothing, or nothing that can be.
+        """
+        text = plain_text(text)
+        if not text:
+            if self.optional:
+                return None
+            raise TypedWrong(self, "is missing")
+        found = self._meaning(text)
+        if found is None:
+            raise TypedWrong(self, f"{text!r} is not {_WANTED[self.kind]}")
+        if not isinstance(found, bool) and not self.low <= found <= self.high:
+            raise TypedWrong(self, f"{text} is not between {self.low:g} and {self.high:g}")
+        return found
+
+    def _meaning(self, text: str) -> Value:
+        match self.kind:
+            case Kind.DEGREES | Kind.NUMBER:
+                return number(text)
+            case Kind.COUNTS:
+                return int(text) if _WHOLE.fullmatch(text) else None
+            case Kind.TIME:
+                return time_of_day_s(text)
+            case Kind.SENSE:
+                return _SENSES.get(text)
+            case Kind.YES_NO:
+                return _YES.get(text.lower())
+
+
+_WANTED = {
+    Kind.DEGREES: "a number of degrees",
+    Kind.NUMBER: "a number",
+    Kind.COUNTS: "a whole number of counts",
+    Kind.TIME: "a time like 08:15:30",
+    Kind.SENSE: "+ or -",
+    Kind.YES_NO: "yes or no",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Doubt:
+    """Something typed that cannot well be so; ``field`` is where to look first."""
+
+    sentence: str
+    field: str = ""
+
+
+Doubting = Callable[[Mapping[str, str], float], Sequence[Doubt]]
+"""Texts that mean something, and the laptop's UTC they were read at, to what is doubtful."""
+
+
+def _no_doubt(texts: Mapping[str, str], read_utc_s: float) -> Sequence[Doubt]:
+    del texts, read_utc_s
+    return ()
+
+
+@dataclass(frozen=True, slots=True)
+class DisplayForm:
+    """What to do at the unit, and then what to type.
+
+    ``word`` is the step's name in a field book and in the session file; ``key_in`` are values to
+    key into the unit first, by name; ``zone_west_h`` is the unit's, where its clock matters.
+    """
+
+    word: str
+    title: str
+    at_the_unit: tuple[str, ...]
+    fields: tuple[DisplayField, ...]
+    moment: Moment = Moment.FIRST_KEY
+    key_in: tuple[tuple[str, str], ...] = ()
+    doubts: Doubting = _no_doubt
+    zone_west_h: float | None = None
+
+    def field(self, name: str) -> DisplayField:
+        """The field of that name."""
+        return next(field for field in self.fields if field.name == name)
+
+    def texts(self, typed: Mapping[str, str]) -> dict[str, str]:
+        """What stands in every field, in the form's order: what was typed, else its default."""
+        return {
+            field.name: plain_text(typed.get(field.name, field.default)) for field in self.fields
+        }
+
+    def values(self, typed: Mapping[str, str]) -> dict[str, Value]:
+        """What was typed as numbers.
+
+        Raises
+        ------
+        TypedWrong
+            The first field that means nothing.
+        """
+        return {
+            field.name: field.value(typed.get(field.name, field.default)) for field in self.fields
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class TypedAnswer:
+    """A form as it was answered.
+
+    Attributes
+    ----------
+    texts : by field, as typed.
+    read_utc_s : the laptop's UTC at the moment that belongs to them.
+    kept : what was doubted and kept all the same.
+    corrected : what had been typed before, where a doubt made the technician look again.
+    """
+
+    form: DisplayForm
+    texts: Mapping[str, str]
+    read_utc_s: float
+    kept: tuple[str, ...] = ()
+    corrected: tuple[Mapping[str, str], ...] = ()
+
+    @property
+    def values(self) -> dict[str, Value]:
+        return self.form.values(self.texts)
+
+
+def looked_again(before: Mapping[str, str], after: Mapping[str, str]) -> bool:
+    """Whether a correction is another look at the axes, not a slip of typing put right."""
+    return all(before.get(name) != after.get(name) for name in ("ax1", "ax2"))
+
+
+class Display(Protocol):
+    """Whoever can answer a form."""
+
+    def ask(self, form: DisplayForm) -> TypedAnswer:
+        """The form, answered; called from the thread that talks to the station, and may wait.
+
+        Raises
+        ------
+        ProcedureRefused
+            It was given up; nothing was typed then.
+        InputFileError
+            A file that holds the answers holds none that can be.
+        """
+        ...
+
+
+@runtime_checkable
+class ReadByHand(Protocol):
+    """A tracker whose display is read by a person, and typed."""
+
+    def listen(self, heard: Callable[[TypedAnswer], object]) -> None:
+        """Call ``heard`` with every form as soon as it is answered, and with those before."""
+        ...
+
+    def read_display(self) -> Status:
+        """Ask for what the display shows now, while the unit tracks."""
+        ...
+
+
+# -- texts -----------------------------------------------------------------------------------
+
+
+def plain_text(text: str) -> str:
+    """A typed text as it is kept: no blanks around it, a point for a comma, a plain minus."""
+    return text.strip().replace("−", "-").replace(",", ".").removesuffix("°").strip()
+
+
+def number(text: str) -> float | None:
+    """The number a text is; no exponents, no names of numbers."""
+    return float(text) + 0.0 if _NUMBER.fullmatch(text) else None
+
+
+def decimals(text: str) -> int:
+    """How many decimals a text has."""
+    return len(plain_text(text).partition(".")[2])
+
+
+def time_of_day_s(text: str) -> float | None:
+    """Seconds since midnight of ``08:15:30``, ``08:15:30.5`` or ``081530``."""
+    match = _TIME.fullmatch(text)
+    if match is None or int(match[1]) > 23:
+        return None
+    return 3600.0 * int(match[1]) + 60.0 * int(match[2]) + float(match[3].replace(",", "."))
