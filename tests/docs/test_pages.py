@@ -98,8 +98,8 @@ def test_every_command_line_parses(page, capsys):
 def test_a_command_line_that_is_wrong_would_be_found(capsys):
     assert trouble("fit FILE --no-such-option", complete=True)
     assert trouble("fitt FILE", complete=True)
-    assert trouble("upload FILE", complete=True)
-    assert not trouble("upload FILE --port URL", complete=True)
+    assert trouble("void FILE", complete=True)
+    assert not trouble("void FILE 3 --reason TEXT", complete=True)
     capsys.readouterr()
 
 
