@@ -64,7 +64,7 @@ class Emulator:
         self.scenario = scenario
         self.noise_deg = scenario.truth.noise_deg
         start = scenario.start_utc_s() if start_utc_s is None else start_utc_s
-        require_supported_times(np.float64(start))
+        require_supported_times(np.array([start]))
         unit, truth, site = scenario.unit, scenario.truth, scenario.site.place()
         zone_west_h = scenario.site.zone_west_h if unit.zone_west_h is None else unit.zone_west_h
         self.world = World(
