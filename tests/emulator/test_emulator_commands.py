@@ -1,6 +1,9 @@
 """`solarcal scenarios` and the refusals of `solarcal emulate`."""
 
 import json
+import os
+import signal
+import threading
 
 import pytest
 
@@ -50,3 +53,33 @@ def test_bad_options_are_one_line_and_exit_2(capsys, arguments, words):
     error = capsys.readouterr().err
     assert words in error
     assert error.count("\n") == 1
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="no signals to threads here")
+def test_a_signal_that_another_thread_takes_ends_it_too(capsys):
+    """So it is after Ctrl-Z and `kill`: the waiting thread is still stopped when it comes."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    left = threading.Event()
+    in_time = []
+
+    def terminate() -> None:
+        while signal.getsignal(signal.SIGTERM) is before[signal.SIGTERM]:
+            left.wait(0.01)
+        # Time to reach the wait; the signal ends the command at any moment, only later it is hard.
+        left.wait(0.5)
+        signal.pthread_kill(threading.get_ident(), signal.SIGTERM)
+        in_time.append(left.wait(10.0))
+        if not in_time[0]:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    helper = threading.Thread(target=terminate)
+    helper.start()
+    try:
+        assert run_command(["emulate", "--tcp", ":0"]) == 0
+    finally:
+        left.set()
+        helper.join()
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    assert in_time == [True]
+    assert capsys.readouterr().out.startswith("connect to socket://127.0.0.1:")

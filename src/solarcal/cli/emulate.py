@@ -9,6 +9,9 @@ import sys
 
 HELP = "the emulator as a separate process"
 
+LOOK_S = 0.2
+"""How often the waiting thread looks whether it shall end."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command."""
@@ -81,7 +84,9 @@ def run(args: argparse.Namespace) -> int:
     with serving as port:
         print(f"connect to {port}", flush=True)
         print(f"  solarcal calibrate --port {port}", flush=True)
-        ended.wait()
+        # In steps: a signal that another thread took wakes this one only when it looks itself.
+        while not ended.wait(LOOK_S):
+            pass
     if isinstance(line, FaultyLine):
         print(f"line faults: {line.damages} in {line.frames} pieces of the stream", file=sys.stderr)
     return 0
