@@ -1,5 +1,7 @@
 """One way from the words of a command line to a tracker; what is missing is said in one line."""
 
+from pathlib import Path
+
 import pytest
 
 from solarcal.cli import run_command
@@ -8,6 +10,7 @@ from solarcal.mount_description import MountDescription
 from solarcal.profiles import Profile, load_site_file
 from solarcal.site import Site
 from solarcal.station.front_door import WayIn, open_tracker
+from solarcal.station.standing_in.told import unit_parameters
 
 SITE_FILE = """
 driver = "solartrak"
@@ -46,6 +49,19 @@ def test_a_site_file_holds_site_unit_and_mount(tmp_path):
     assert (profile.name, profile.operator, profile.port) == ("roof", "Ann", "/dev/nowhere")
     assert profile.mount == MountDescription(
         geometry="polar", drive1="rotary:1000", limits1_deg=(-90.0, 90.0)
+    )
+
+
+def test_the_site_file_of_the_manual_is_one(tmp_path):
+    page = (Path(__file__).parents[2] / "docs" / "drivers.md").read_text(encoding="utf-8")
+    path = tmp_path / "roof.toml"
+    path.write_text(page.partition("```toml\n")[2].partition("```")[0])
+    profile = load_site_file(path)
+    assert (profile.driver, profile.port) == ("rotctld", "localhost:4533")
+    parameters = unit_parameters(profile.mount, profile.site)
+    # Every default that the page names is the program's.
+    assert parameters == unit_parameters(
+        MountDescription(limits1_deg=(-120.0, 120.0), limits2_deg=(5.0, 85.0)), profile.site
     )
 
 

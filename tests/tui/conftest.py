@@ -10,6 +10,7 @@ import pytest
 def own_folders(tmp_path, monkeypatch):
     monkeypatch.setenv("SOLARCAL_CONFIG", str(tmp_path / "config"))
     monkeypatch.setenv("SOLARCAL_SESSIONS", str(tmp_path / "sessions"))
+    monkeypatch.setenv("SOLARCAL_UNITS", str(tmp_path / "units"))
     monkeypatch.delenv("NO_COLOR", raising=False)
 
 

@@ -1,6 +1,7 @@
 """What keeps a unit going between commands: somebody looks, again and again, what is due."""
 
 import threading
+import weakref
 from collections.abc import Callable
 from typing import Protocol
 
@@ -41,8 +42,9 @@ class ThreadPace:
     def begin(self, unit: Acting) -> None:
         self.end()
         clock = self._clock = SystemClock()
+        # Held weakly: a unit that nobody uses any more is not kept going.
         threading.Thread(
-            target=self._run, args=(unit, clock), name="pace of the unit", daemon=True
+            target=self._run, args=(weakref.ref(unit), clock), name="pace of the unit", daemon=True
         ).start()
 
     def end(self) -> None:
@@ -51,9 +53,13 @@ class ThreadPace:
         if clock is not None:
             clock.wake()
 
-    def _run(self, unit: Acting, clock: SystemClock) -> None:
+    def _run(self, held: "weakref.ref[Acting]", clock: SystemClock) -> None:
         while self._clock is clock:
             speed = self._speed()
+            unit = held()
+            if unit is None:
+                return
             if speed > 0.0 and self._clock is clock:
                 unit.act()
+            del unit
             clock.wait(PACE_S if speed <= 1.0 else max(PACE_S / speed, 0.01))

@@ -1,0 +1,90 @@
+"""Commands that reach a rotator over a line: what is uploaded is kept by the station, and found."""
+
+import json
+
+import pytest
+
+from solarcal.cli import run_command
+from solarcal.config import read_toml
+from solarcal.emulator.rotator import EmulatedRotator
+from solarcal.emulator.scenario import load_scenario
+from solarcal.emulator.server import serve_tcp
+from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.session.reader import read_session
+from solarcal.station.standing_in.kept import KeptCorrection
+from solarcal.station.state import view_session
+
+SITE_FILE = """
+driver = "rotctld"
+
+[site]
+latitude_deg = 35.05
+longitude_deg = -106.48
+elevation_m = 1830.0
+
+[mount]
+unit_name = "0001"
+reference1_deg = 118.0
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("SOLARCAL_UNITS", str(tmp_path / "units"))
+    monkeypatch.setenv("SOLARCAL_SESSIONS", str(tmp_path / "sessions"))
+    (tmp_path / "site.toml").write_text(SITE_FILE)
+    return tmp_path
+
+
+@pytest.fixture
+def port():
+    with serve_tcp(EmulatedRotator(load_scenario("tijeras-azel", []))) as url:
+        yield url
+
+
+def kept(folder):
+    return read_toml(folder / "units" / "Emulated-Rotator-0001.toml", KeptCorrection)
+
+
+def test_a_day_is_calibrated_uploaded_and_rolled_back(folder, port, capsys):
+    day = folder / "day.jsonl"
+    calibrate = ["calibrate", "--scenario", "tijeras-azel", "--driver", "rotctld", "--json"]
+    assert run_command([*calibrate, "--points", "3", "-o", str(day)]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["completed"]
+    # Three points of a morning: better than nothing, and no more is asked here.
+    assert told["truth"]["day_rms_after_deg"] < told["truth"]["day_rms_before_deg"]
+    # What an emulated rotator in this process was given is nobody's but its own.
+    assert not (folder / "units").exists()
+
+    line = ["--port", port, "--site", str(folder / "site.toml")]
+    assert run_command(["upload", str(day), *line]) == 0
+    uploads = view_session(*_of(day)).uploads
+    assert kept(folder).coefficients == uploads[-1].new_coefficients
+    assert kept(folder).offsets == Offsets()
+    assert uploads[-1].old_coefficients == Coefficients()
+
+    assert run_command(["rollback", str(day), *line]) == 0
+    assert kept(folder).coefficients == Coefficients()
+
+
+def test_a_mount_described_otherwise_is_not_the_sessions(folder, port, capsys):
+    day = folder / "day.jsonl"
+    calibrate = ["calibrate", "--scenario", "tijeras-azel", "--driver", "rotctld"]
+    assert run_command([*calibrate, "--points", "3", "-o", str(day)]) == 0
+    (folder / "site.toml").write_text(SITE_FILE.replace("-106.48", "-105.0"))
+    capsys.readouterr()
+    line = ["--port", port, "--site", str(folder / "site.toml")]
+    assert run_command(["upload", str(day), *line]) == 1
+    assert "has been given another longitude" in capsys.readouterr().err
+
+
+def test_a_real_rotator_is_not_calibrated_without_an_eye(folder, port, capsys):
+    line = ["--port", port, "--site", str(folder / "site.toml")]
+    assert run_command(["calibrate", *line]) == 2
+    assert "cannot see its sunspot" in capsys.readouterr().err
+
+
+def _of(path):
+    session = read_session(path)
+    return session.header, tuple(session.records)
