@@ -87,6 +87,7 @@ class StationCore:
         self._in_force = Coefficients()
         self._change = threading.RLock()
         self._listeners: list[Listener] = []
+        self._stops = 0
         self._state = StationState()
 
     # -- state out ---------------------------------------------------------------------------

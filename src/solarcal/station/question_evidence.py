@@ -4,8 +4,10 @@ Facts, not answers. The technician answers; a fact that speaks for NO is marked.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from solarcal.session.records import RefCheck
 from solarcal.station.gathering import MAX_OFFSET_AGE_S
 from solarcal.station.state import LiveView, SessionView
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
@@ -50,6 +52,15 @@ def question_evidence(
     return (_reference, _offset, _tracking)[number](session, live, spot)
 
 
+def counts_missed(checks: Sequence[RefCheck], check: RefCheck) -> bool:
+    """Whether a check found more counts than the play of a switch explains.
+
+    The first complete one of a session finds whatever the register held before it.
+    """
+    before = any(other.complete and other.seq < check.seq for other in checks)
+    return before and max(abs(found) for found in check.difference_counts) >= MISSED_COUNTS
+
+
 def _since_s(utc: str, live: LiveView) -> float:
     return (live.laptop_utc_s or parse_utc(utc)) - parse_utc(utc)
 
@@ -69,8 +80,7 @@ def _reference(session: SessionView, live: LiveView, spot: Spot | None) -> tuple
             )
         else:
             d1, d2 = last.difference_counts
-            # The first check finds whatever the register held at power-up.
-            missed = len(session.ref_checks) > 1 and max(abs(d1), abs(d2)) >= MISSED_COUNTS
+            missed = counts_missed(session.ref_checks, last)
             facts.append(Fact(f"Check no. {last.number} at {when}: complete."))
             facts.append(
                 Fact(

@@ -114,14 +114,17 @@ class Dialog(StationModal[None]):
         button.id = f"key-{_identifier(key.action)}"
         return button
 
+    def palette_refused(self) -> None:
+        self.say("Leave this first (Esc): the palette begins other steps.", "warning")
+
     # -- the station -------------------------------------------------------------------------
 
     @property
     def conductor(self) -> Conductor:
         return self.station_app.station_conductor()
 
-    def submit(self, name: str, step: Step) -> None:
-        self.conductor.submit(name, step)
+    def submit(self, name: str, step: Step, *, moves: bool = False) -> None:
+        self.conductor.submit(name, step, moves=moves)
 
     def show_state(self, state: StationState) -> None:
         lost = state.live.link is LinkState.LOST

@@ -1,6 +1,6 @@
 """Reference check: drive to the switches, see whether the counts are still right."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 from textual.widget import Widget
@@ -10,11 +10,12 @@ from solarcal.errors import SolarcalError
 from solarcal.report.tables import ref_checks_table
 from solarcal.session.records import RefCheck
 from solarcal.station.procedure import Station
-from solarcal.station.question_evidence import MISSED_COUNTS
+from solarcal.station.question_evidence import counts_missed
 from solarcal.station.state import StationState
 from solarcal.tui.messages import Progress
 from solarcal.tui.screens.dialog import Dialog, open_dialog
 from solarcal.tui.widgets.key_button import DialogKey
+from solarcal.unit.tracker import Mode
 
 if TYPE_CHECKING:
     from solarcal.tui.app import SolarcalApp
@@ -52,7 +53,10 @@ class RefCheckDialog(Dialog):
     def on_mount(self) -> None:
         super().on_mount()
         self.offer("start")
-        self.say("Watch both axes reach their switches. STOP ends it at any moment.")
+        status = self.station_app.state.live.status
+        stopped = status is not None and status.mode is Mode.STOP
+        first = "The unit is stopped; Start lets it go. " if stopped else ""
+        self.say(f"{first}Watch both axes reach their switches. STOP ends it at any moment.")
 
     def state_changed(self, state: StationState) -> None:
         status, session = state.live.status, state.session
@@ -78,11 +82,11 @@ class RefCheckDialog(Dialog):
                 lambda seconds: conductor.progress(STEP, None, f"driving for {seconds:.0f} s")
             )
 
-        self.submit(STEP, step)
+        self.submit(STEP, step, moves=True)
 
     def action_track(self) -> None:
         self.offer()
-        self.submit("track", lambda station: station.track())
+        self.submit("track", lambda station: station.track(), moves=True)
 
     def show_progress(self, progress: Progress) -> None:
         if progress.name == STEP and self._running:
@@ -103,11 +107,15 @@ class RefCheckDialog(Dialog):
             self._running = False
             self.offer("start", "track")
 
+    def _checks(self) -> Sequence[RefCheck]:
+        session = self.station_app.state.session
+        return session.ref_checks if session is not None else ()
+
     def _tell(self, check: RefCheck) -> None:
         d1, d2 = check.difference_counts
         if not check.complete:
             self.say(f"Check no. {check.number} did NOT end. Start it again.", "error")
-        elif check.number > 1 and max(abs(d1), abs(d2)) >= MISSED_COUNTS:
+        elif counts_missed(self._checks(), check):
             self.say(
                 f"Check no. {check.number}: counts found {d1:+d} and {d2:+d} where 0 belong: "
                 "counts were missed since the check before; points between them are doubtful.",
