@@ -2,14 +2,14 @@
 
 import asyncio
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import msgspec
 from textual import events
-from textual.app import App, SystemCommand
 from textual.binding import BindingType
+from textual.command import Provider
 from textual.screen import Screen
 
 from solarcal.config import Choice, Settings, save_settings
@@ -20,12 +20,11 @@ from solarcal.tui.conducted import ConductedApp
 from solarcal.tui.keyboard import bound_actions, modified_f3
 from solarcal.tui.messages import LineFailed, LineOpened, StepFailed
 from solarcal.tui.performers import Performer
+from solarcal.tui.screens.base import StationModal
 from solarcal.tui.screens.start import StartScreen
-from solarcal.tui.themes import DEFAULT_THEME, OWN_THEMES, axis_colours
+from solarcal.tui.themes import DEFAULT_THEME, OWN_THEMES, SUNLIGHT, axis_colours
 
 if TYPE_CHECKING:
-    from textual.command import Provider
-
     from solarcal.tui.opening import OpenLine
 
 NOTICED_S = 20.0
@@ -56,7 +55,9 @@ class SolarcalApp(ConductedApp):
 
     TITLE = "solarcal"
     CSS_PATH = "solarcal.tcss"
-    COMMANDS = App.COMMANDS | {_action_provider}
+    COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {_action_provider}
+    """Without Textual's own provider: the palette lists what it has beside our actions."""
+
     BINDINGS: ClassVar[list[BindingType]] = [
         *(action.binding() for action in ACTIONS),
         STOP_EVERYWHERE,
@@ -86,16 +87,28 @@ class SolarcalApp(ConductedApp):
         self._remember = remember
         self._keymap_given = dict(keymap or {})
         self._opening = False
+        self._theme_before = DEFAULT_THEME
 
     # -- life ----------------------------------------------------------------------------------
 
     def get_default_screen(self) -> Screen[Any]:
         return StartScreen()
 
-    def get_system_commands(self, screen: Screen[Any]) -> Iterator[SystemCommand]:
-        """Of Textual's own commands those a technician has a use for."""
-        yield SystemCommand("Theme", "phosphor, sunlight, and others", self.search_themes)
-        yield SystemCommand("Picture", "Keep this screen as an SVG file", self.deliver_screenshot)
+    def action_command_palette(self) -> None:
+        """Ours has STOP on it. In the middle of a step it would begin another one: not there."""
+        from solarcal.tui.palette import Palette
+
+        if isinstance(self.screen, StationModal):
+            self.screen.palette_refused()
+            return
+        if not isinstance(self.screen, Palette):
+            self.push_screen(Palette(id="--command-palette"))
+
+    def search_themes(self) -> None:
+        """The themes to choose from, those made for this program first."""
+        from solarcal.tui.palette import OwnThemesFirst, Palette
+
+        self.push_screen(Palette(providers=[OwnThemesFirst], placeholder="Search for themes…"))
 
     def get_theme_variable_defaults(self) -> dict[str, str]:
         return axis_colours(self.current_theme.dark)
@@ -105,6 +118,8 @@ class SolarcalApp(ConductedApp):
             self.register_theme(theme)
         known = self.settings.theme in self.available_themes
         self.theme = self.settings.theme if known else DEFAULT_THEME
+        if self.theme != SUNLIGHT.name:
+            self._theme_before = self.theme
         self.theme_changed_signal.subscribe(self, lambda theme: self._theme_chosen(theme.name))
         if self._keymap_given:
             self.set_keymap(self._keymap_given)
@@ -117,7 +132,13 @@ class SolarcalApp(ConductedApp):
         if self._start is not None:
             self.open_choice(self._start)
 
+    def other_theme(self) -> str:
+        """The one for the sun, or on it the dark one it took the place of."""
+        return SUNLIGHT.name if self.theme != SUNLIGHT.name else self._theme_before
+
     def _theme_chosen(self, name: str) -> None:
+        if name != SUNLIGHT.name:
+            self._theme_before = name
         if name != self.settings.theme:
             self.remember(msgspec.structs.replace(self.settings, theme=name))
 

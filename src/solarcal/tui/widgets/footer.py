@@ -19,6 +19,9 @@ class FooterEntry:
     tooltip: str = ""
 
 
+NARROW_ENTRIES = 14
+
+
 class FooterKey(Static):
     """A target ten cells wide."""
 
@@ -49,20 +52,28 @@ class StopKey(Static):
     StopKey:hover { text-style: bold reverse; }
     """
 
-    def __init__(self) -> None:
-        super().__init__("▌ STOP ▐\nF12 s ^S")
+    def __init__(self, keys: str = "F12 s ^S") -> None:
+        super().__init__(f"▌ STOP ▐\n{keys}")
         self.tooltip = "Stop every motion now, without asking"
 
     async def on_click(self) -> None:
         await self.run_action("app.perform('stop')")
 
 
+ROOMY_COLUMNS = 100
+"""From this width of the terminal on nine actions stand in a row of the footer."""
+
+
 class ActionFooter(Horizontal):
-    """Two rows of seven actions, and STOP."""
+    """Two rows of seven actions, nine where there is room, and STOP.
+
+    What has no room must have a place elsewhere on a narrow screen.
+    """
 
     DEFAULT_CSS = """
     ActionFooter { dock: bottom; height: 2; background: $panel; }
     ActionFooter Grid { grid-size: 7 2; grid-gutter: 0; height: 2; width: 1fr; }
+    ActionFooter.-roomy Grid { grid-size: 9 2; }
     """
 
     def __init__(self, entries: Sequence[FooterEntry]) -> None:
@@ -74,3 +85,9 @@ class ActionFooter(Horizontal):
             for entry in self._entries:
                 yield FooterKey(entry)
         yield StopKey()
+
+    def on_resize(self) -> None:
+        roomy = self.app.size.width >= ROOMY_COLUMNS and len(self._entries) > NARROW_ENTRIES
+        self.set_class(roomy, "-roomy")
+        for number, key in enumerate(self.query(FooterKey)):
+            key.display = roomy or number < NARROW_ENTRIES
