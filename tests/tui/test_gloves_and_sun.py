@@ -1,5 +1,7 @@
 """What a technician with gloves needs at 80x24: STOP everywhere, big targets, a light screen."""
 
+from pathlib import Path
+
 from procedure_bench import (
     SMALL,
     bench,
@@ -12,6 +14,7 @@ from procedure_bench import (
 )
 from textual.widgets import Input
 
+from solarcal.session.journal import Journal
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.palette import Palette
 from solarcal.tui.performers import PERFORMERS
@@ -115,3 +118,34 @@ async def test_a_form_follows_the_keymap_and_page_down_scrolls_its_result() -> N
         await until(pilot, lambda: app.screen.has_class("-drawing"))
         await pilot.press("j", "j", "y")
         await until(pilot, lambda: isinstance(app.screen, CalculatorsScreen))
+
+
+@on_loop
+async def test_the_file_named_at_the_end_is_the_one_the_session_went_on_in(tmp_path: Path) -> None:
+    station, _ = bench(tmp_path / "first.jsonl")
+    async with workstation(station) as (app, pilot):
+        station.initialise(confirmed=True)
+        station.initialise(
+            confirmed=True,
+            start_next=lambda header: Journal.create(tmp_path / "second.jsonl", header),
+        )
+        await until(pilot, lambda: app.session_name == "second.jsonl")
+        await app.leave()
+        assert "second.jsonl" in str(app._exit_renderables)
+
+
+@on_loop
+async def test_stop_shows_and_obeys_the_users_letter_in_a_dialog() -> None:
+    station, _ = bench()
+    app = SolarcalApp(PERFORMERS, keymap={"stop": "z", "note": "s"})
+    async with app.run_test(size=SMALL) as pilot:
+        app.adopt(station)
+        await pilot.press("f5")
+        await shows(pilot, "F12 z", "Watch both axes")
+        await pilot.press("s")
+        await pilot.pause()
+        assert station.poll().mode is Mode.TRACK
+        await pilot.press("z")
+        await shows(pilot, "STOPPED")
+        assert app.conductor is not None
+        app.conductor.close()

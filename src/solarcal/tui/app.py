@@ -231,7 +231,9 @@ class SolarcalApp(ConductedApp):
             except SolarcalError as error:
                 self.exit(error.exit_code, message=f"solarcal: {error}")
                 return
-        self.exit(0, message=f"session file: {line.path}" if line is not None else None)
+        # Initialised a second time the session has gone on in another file.
+        path = self.session_path or (line.path if line is not None else None)
+        self.exit(0, message=f"session file: {path}" if path is not None else None)
 
     def release(self) -> None:
         """After a crash of the program itself: free file and line; nothing is written."""
@@ -264,6 +266,12 @@ class SolarcalApp(ConductedApp):
         key = modified_f3(event.y + 1, event.x + 1)
         if key is not None:
             self.simulate_key(key)
+
+    def stop_keys(self) -> str:
+        """The keys of STOP on a screen where nothing is typed, the user's letter among them."""
+        stop = next(action for action in self.actions if action.stop)
+        letters = [key for key in stop.shown.split() if len(key) == 1]
+        return " ".join(["F12", *letters[:1], "^S"])
 
     def keys_of(self, action_id: str | None) -> str:
         """The keys of an action as bound now, for a sentence; the first two."""

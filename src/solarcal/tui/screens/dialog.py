@@ -73,7 +73,8 @@ class Dialog(StationModal[None]):
                     if key.button:
                         yield self._button(key)
                 yield KeyButton("Esc", self.LEAVE, "screen.leave")
-                yield KeyButton("F12 s", "STOP", "app.perform('stop')", stop=True)
+                keys = self.station_app.stop_keys().removesuffix(" ^S")
+                yield KeyButton(keys, "STOP", "app.perform('stop')", stop=True)
 
     def body(self) -> Iterable[Widget]:
         """What stands between the heading and the line that speaks."""

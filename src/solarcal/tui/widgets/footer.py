@@ -2,11 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, cast
 
 from textual.app import ComposeResult
 from textual.containers import Grid, Horizontal
 from textual.content import Content
 from textual.widgets import Static
+
+if TYPE_CHECKING:
+    from solarcal.tui.app import SolarcalApp
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,9 +56,14 @@ class StopKey(Static):
     StopKey:hover { text-style: bold reverse; }
     """
 
-    def __init__(self, keys: str = "F12 s ^S") -> None:
-        super().__init__(f"▌ STOP ▐\n{keys}")
+    def __init__(self, keys: str = "") -> None:
+        super().__init__("▌ STOP ▐")
+        self._keys = keys
         self.tooltip = "Stop every motion now, without asking"
+
+    def on_mount(self) -> None:
+        keys = self._keys or cast("SolarcalApp", self.app).stop_keys()
+        self.update(f"▌ STOP ▐\n{keys}")
 
     async def on_click(self) -> None:
         await self.run_action("app.perform('stop')")
