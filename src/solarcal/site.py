@@ -1,8 +1,15 @@
-"""Where the tracker stands."""
+"""Where the tracker stands, and which day it has."""
+
+import math
+from datetime import date
 
 import msgspec
 
 from solarcal.errors import ConfigurationError
+from solarcal.timescale import parse_utc
+
+HALF_DAY_S = 43200.0
+SECONDS_PER_DEG = 240.0
 
 
 class Site(msgspec.Struct, frozen=True):
@@ -21,6 +28,23 @@ class Site(msgspec.Struct, frozen=True):
         ):
             if not low <= value <= high:
                 raise ConfigurationError(f"{what} {value:g} is not between {low:g} and {high:g}")
+
+
+def day_utc_s(text: str, site: Site) -> float:
+    """An instant of the day meant, POSIX UTC seconds: a date alone is the site's own day, at its
+    noon; else the instant itself.
+
+    Raises
+    ------
+    ConfigurationError
+        The text is neither.
+    """
+    instant_s = parse_utc(text)
+    try:
+        date.fromisoformat(text.strip())
+    except ValueError:
+        return instant_s
+    return instant_s + HALF_DAY_S - SECONDS_PER_DEG * math.remainder(site.longitude_deg, 360.0)
 
 
 class Weather(msgspec.Struct, frozen=True):

@@ -54,6 +54,16 @@ def test_energy_without_options_answers_suncalcs_own_question(
     assert "N -0.318138  E +0.000000  U +0.948044" in said
 
 
+@pytest.mark.parametrize("longitude", ["-170", "-106.48", "0", "174"])
+def test_a_date_alone_is_the_sites_own_day(
+    capsys: pytest.CaptureFixture[str], longitude: str
+) -> None:
+    found = document(capsys, "day", "--lat", "35", "--lon", longitude, "--at", "2026-06-21")
+    # The site's own noon: a sixth of an hour a degree before or after that of Greenwich.
+    noon_s = parse_utc("2026-06-21T12:00Z") - 240.0 * float(longitude)
+    assert abs(parse_utc(found["transit_utc"]) - noon_s) < 1000.0
+
+
 def test_every_line_fits_80_columns(capsys: pytest.CaptureFixture[str]) -> None:
     for argv in (
         ("energy", "--pointing-error", "0.3", "--acceptance", "0.5"),

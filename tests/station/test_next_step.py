@@ -61,6 +61,17 @@ def test_the_steps_come_in_the_manuals_order():
     assert "answer the questions" in next_step(station.state).sentence
 
 
+def test_a_unit_without_power_for_a_moment_needs_its_reference_again():
+    station = connected()
+    station.set_unit_clock()
+    station.ref_check()
+    live = station.state.live
+    lost = msgspec.structs.replace(live.status, referenced=False)
+    step = next_step(replace(station.state, live=replace(live, status=lost)))
+    assert step.action == "ref_check"
+    assert "lost its reference" in step.sentence
+
+
 def test_the_next_point_is_due_half_an_hour_after_the_last():
     station = connected()
     technician = AutomaticTechnician(station, station.tracker.emulation.spot, Schedule())

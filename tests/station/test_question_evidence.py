@@ -56,6 +56,18 @@ def test_counts_missed_since_the_check_before_are_said() -> None:
     assert "counts were missed" in facts(station, 0)[1].sentence
 
 
+def test_a_check_that_was_stopped_before_the_first_one_misses_no_counts() -> None:
+    station, _ = emulated_station()
+    first = msgspec.structs.replace(
+        station.session.ref_checks[-1], number=2, difference_counts=(656, 361)
+    )
+    stopped = msgspec.structs.replace(first, seq=first.seq - 1, number=1, complete=False)
+    session = replace(station.session, ref_checks=(stopped, first))
+    said = question_evidence(0, session, station.state.live)[1].sentence
+    assert "axis 1 +656" in said
+    assert "missed" not in said
+
+
 def test_a_unit_that_lost_its_reference_is_told() -> None:
     station, emulator = emulated_station()
     emulator.reboot()

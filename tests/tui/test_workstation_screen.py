@@ -18,7 +18,7 @@ from solarcal.tui.bindings import ACTIONS
 from solarcal.tui.palette import ActionProvider
 from solarcal.tui.screens.workstation import FOOTER, WorkstationScreen
 from solarcal.tui.widgets.ansi_plot import strips_of_ansi
-from solarcal.tui.widgets.footer import FooterKey, StopKey
+from solarcal.tui.widgets.footer import ActionFooter, FooterKey, StopKey
 from solarcal.tui.widgets.gauges import limit_bar, phase_bar
 from solarcal.tui.widgets.sparkline import sparkline
 from solarcal.tui.widgets.workstation_view import TABS, WorkstationView
@@ -101,8 +101,11 @@ async def test_v_goes_round_the_plots_in_both_forms(station_and_cable):
 async def test_every_footer_target_is_on_the_screen_and_does_what_its_key_does(station_and_cable):
     async with workstation(station_and_cable[0], SMALL) as (app, pilot):
         screen = await on_workstation(app, pilot)
-        targets = list(screen.query(FooterKey))
-        assert [t.entry.action for t in targets] == [f"app.perform('{n}')" for n, _ in FOOTER]
+        beside_tabs = list(screen.query("#beside-tabs FooterKey").results(FooterKey))
+        footer = [key for key in screen.query(ActionFooter).first().query(FooterKey) if key.display]
+        assert [t.entry.action for t in footer] == [f"app.perform('{n}')" for n, _ in FOOTER]
+        assert [t.entry.label for t in beside_tabs] == ["Report", "Calcs", "All"]
+        targets = [*footer, *beside_tabs]
         for target in targets:
             assert screen.region.contains_region(target.region)
             assert target.render().cell_length <= target.region.width, target.entry

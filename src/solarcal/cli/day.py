@@ -53,13 +53,13 @@ def run(args: argparse.Namespace) -> int:
     """Compute and print."""
     from solarcal.cli.mount_limits import asked_mount
     from solarcal.cli.output import print_answer
-    from solarcal.cli.sun import asked_utc_s
+    from solarcal.cli.sun import asked_day_utc_s
     from solarcal.errors import ConfigurationError
     from solarcal.report.field.day import AskedDay, day
     from solarcal.site import Site
 
     site = Site(args.lat, args.lon, args.elevation)
-    utc_s = asked_utc_s(args.at)
+    utc_s = asked_day_utc_s(args.at, site)
     if not 1.0 <= args.every <= 720.0:
         raise ConfigurationError(f"--every {args.every:g} is not between 1 and 720 minutes")
     geometry, limits = asked_mount(args, site)

@@ -24,9 +24,10 @@ def aim(args: argparse.Namespace) -> int:
 
 def drift(args: argparse.Namespace) -> int:
     """What an uncorrected mirror offset does to the beam over a day."""
-    from solarcal.cli.sun import asked_utc_s
+    from solarcal.cli.sun import asked_day_utc_s
     from solarcal.report.field.heliostat_aim import drift as answer
 
     site, heliostat = asked_site(args), asked_heliostat(args)
     require(args.distance, "--distance")
-    return print_answer(answer(site, heliostat, asked_utc_s(args.at), args.refraction), args.json)
+    at_utc_s = asked_day_utc_s(args.at, site)
+    return print_answer(answer(site, heliostat, at_utc_s, args.refraction), args.json)

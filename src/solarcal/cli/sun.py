@@ -1,6 +1,10 @@
 """`solarcal sun`: where the Sun is, and which way that turns the axes."""
 
 import argparse
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from solarcal.site import Site
 
 HELP = "where the Sun is"
 
@@ -80,6 +84,14 @@ def asked_utc_s(at: str | None) -> float:
     from solarcal.timescale import parse_utc
 
     return SystemClock().utc_s() if at is None else parse_utc(at)
+
+
+def asked_day_utc_s(at: str | None, site: "Site") -> float:
+    """The same for a whole day: a date alone is the site's own day, as in the workstation."""
+    from solarcal.clock import SystemClock
+    from solarcal.site import day_utc_s
+
+    return SystemClock().utc_s() if at is None else day_utc_s(at, site)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -89,6 +89,7 @@ class StationCore:
         self._in_force = Coefficients()
         self._change = threading.RLock()
         self._listeners: list[Listener] = []
+        self._stops = 0
         self._state = StationState()
         self._typed_before: list[TypedAnswer] = []
         if isinstance(tracker, ReadByHand):

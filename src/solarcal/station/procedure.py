@@ -51,6 +51,7 @@ class Station(StationCore):
 
     def stop(self) -> None:
         """Stop every motion. Never waits for anything else."""
+        self._stops += 1
         self.tracker.stop()
 
     def stow(self) -> None:
@@ -96,10 +97,15 @@ class Station(StationCore):
         )
 
     def ref_check(self, progress: Progress | None = None) -> RefCheck:
-        """Run a reference check to its end and record the counts found at the switches."""
+        """Run a reference check to its end and record the counts found at the switches.
+
+        It is a command to move: a unit that was stopped is let go for it. Without a reference
+        there is no other way out of a STOP, for such a unit does not track.
+        """
         self._demand_idle("a reference check")
         self._become(activity=Activity.REF_CHECK)
         try:
+            self._let_go()
             self.tracker.start_ref_check()
             waited = 0.0
             while (status := self.poll()).mode is Mode.REF:
@@ -129,6 +135,16 @@ class Station(StationCore):
                 at_switches=self.session.header.unit.has_switches,
             )
         )
+
+    def _let_go(self) -> None:
+        """End the STOP of a moment ago; one that comes meanwhile stands."""
+        stops = self._stops
+        if self.poll().mode is not Mode.STOP:
+            return
+        self.tracker.set_mode(Mode.MANUAL)
+        if self._stops != stops:
+            self.tracker.stop()
+            raise ProcedureRefused("not begun: STOP was pressed")
 
     def set_sun_offset(self) -> SunOffset:
         """Take the axes' present stand as on the Sun: the unit sets O accordingly."""

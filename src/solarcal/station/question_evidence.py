@@ -4,6 +4,7 @@ Facts, not answers. The technician answers; a fact that speaks for NO is marked.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from solarcal.session.records import RefCheck
@@ -51,6 +52,18 @@ def question_evidence(
     return (_reference, _offset, _tracking)[number](session, live, spot)
 
 
+def counts_missed(checks: Sequence[RefCheck], check: RefCheck) -> bool:
+    """Whether a check found more counts than the play of a switch explains.
+
+    The first complete one of a session finds whatever the register held before it. Without
+    switches, or where they are not shown, counts prove nothing.
+    """
+    if check.difference_counts is None or not check.at_switches:
+        return False
+    before = any(other.complete and other.seq < check.seq for other in checks)
+    return before and max(abs(found) for found in check.difference_counts) >= MISSED_COUNTS
+
+
 def _since_s(utc: str, live: LiveView) -> float:
     return (live.laptop_utc_s or parse_utc(utc)) - parse_utc(utc)
 
@@ -69,14 +82,15 @@ def _reference(session: SessionView, live: LiveView, spot: Spot | None) -> tuple
                 Fact(f"The last check (no. {last.number}, {when}) did NOT end.", against=True)
             )
         else:
+            missed = counts_missed(session.ref_checks, last)
             facts.append(Fact(f"Check no. {last.number} at {when}: complete."))
-            facts.append(Fact(_counts_found(last, later=len(session.ref_checks) > 1)))
+            facts.append(Fact(_counts_found(last, missed=missed)))
     if status is not None and not status.referenced and not status.by_hand:
         facts.append(Fact("The unit says it is NOT referenced since power-up.", against=True))
     return tuple(facts)
 
 
-def _counts_found(check: RefCheck, *, later: bool) -> str:
+def _counts_found(check: RefCheck, *, missed: bool) -> str:
     if check.difference_counts is None:
         return "The unit does not show the counts found at the switches."
     d1, d2 = check.difference_counts
@@ -85,8 +99,6 @@ def _counts_found(check: RefCheck, *, later: bool) -> str:
             f"No switches: the read-outs stood {d1:+d}, {d2:+d} counts from the reference "
             "position. Did both axes stand at their marks there?"
         )
-    # The first check finds whatever the register held at power-up.
-    missed = later and max(abs(d1), abs(d2)) >= MISSED_COUNTS
     return f"Counts found at the switches: axis 1 {d1:+d}, axis 2 {d2:+d}" + (
         ": counts were missed before it." if missed else "."
     )

@@ -2,14 +2,14 @@
 
 import asyncio
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import msgspec
 from textual import events
-from textual.app import App, SystemCommand
 from textual.binding import BindingType
+from textual.command import Provider
 from textual.notifications import SeverityLevel
 from textual.screen import Screen
 
@@ -21,12 +21,11 @@ from solarcal.tui.conducted import ConductedApp
 from solarcal.tui.keyboard import bound_actions, modified_f3
 from solarcal.tui.messages import LineFailed, LineOpened, StepFailed
 from solarcal.tui.performers import Performer
+from solarcal.tui.screens.base import StationModal
 from solarcal.tui.screens.start import StartScreen
-from solarcal.tui.themes import DEFAULT_THEME, OWN_THEMES, axis_colours
+from solarcal.tui.themes import DEFAULT_THEME, OWN_THEMES, SUNLIGHT, axis_colours
 
 if TYPE_CHECKING:
-    from textual.command import Provider
-
     from solarcal.tui.messages import FormAsked
     from solarcal.tui.opening import OpenLine
     from solarcal.tui.typed_display import ScreenDisplay
@@ -62,7 +61,9 @@ class SolarcalApp(ConductedApp):
 
     TITLE = "solarcal"
     CSS_PATH = "solarcal.tcss"
-    COMMANDS = App.COMMANDS | {_action_provider}
+    COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {_action_provider}
+    """Without Textual's own provider: the palette lists what it has beside our actions."""
+
     BINDINGS: ClassVar[list[BindingType]] = [
         *(action.binding() for action in ACTIONS),
         STOP_EVERYWHERE,
@@ -93,6 +94,7 @@ class SolarcalApp(ConductedApp):
         self._keymap_given = dict(keymap or {})
         self._opening = False
         self._reader: ScreenDisplay | None = None
+        self._theme_before = DEFAULT_THEME
 
     # -- life ----------------------------------------------------------------------------------
 
@@ -111,10 +113,21 @@ class SolarcalApp(ConductedApp):
         """Messages quote units, files and people: nothing in them is markup."""
         super().notify(message, title=title, severity=severity, timeout=timeout, markup=markup)
 
-    def get_system_commands(self, screen: Screen[Any]) -> Iterator[SystemCommand]:
-        """Of Textual's own commands those a technician has a use for."""
-        yield SystemCommand("Theme", "phosphor, sunlight, and others", self.search_themes)
-        yield SystemCommand("Picture", "Keep this screen as an SVG file", self.deliver_screenshot)
+    def action_command_palette(self) -> None:
+        """Ours has STOP on it. In the middle of a step it would begin another one: not there."""
+        from solarcal.tui.palette import Palette
+
+        if isinstance(self.screen, StationModal):
+            self.screen.palette_refused()
+            return
+        if not isinstance(self.screen, Palette):
+            self.push_screen(Palette(id="--command-palette"))
+
+    def search_themes(self) -> None:
+        """The themes to choose from, those made for this program first."""
+        from solarcal.tui.palette import OwnThemesFirst, Palette
+
+        self.push_screen(Palette(providers=[OwnThemesFirst], placeholder="Search for themes…"))
 
     def get_theme_variable_defaults(self) -> dict[str, str]:
         return axis_colours(self.current_theme.dark)
@@ -124,6 +137,8 @@ class SolarcalApp(ConductedApp):
             self.register_theme(theme)
         known = self.settings.theme in self.available_themes
         self.theme = self.settings.theme if known else DEFAULT_THEME
+        if self.theme != SUNLIGHT.name:
+            self._theme_before = self.theme
         self.theme_changed_signal.subscribe(self, lambda theme: self._theme_chosen(theme.name))
         if self._keymap_given:
             self.set_keymap(self._keymap_given)
@@ -136,7 +151,13 @@ class SolarcalApp(ConductedApp):
         if self._start is not None:
             self.open_choice(self._start)
 
+    def other_theme(self) -> str:
+        """The one for the sun, or on it the dark one it took the place of."""
+        return SUNLIGHT.name if self.theme != SUNLIGHT.name else self._theme_before
+
     def _theme_chosen(self, name: str) -> None:
+        if name != SUNLIGHT.name:
+            self._theme_before = name
         if name != self.settings.theme:
             self.remember(msgspec.structs.replace(self.settings, theme=name))
 
@@ -250,7 +271,9 @@ class SolarcalApp(ConductedApp):
             except SolarcalError as error:
                 self.exit(error.exit_code, message=f"solarcal: {error}")
                 return
-        self.exit(0, message=f"session file: {line.path}" if line is not None else None)
+        # Initialised a second time the session has gone on in another file.
+        path = self.session_path or (line.path if line is not None else None)
+        self.exit(0, message=f"session file: {path}" if path is not None else None)
 
     def release(self) -> None:
         """After a crash of the program itself: free file and line; nothing is written."""
@@ -295,6 +318,12 @@ class SolarcalApp(ConductedApp):
         key = modified_f3(event.y + 1, event.x + 1)
         if key is not None:
             self.simulate_key(key)
+
+    def stop_keys(self) -> str:
+        """The keys of STOP on a screen where nothing is typed, the user's letter among them."""
+        stop = next(action for action in self.actions if action.stop)
+        letters = [key for key in stop.shown.split() if len(key) == 1]
+        return " ".join(["F12", *letters[:1], "^S"])
 
     def keys_of(self, action_id: str | None) -> str:
         """The keys of an action as bound now, for a sentence; the first two."""

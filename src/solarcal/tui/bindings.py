@@ -72,6 +72,7 @@ ACTIONS: tuple[Action, ...] = (
         "calculators", "Calculators", ("f11", "g"), "F11 g",
         "Field calculators: Sun, day, heliostat, mirrors, screwjack, sunspot device",
     ),
+    Action("theme", "Light/dark", ("h",), "h", "Black on white for the sun, and back"),
     Action("faster", "Faster", ("plus",), "+", "Emulator: let time pass faster"),
     Action("slower", "Slower", ("minus",), "-", "Emulator: let time pass slower"),
     Action("skip", "Skip ahead", ("w",), "w", "Emulator: skip to when the next point is due"),

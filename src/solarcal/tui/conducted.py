@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from textual.app import App
+from textual.events import Resize
 
 from solarcal.errors import ProcedureRefused
 from solarcal.timescale import parse_utc
@@ -97,6 +98,10 @@ class ConductedApp(App[int]):
             # Screens are being taken down; what still comes is for the file, not for them.
             return []
         return [s for s in self.screen_stack if isinstance(s, (StationScreen, StationModal))]
+
+    def on_resize(self, event: Resize) -> None:
+        for screen in self._told():
+            screen.show_size(event.size)
 
     def on_state_changed(self, message: StateChanged) -> None:
         if message.state.generation < self.state.generation:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from textual.message import Message
 
-from solarcal.errors import LinkError, SolarcalError
+from solarcal.errors import LinkError, ProcedureRefused, SolarcalError
 from solarcal.station.state import LinkState, StationState
 from solarcal.tui.messages import Progress, StateChanged, StepDone, StepFailed, StepStarted
 
@@ -31,6 +31,8 @@ Post = Callable[[Message], object]
 class _Submitted:
     name: str
     step: Step
+    stops: int | None = None
+    """How often STOP had been pressed, for a step that moves something."""
 
 
 class Conductor:
@@ -50,6 +52,7 @@ class Conductor:
         self._busy = threading.Event()
         self._closing = threading.Event()
         self._retry_now = threading.Event()
+        self._stops = 0
         station.subscribe(self._on_state)
 
     def start(self) -> None:
@@ -60,12 +63,17 @@ class Conductor:
         """A step is running or waiting."""
         return self._busy.is_set() or not self._steps.empty()
 
-    def submit(self, name: str, step: Step) -> None:
-        """Run ``step`` after those submitted before it; ``StepDone`` or ``StepFailed`` follows."""
-        self._steps.put(_Submitted(name, step))
+    def submit(self, name: str, step: Step, *, moves: bool = False) -> None:
+        """Run ``step`` after those submitted before it; ``StepDone`` or ``StepFailed`` follows.
+
+        One that ``moves`` something is not begun when STOP is pressed while it waits.
+        """
+        self._steps.put(_Submitted(name, step, self._stops if moves else None))
 
     def stop_motion(self) -> None:
         """STOP, now, past everything that waits."""
+        # Counted before it is sent: what was asked for earlier must not undo it.
+        self._stops += 1
         threading.Thread(target=self._stop_now, name="stop", daemon=True).start()
 
     def progress(self, name: str, fraction: float | None, words: str) -> None:
@@ -96,6 +104,12 @@ class Conductor:
         else:
             self._post(StepDone("stop", None))
 
+    def _stop_again(self) -> None:
+        try:
+            self.station.stop()
+        except SolarcalError as error:
+            self._post(StepFailed("stop", error))
+
     def _run(self) -> None:
         pause_s = FIRST_RETRY_S
         while not self._closing.is_set():
@@ -110,7 +124,17 @@ class Conductor:
                     self._perform("status", lambda station: station.poll(), quiet=True)
                 continue
             if submitted is not None:
-                self._perform(submitted.name, submitted.step)
+                self._begin(submitted)
+
+    def _begin(self, submitted: _Submitted) -> None:
+        name = submitted.name
+        if submitted.stops not in (None, self._stops):
+            self._post(StepFailed(name, ProcedureRefused(f"{name}: not done, STOP was pressed")))
+            return
+        self._perform(name, submitted.step)
+        if submitted.stops not in (None, self._stops):
+            # The two may have passed each other on the line: STOP has the last word.
+            self._stop_again()
 
     def _perform(self, name: str, step: Step, *, quiet: bool = False) -> None:
         self._busy.set()

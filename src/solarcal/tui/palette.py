@@ -1,13 +1,48 @@
-"""The command palette: every action and every calculator by its name, and the themes."""
+"""The command palette: every action and every calculator by its name, and the themes.
+
+STOP is on it too, where it is on every screen: the list ends above it.
+"""
 
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, cast
 
-from textual.command import DiscoveryHit, Hit, Hits, Provider
+from textual.app import ComposeResult
+from textual.command import CommandPalette, DiscoveryHit, Hit, Hits, Provider
+from textual.containers import Horizontal
+from textual.theme import ThemeProvider
+
+from solarcal.tui.themes import OWN_THEMES
+from solarcal.tui.widgets.footer import StopKey
 
 if TYPE_CHECKING:
     from solarcal.tui.app import SolarcalApp
+
+
+class Palette(CommandPalette):
+    """Textual's, with STOP below it. ``s`` is a letter here: F12, Ctrl+S and a click stop."""
+
+    DEFAULT_CSS = """
+    Palette CommandList { max-height: 60vh; }
+    Palette CommandList > .option-list--option-highlighted { text-style: bold reverse; }
+    Palette SearchIcon { color: $foreground; }
+    Palette > #stop { dock: bottom; height: 2; align-horizontal: right; background: $panel; }
+    """
+
+    def compose(self) -> ComposeResult:
+        yield from super().compose()
+        with Horizontal(id="stop"):
+            yield StopKey("F12 ^S")
+
+
+class OwnThemesFirst(ThemeProvider):
+    """The two made for this program stand before Textual's."""
+
+    @property
+    def commands(self) -> list[tuple[str, Callable[[], None]]]:
+        own = [theme.name for theme in OWN_THEMES]
+        found = dict(super().commands)
+        return [(name, found.pop(name)) for name in own if name in found] + list(found.items())
 
 
 class ActionProvider(Provider):
@@ -21,6 +56,8 @@ class ActionProvider(Provider):
         for action in app.actions:
             run = partial(app.action_perform, action.id)
             yield f"{action.label}   {action.shown}", action.tooltip, run
+        yield "Theme", "phosphor, sunlight, and others", app.search_themes
+        yield "Picture", "Keep this screen as an SVG file", app.deliver_screenshot
         for one in CALCULATORS:
             title = f"Calculator: {one.group}, {one.title}"
             yield title, one.purpose, partial(open_calculator, app, one)

@@ -31,6 +31,11 @@ def next_plot(app: "SolarcalApp") -> None:
         app.screen.next_plot()
 
 
+def change_theme(app: "SolarcalApp") -> None:
+    """Between the theme for the sun and the one chosen before it."""
+    app.theme = app.other_theme()
+
+
 def leave(app: "SolarcalApp") -> None:
     """Out; asks first while something is going on."""
     from solarcal.station.state import Activity
@@ -103,6 +108,7 @@ def _skip(station: "Station", judgement: "Judgement | None") -> float:
 WORKSTATION_PERFORMERS: dict[str, Callable[["SolarcalApp"], None]] = {
     "help": open_help,
     "next_plot": next_plot,
+    "theme": change_theme,
     "faster": faster,
     "slower": slower,
     "skip": skip,

@@ -1,6 +1,5 @@
 """A form of text fields, and what its texts mean; every error names the field it is about."""
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -97,11 +96,13 @@ class Form:
 
     def day_utc_s(self, name: str, site: "Site") -> float:
         """An instant of the day meant there: a date alone is the site's own day, at its noon."""
+        from solarcal.site import day_utc_s
+
         text = self.text(name)
-        if not text or "T" in text or " " in text:
-            return self.utc_s(name)
-        noon_s = self.instant(name, text) + 43200.0
-        return noon_s - 240.0 * math.remainder(site.longitude_deg, 360.0)
+        try:
+            return day_utc_s(text, site) if text else self.now_utc_s
+        except ConfigurationError as error:
+            raise self.error(name, str(error)) from None
 
     def instant(self, name: str, text: str) -> float:
         """An ISO 8601 text of this field."""

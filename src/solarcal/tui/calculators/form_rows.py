@@ -1,5 +1,7 @@
 """The rows of a calculator's form: a text field or a choice, with label and unit."""
 
+from typing import TYPE_CHECKING, cast
+
 from textual import events
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
@@ -8,21 +10,29 @@ from textual.message import Message
 from textual.widgets import Input, Static
 
 from solarcal.tui.calculators.form import FormField
+from solarcal.tui.keyboard import action_for
+
+if TYPE_CHECKING:
+    from solarcal.tui.app import SolarcalApp
 
 TYPED = frozenset("0123456789+-.,eE :;TZtz/")
 """What numbers, times and dates are made of."""
 
 COMMANDS = {
-    "v": "screen.view",
-    "s": "app.perform('stop')",
-    "g": "app.perform('calculators')",
-    "?": "app.perform('help')",
+    "next_plot": "screen.view",
+    "stop": "app.perform('stop')",
+    "calculators": "app.perform('calculators')",
+    "help": "app.perform('help')",
+    "theme": "app.perform('theme')",
 }
-"""Letters that command here although a field has the focus."""
+"""Actions whose letters command here although a field has the focus."""
 
 
 class FigureInput(Input):
-    """Takes figures only, so that ``s`` is STOP and ``v`` the next view while it has the focus."""
+    """Takes figures only, so that ``s`` is STOP and ``v`` the next view while it has the focus.
+
+    The letters are those of the user's keymap, where they are not among the figures.
+    """
 
     async def _on_key(self, event: events.Key) -> None:
         if not event.is_printable or event.character in TYPED:
@@ -30,8 +40,9 @@ class FigureInput(Input):
         # Input's own handler would put the letter in, and no binding sees a key a field takes.
         event.prevent_default()
         event.stop()
-        if event.character in COMMANDS:
-            await self.run_action(COMMANDS[event.character])
+        action = action_for(event.key, cast("SolarcalApp", self.app).actions)
+        if action is not None and action.id in COMMANDS:
+            await self.run_action(COMMANDS[action.id])
 
 
 class ChoiceBox(Static, can_focus=True):

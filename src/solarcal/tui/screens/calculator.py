@@ -44,7 +44,9 @@ class CalculatorScreen(StationScreen):
     CalculatorScreen.-wide FormRows .label { width: 24; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("v", "view", "View", show=False),
+        Binding("v", "view", "View", show=False, id="next_plot"),
+        Binding("pagedown", "scroll_result(1)", "Result down", show=False),
+        Binding("pageup", "scroll_result(-1)", "Result up", show=False),
         Binding("ctrl+r", "defaults", "Defaults", show=False),
         # Priority: what is typed right after the arrow belongs into the next field.
         Binding("down", "next_field", "Next field", show=False, priority=True),
@@ -71,6 +73,7 @@ class CalculatorScreen(StationScreen):
         self._typed: dict[str, str] = {}
 
     def compose(self) -> ComposeResult:
+        view, the_list = (self._letter(name) for name in ("next_plot", "calculators"))
         yield HeadLine(id="title")
         with Horizontal(id="top"):
             yield FormRows(self.calculator.fields, self._first_values())
@@ -80,9 +83,10 @@ class CalculatorScreen(StationScreen):
         yield ActionFooter(
             [
                 FooterEntry("↵", "Compute", "screen.compute"),
-                FooterEntry("v", "View", "screen.view"),
+                FooterEntry(view, "View", "screen.view"),
+                FooterEntry("PgDn", "More", "screen.scroll_result(1)"),
                 FooterEntry("^R", "Reset", "screen.defaults"),
-                FooterEntry("g", "List", "app.perform('calculators')"),
+                FooterEntry(the_list, "List", "app.perform('calculators')"),
                 FooterEntry("F1", "Help", "app.perform('help')"),
                 FooterEntry("Esc", "Back", "screen.back"),
             ]
@@ -191,7 +195,10 @@ class CalculatorScreen(StationScreen):
         if isinstance(outcome, Answer):
             self.answer = outcome
             rows.mark_wrong(None)
-            log.say("Arrow keys: fields and choices. Enter computes, v enlarges, Esc goes back.")
+            log.say(
+                f"Arrow keys: fields, choices. PgDn: more of the result. "
+                f"{self._letter('next_plot')}: enlarge. Esc: back."
+            )
         else:
             # A result that belongs to other values must not stay.
             self.answer = None
@@ -229,6 +236,14 @@ class CalculatorScreen(StationScreen):
 
     def _views(self) -> list[str]:
         return ["all", *(f"drawing{number}" for number in range(len(self.drawings))), "text"]
+
+    def _letter(self, action_id: str) -> str:
+        return min(self.station_app.keys_of(action_id).split(), key=len)
+
+    def action_scroll_result(self, pages: int) -> None:
+        """The form keeps the focus."""
+        result = self.query_one(TextLines)
+        result.scroll_relative(y=pages * max(1, result.size.height - 1), animate=False)
 
     def action_view(self) -> None:
         self._view += 1

@@ -74,7 +74,8 @@ class Dialog(StationModal[None]):
                     if key.button:
                         yield self._button(key)
                 yield KeyButton("Esc", self.LEAVE, "screen.leave")
-                yield KeyButton("F12 s", self.stop_label(), "app.perform('stop')", stop=True)
+                keys = self.station_app.stop_keys().removesuffix(" ^S")
+                yield KeyButton(keys, self.stop_label(), "app.perform('stop')", stop=True)
 
     def body(self) -> Iterable[Widget]:
         """What stands between the heading and the line that speaks."""
@@ -119,14 +120,17 @@ class Dialog(StationModal[None]):
         button.id = f"key-{_identifier(key.action)}"
         return button
 
+    def palette_refused(self) -> None:
+        self.say("Leave this first (Esc): the palette begins other steps.", "warning")
+
     # -- the station -------------------------------------------------------------------------
 
     @property
     def conductor(self) -> Conductor:
         return self.station_app.station_conductor()
 
-    def submit(self, name: str, step: Step) -> None:
-        self.conductor.submit(name, step)
+    def submit(self, name: str, step: Step, *, moves: bool = False) -> None:
+        self.conductor.submit(name, step, moves=moves)
 
     def show_state(self, state: StationState) -> None:
         lost = state.live.link is LinkState.LOST

@@ -57,7 +57,8 @@ class HandRefCheckDialog(Dialog):
         super().step_done(name, result)
         if name == CHECK and isinstance(result, RefCheck):
             self.offer("type")
-            self.say(*ref_check_words(result))
+            session = self.station_app.state.session
+            self.say(*ref_check_words(result, session.ref_checks if session is not None else ()))
 
     def step_failed(self, name: str, error: SolarcalError) -> None:
         super().step_failed(name, error)

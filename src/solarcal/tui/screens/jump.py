@@ -15,6 +15,7 @@ class JumpScreen(StationModal[int]):
     JumpScreen { align: center middle; }
     JumpScreen > Horizontal {
         width: 56; height: 6; border: heavy $primary; padding: 1 2; background: $surface;
+        border-subtitle-style: bold;
     }
     JumpScreen Static { width: auto; }
     JumpScreen Input { width: 1fr; height: 1; border: none; margin: 0 1; }
@@ -34,4 +35,8 @@ class JumpScreen(StationModal[int]):
         self.query_one(Input).focus()
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        self.dismiss(int(event.value) if event.value.isdigit() else None)
+        number = int(event.value) if event.value.isdigit() else 0
+        if event.value and not 1 <= number <= self._points:
+            self.query_one(Horizontal).border_subtitle = f"! There is no point {event.value}"
+        else:
+            self.dismiss(number or None)

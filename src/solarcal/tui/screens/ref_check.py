@@ -1,6 +1,6 @@
 """Reference check: drive to the switches, see whether the counts are still right."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
@@ -11,12 +11,13 @@ from solarcal.errors import SolarcalError
 from solarcal.report.tables import ref_checks_table
 from solarcal.session.records import RefCheck
 from solarcal.station.procedure import Station
-from solarcal.station.question_evidence import MISSED_COUNTS
+from solarcal.station.question_evidence import counts_missed
 from solarcal.station.state import StationState
 from solarcal.tui.messages import Progress
 from solarcal.tui.screens.by_hand import by_hand
 from solarcal.tui.screens.dialog import Dialog, Tone, open_dialog
 from solarcal.tui.widgets.key_button import DialogKey
+from solarcal.unit.tracker import Mode
 
 if TYPE_CHECKING:
     from solarcal.tui.app import SolarcalApp
@@ -69,13 +70,16 @@ class RefCheckDialog(Dialog):
     def on_mount(self) -> None:
         super().on_mount()
         self.offer("start")
+        status = self.station_app.state.live.status
+        stopped = status is not None and status.mode is Mode.STOP
+        first = "The unit is stopped; Start lets it go. " if stopped else ""
         if self._switches:
-            self.say("Watch both axes reach their switches. STOP ends it at any moment.")
+            self.say(f"{first}Watch both axes reach their switches. STOP ends it at any moment.")
         else:
             self.say(
-                "This unit has no switches: it goes to its reference position. Look whether both "
-                "axes stand at their marks there; nothing else tells that the read-outs are true. "
-                "STOP ends it at any moment."
+                f"{first}This unit has no switches: it goes to its reference position. Look "
+                "whether both axes stand at their marks there; nothing else tells that the read-outs "
+                "are true. STOP ends it at any moment."
             )
 
     def state_changed(self, state: StationState) -> None:
@@ -102,11 +106,11 @@ class RefCheckDialog(Dialog):
                 lambda seconds: conductor.progress(STEP, None, f"driving for {seconds:.0f} s")
             )
 
-        self.submit(STEP, step)
+        self.submit(STEP, step, moves=True)
 
     def action_track(self) -> None:
         self.offer()
-        self.submit("track", lambda station: station.track())
+        self.submit("track", lambda station: station.track(), moves=True)
 
     def show_progress(self, progress: Progress) -> None:
         if progress.name == STEP and self._running:
@@ -127,16 +131,20 @@ class RefCheckDialog(Dialog):
             self._running = False
             self.offer("start", "track")
 
+    def _checks(self) -> Sequence[RefCheck]:
+        session = self.station_app.state.session
+        return session.ref_checks if session is not None else ()
+
     def _tell(self, check: RefCheck) -> None:
-        self.say(*ref_check_words(check))
+        self.say(*ref_check_words(check, self._checks()))
 
 
-def ref_check_words(check: RefCheck) -> tuple[str, Tone]:
-    """What a check that has ended says, and in which tone."""
+def ref_check_words(check: RefCheck, checks: Sequence[RefCheck]) -> tuple[str, Tone]:
+    """What a check that has ended says among those of its session, and in which tone."""
     found = check.difference_counts or (0, 0)
     if not check.complete:
         return f"Check no. {check.number} did NOT end. Start it again.", "error"
-    if check.at_switches and check.number > 1 and max(map(abs, found)) >= MISSED_COUNTS:
+    if counts_missed(checks, check):
         return (
             f"Check no. {check.number}: counts found {found[0]:+d} and {found[1]:+d} where 0 "
             "belong: counts were missed since the check before; points between them are doubtful.",

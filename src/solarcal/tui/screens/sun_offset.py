@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from solarcal.tui.app import SolarcalApp
 
 LOOK, NUDGE, SET, LEAVE = "look", "jog", "set sun offset", "leave sun offset"
+MOVES = (NUDGE, SET, LEAVE)
 LOOK_EVERY_S = 0.25
 ROOMY = (112, 36)
 DEFAULT_STEP = STEPS_DEG.index(0.05)
@@ -201,7 +202,7 @@ class SunOffsetDialog(PacedDialog):
 
     def _submit(self, name: str, step: Step) -> None:
         self._waiting += 1
-        self.submit(name, step)
+        self.submit(name, step, moves=name in MOVES)
 
     def _look(self) -> None:
         """Look, and renew the jog: only when nothing of ours still waits."""
@@ -273,6 +274,12 @@ class SunOffsetDialog(PacedDialog):
             warning = (
                 f"Axis {axes} did NOT come from behind: backlash is in it. "
                 "Press b: behind the Sun first, then forward."
+            )
+        elif view.status.mode in (Mode.STOP, Mode.FAULT) and not view.status.referenced:
+            key = self.station_app.keys_of("ref_check").split()[0]
+            warning = (
+                f"The unit is in mode {view.status.mode} and has no reference: leave, and do a "
+                f"reference check [{key}]; then it can be jogged."
             )
         elif view.status.mode in (Mode.STOP, Mode.FAULT):
             warning = f"The unit is in mode {view.status.mode}: press t to track again."

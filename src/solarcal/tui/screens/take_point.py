@@ -150,7 +150,7 @@ class TakePointDialog(PacedDialog):
         conductor = self.conductor
 
         def step(station: Station) -> object:
-            return station.gather_point(lambda part: conductor.progress(GATHER, part, ""))
+            return station.gather_point(lambda part: conductor.progress(GATHER, part, "gathering"))
 
         self.submit(GATHER, step)
 

@@ -91,7 +91,7 @@ class UploadDialog(Dialog):
 
     def action_track(self) -> None:
         self.offer()
-        self.submit("track", lambda station: station.track())
+        self.submit("track", lambda station: station.track(), moves=True)
 
     def _upload(self, proposal: UploadProposal, reason: str) -> None:
         self.offer()

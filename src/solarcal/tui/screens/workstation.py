@@ -1,9 +1,11 @@
 """The screen a technician uses all day: everything the station says, and every key."""
 
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
+from textual.content import Content
+from textual.markup import escape
 
 from solarcal.errors import SolarcalError
 from solarcal.report.session_report import record_line
@@ -13,9 +15,12 @@ from solarcal.station.sun_now import sun_now
 from solarcal.tui.messages import FitReady, Progress
 from solarcal.tui.screens.base import StationScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
-from solarcal.tui.widgets.head_lines import HeadLine, LogLine
+from solarcal.tui.widgets.head_lines import HeadLine, LogLine, Part
 from solarcal.tui.widgets.station_lines import NextLines, TitleLine, verdict_words
 from solarcal.tui.widgets.workstation_view import TABS, WorkstationView
+
+if TYPE_CHECKING:
+    from solarcal.tui.app import SolarcalApp
 
 FOOTER = (
     ("help", "Help"), ("link", "Link"), ("initialise", "Init"), ("plan", "Plan"),
@@ -23,6 +28,18 @@ FOOTER = (
     ("upload", "Upload"), ("recompute", "Recalc"), ("clock", "Clock"), ("next_plot", "Plot"),
     ("void", "Void"), ("note", "Note"), ("quit", "Quit"),
 )  # fmt: skip
+BESIDE_TABS = (("report", "Report"), ("calculators", "Calcs"))
+"""Where the footer has no room for them they stand in the row of the tabs, the palette too."""
+
+ONLY_ROOMY = (("theme", "Light"),)
+
+PALETTE = FooterEntry("^P", "All", "app.command_palette", "Every action by its name")
+
+
+def _footer_key(app: "SolarcalApp", name: str) -> str:
+    """The first of its keys; beside the tabs there is only room for the shortest."""
+    keys = app.keys_of(name).split()
+    return min(keys, key=len) if name in dict(BESIDE_TABS) else keys[0]
 
 
 class WorkstationScreen(StationScreen):
@@ -47,17 +64,16 @@ class WorkstationScreen(StationScreen):
         yield TitleLine(id="title")
         yield HeadLine(id="file")
         yield NextLines(id="next")
-        yield WorkstationView(id="view")
-        yield LogLine(id="log")
         tooltips = {action.id: action.tooltip for action in app.actions}
-        yield ActionFooter(
-            [
-                FooterEntry(
-                    app.keys_of(name).split()[0], label, f"app.perform('{name}')", tooltips[name]
-                )
-                for name, label in FOOTER
-            ]
-        )
+        entries = [
+            FooterEntry(_footer_key(app, name), label, f"app.perform('{name}')", tooltips[name])
+            for name, label in (*FOOTER, *BESIDE_TABS, *ONLY_ROOMY)
+        ]
+        entries.append(PALETTE)
+        beside_tabs = [*entries[len(FOOTER) : len(FOOTER) + len(BESIDE_TABS)], PALETTE]
+        yield WorkstationView(id="view", beside_tabs=beside_tabs)
+        yield LogLine(id="log")
+        yield ActionFooter(entries)
 
     def on_mount(self) -> None:
         self._ready = True
@@ -100,14 +116,19 @@ class WorkstationScreen(StationScreen):
                     f"  {count} point{'' if count == 1 else 's'}"
                     + ("" if session.initialised is not None else ", not begun"),
                 ],
-                [self._time_words()],
+                self._time_words(),
             )
 
-    def _time_words(self) -> str:
-        speed = self.station_app.emulated_speed
-        if speed is None:
-            return self.station_app.profile.operator
-        return f"time x{speed:g} [+ - w]" if speed else "time stands [+ w]"
+    def _time_words(self) -> list[Part]:
+        app = self.station_app
+        if app.emulated_speed is None:
+            return [app.profile.operator]
+        words = f"time x{app.emulated_speed:g}" if app.emulated_speed else "time stands"
+        keys = {name: app.keys_of(name).split()[0] for name in ("faster", "slower", "skip")}
+        targets = " ".join(
+            f"[@click=app.perform('{name}')]{escape(key)}[/]" for name, key in keys.items()
+        )
+        return [f"{words} [", Content.from_markup(targets), "]"]
 
     def _log_newest(self, state: StationState) -> None:
         """A record that has just come is told; what is in the log is in the file."""

@@ -1,4 +1,4 @@
-"""P1..P6 with sigma, change since the last point and a sparkline of their history."""
+"""P1..P6 with sigma, change since the last point and their history; why the verdict is so."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,9 @@ from textual.content import Content
 from textual.widgets import Static
 
 from solarcal.model.fit import Solution
+from solarcal.model.judgement import Judgement
 from solarcal.mount.formula import COEFFICIENT_NAMES
+from solarcal.report.judgement_text import STATE_WORDS
 from solarcal.session.records import FitRecord
 from solarcal.station.state import SessionView
 from solarcal.tui.widgets.sparkline import sparkline
@@ -23,8 +25,13 @@ class CoefficientsPane(Static):
     CoefficientsPane { width: 1fr; height: auto; padding: 0 1; }
     """
 
-    def show_fit(self, session: SessionView, solution: Solution | None) -> None:
-        lines = coefficient_lines(session, solution)
+    def show_fit(
+        self,
+        session: SessionView,
+        solution: Solution | None,
+        judgement: Judgement | None = None,
+    ) -> None:
+        lines = coefficient_lines(session, solution) + reason_lines(judgement)
         self.update(Content("\n").join(Content.assemble(*line) for line in lines))
 
 
@@ -77,6 +84,15 @@ def coefficient_lines(session: SessionView, solution: Solution | None) -> list[l
     if solution.message is not None:
         lines.append([(f" {solution.message} ", "bold reverse $warning")])
     return lines + [[sentence] for sentence in (*solution.inseparable, *solution.notes)]
+
+
+def reason_lines(judgement: Judgement | None) -> list[list[Part]]:
+    """The verdict with all its reasons; above the panes there is room for the first only."""
+    if judgement is None:
+        return []
+    verdict = judgement.verdict
+    reasons: list[list[Part]] = [[f"- {reason}"] for reason in verdict.reasons]
+    return [[""], [("■ ", "bold"), (STATE_WORDS[verdict.state], "bold")], *reasons]
 
 
 def _short(number: float) -> str:

@@ -2,11 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, cast
 
 from textual.app import ComposeResult
 from textual.containers import Grid, Horizontal
 from textual.content import Content
 from textual.widgets import Static
+
+if TYPE_CHECKING:
+    from solarcal.tui.app import SolarcalApp
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +21,9 @@ class FooterEntry:
     label: str
     action: str
     tooltip: str = ""
+
+
+NARROW_ENTRIES = 14
 
 
 class FooterKey(Static):
@@ -49,20 +56,33 @@ class StopKey(Static):
     StopKey:hover { text-style: bold reverse; }
     """
 
-    def __init__(self) -> None:
-        super().__init__("▌ STOP ▐\nF12 s ^S")
+    def __init__(self, keys: str = "") -> None:
+        super().__init__("▌ STOP ▐")
+        self._keys = keys
         self.tooltip = "Stop every motion now, without asking"
+
+    def on_mount(self) -> None:
+        keys = self._keys or cast("SolarcalApp", self.app).stop_keys()
+        self.update(f"▌ STOP ▐\n{keys}")
 
     async def on_click(self) -> None:
         await self.run_action("app.perform('stop')")
 
 
+ROOMY_COLUMNS = 100
+"""From this width of the terminal on nine actions stand in a row of the footer."""
+
+
 class ActionFooter(Horizontal):
-    """Two rows of seven actions, and STOP."""
+    """Two rows of seven actions, nine where there is room, and STOP.
+
+    What has no room must have a place elsewhere on a narrow screen.
+    """
 
     DEFAULT_CSS = """
     ActionFooter { dock: bottom; height: 2; background: $panel; }
     ActionFooter Grid { grid-size: 7 2; grid-gutter: 0; height: 2; width: 1fr; }
+    ActionFooter.-roomy Grid { grid-size: 9 2; }
     """
 
     def __init__(self, entries: Sequence[FooterEntry]) -> None:
@@ -74,3 +94,9 @@ class ActionFooter(Horizontal):
             for entry in self._entries:
                 yield FooterKey(entry)
         yield StopKey()
+
+    def on_resize(self) -> None:
+        roomy = self.app.size.width >= ROOMY_COLUMNS and len(self._entries) > NARROW_ENTRIES
+        self.set_class(roomy, "-roomy")
+        for number, key in enumerate(self.query(FooterKey)):
+            key.display = roomy or number < NARROW_ENTRIES

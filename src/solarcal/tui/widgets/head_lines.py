@@ -3,17 +3,30 @@
 from textual.content import Content
 from textual.widgets import Static
 
-Part = str | tuple[str, str]
+Part = str | tuple[str, str] | Content
 
 
 class HeadLine(Static):
     """One row, parts on the left and on the right."""
 
     DEFAULT_CSS = """
-    HeadLine { height: 1; width: 1fr; text-wrap: nowrap; text-overflow: ellipsis; padding: 0 1; }
+    HeadLine {
+        height: 1; width: 1fr; text-wrap: nowrap; text-overflow: ellipsis; padding: 0 1;
+        link-color: $foreground; link-background: $panel; link-style: bold;
+    }
     """
 
+    def __init__(self, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self._shown: tuple[list[Part], list[Part]] | None = None
+
+    def on_resize(self) -> None:
+        # What was cut to the old width may have room now.
+        if self._shown is not None:
+            self.show(*self._shown)
+
     def show(self, left: list[Part], right: list[Part] | None = None) -> None:
+        self._shown = (left, right or [])
         start, end = Content.assemble(*left), Content.assemble(*(right or []))
         # Not the size of this widget: before the first layout it has none.
         room = max(self.app.size.width - 2, 20)
@@ -37,6 +50,7 @@ class LogLine(HeadLine):
 
     def say(self, sentence: str, *, error: bool = False) -> None:
         self.set_class(error, "-error")
+        self._shown = None
         if error:
             # An error is worth more than one row.
             self.update(Content(f"! {sentence}"))

@@ -3,6 +3,7 @@
 Fed with a state and a fit, whether they come from a unit or from a replay.
 """
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 from textual.app import ComposeResult
@@ -29,6 +30,7 @@ from solarcal.station.evidence import evidence
 from solarcal.station.state import SessionView, StationState
 from solarcal.tui.widgets.ansi_plot import AnsiPlot, Draw
 from solarcal.tui.widgets.coefficients_pane import CoefficientsPane
+from solarcal.tui.widgets.footer import ROOMY_COLUMNS, FooterEntry, FooterKey
 from solarcal.tui.widgets.live_pane import LivePane
 from solarcal.tui.widgets.text_lines import TextLines
 
@@ -75,6 +77,8 @@ class WorkstationView(Vertical):
     DEFAULT_CSS = """
     WorkstationView { height: 1fr; }
     WorkstationView #tabs { height: 1; background: $panel; }
+    WorkstationView #beside-tabs { height: 1; width: 1fr; align-horizontal: right; }
+    WorkstationView #beside-tabs FooterKey { width: auto; padding: 0 0 0 1; }
     WorkstationView #panes { height: 1fr; }
     WorkstationView .pane { height: 1fr; }
     WorkstationView #left { width: 1fr; }
@@ -105,8 +109,9 @@ class WorkstationView(Vertical):
         "checks": "right",
     }  # fmt: skip
 
-    def __init__(self, id: str | None = None) -> None:
+    def __init__(self, id: str | None = None, beside_tabs: Sequence[FooterEntry] = ()) -> None:
         super().__init__(id=id)
+        self._beside_tabs = tuple(beside_tabs)
         self._session: SessionView | None = None
         self._solution: Solution | None = None
         self._judgement: Judgement | None = None
@@ -118,6 +123,9 @@ class WorkstationView(Vertical):
         with Horizontal(id="tabs"):
             for number, (name, label) in enumerate(TABS, start=1):
                 yield Tab(name, number, label)
+            with Horizontal(id="beside-tabs"):
+                for entry in self._beside_tabs:
+                    yield FooterKey(entry)
         with Horizontal(id="panes"):
             with Vertical(id="left"):
                 yield LivePane(id="now", classes="pane")
@@ -139,6 +147,8 @@ class WorkstationView(Vertical):
     def on_resize(self, event: Resize) -> None:
         size = self.app.size
         self.wide = size.width >= WIDE[0] and size.height >= WIDE[1]
+        # A wider footer has them.
+        self.query_one("#beside-tabs").display = size.width < ROOMY_COLUMNS
         self._arrange()
 
     # -- what is shown -----------------------------------------------------------------------
@@ -160,7 +170,8 @@ class WorkstationView(Vertical):
     def _show_session(self) -> None:
         """Tables and plots, only when what they show has changed."""
         session = self._session
-        if session is None:
+        if session is None or not self.query(CoefficientsPane):
+            # Left while it was being built: the innermost panes are not there.
             return
         shown = (
             session.header,
@@ -177,7 +188,7 @@ class WorkstationView(Vertical):
             return
         self._shown = shown
         self._version += 1
-        self.query_one(CoefficientsPane).show_fit(session, self._solution)
+        self.query_one(CoefficientsPane).show_fit(session, self._solution, self._judgement)
         table = points_table(session.header, session.points, self._solution).split("\n")
         # The table's heading and rule stay in view.
         self.query_one("#points", TextLines).show(table, pinned=2 if len(table) > 2 else 0)

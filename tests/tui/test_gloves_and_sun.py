@@ -1,0 +1,151 @@
+"""What a technician with gloves needs at 80x24: STOP everywhere, big targets, a light screen."""
+
+from pathlib import Path
+
+from procedure_bench import (
+    SMALL,
+    bench,
+    on_loop,
+    screen_text,
+    screen_words,
+    shows,
+    until,
+    workstation,
+)
+from textual.widgets import Input
+
+from solarcal.session.journal import Journal
+from solarcal.tui.app import SolarcalApp
+from solarcal.tui.palette import Palette
+from solarcal.tui.performers import PERFORMERS
+from solarcal.tui.themes import SUNLIGHT
+from solarcal.tui.widgets.footer import StopKey
+from solarcal.tui.widgets.too_small import TooSmall
+from solarcal.unit.tracker import Mode
+
+
+@on_loop
+async def test_the_palette_leaves_stop_in_sight_and_a_click_on_it_stops() -> None:
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("ctrl+p")
+        await shows(pilot, "Search for commands", "▌ STOP ▐", "F12 ^S")
+        assert isinstance(app.screen, Palette)
+        await pilot.click(StopKey)
+        await until(pilot, lambda: station.poll().mode is Mode.STOP)
+        assert isinstance(app.screen, Palette)
+
+
+@on_loop
+async def test_the_themes_made_for_this_program_stand_first() -> None:
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        app.search_themes()
+        await shows(pilot, "phosphor sunlight ansi-dark")
+
+
+@on_loop
+async def test_one_key_goes_to_the_light_theme_and_back() -> None:
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        app.theme = "nord"
+        await pilot.press("h")
+        assert app.theme == SUNLIGHT.name
+        await pilot.press("h")
+        assert app.theme == "nord"
+
+
+@on_loop
+async def test_no_other_step_begins_over_a_dialog() -> None:
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f5")
+        await shows(pilot, "Watch both axes")
+        await pilot.press("ctrl+p")
+        await shows(pilot, "Leave this first")
+        assert not isinstance(app.screen, Palette)
+
+
+@on_loop
+async def test_every_action_has_a_target_at_80_columns() -> None:
+    from solarcal.tui.screens.workstation import WorkstationScreen
+
+    station, _ = bench()
+    async with workstation(station, SMALL) as (app, pilot):
+        await app.push_screen(WorkstationScreen())
+        await shows(pilot, "e Report", "g Calcs", "^P All", "time stands [+ - w]")
+        row = screen_text(app).splitlines()[1]
+        await pilot.click("#file", offset=(row.index("+"), 0))
+        await until(pilot, lambda: app.emulated_speed)
+        await pilot.click("#beside-tabs FooterKey:last-child")
+        await until(pilot, lambda: isinstance(app.screen, Palette))
+
+
+@on_loop
+async def test_too_small_a_terminal_is_said_and_can_still_be_stopped() -> None:
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f5")
+        await shows(pilot, "Watch both axes")
+        await pilot.resize_terminal(40, 10)
+        await shows(pilot, "40x10: make it 80x24")
+        await pilot.click(TooSmall)
+        await until(pilot, lambda: station.poll().mode is Mode.STOP)
+        await pilot.resize_terminal(*SMALL)
+        await until(pilot, lambda: "make it" not in screen_words(app))
+        assert "STOPPED" in screen_text(app)
+
+
+@on_loop
+async def test_a_form_follows_the_keymap_and_page_down_scrolls_its_result() -> None:
+    from solarcal.tui.calculators.catalogue import BY_ID
+    from solarcal.tui.screens.calculator import CalculatorScreen
+    from solarcal.tui.screens.calculators import CalculatorsScreen
+    from solarcal.tui.widgets.text_lines import TextLines
+
+    app = SolarcalApp(PERFORMERS, keymap={"next_plot": "j", "calculators": "y"})
+    async with app.run_test(size=SMALL) as pilot:
+        await app.push_screen(CalculatorScreen(BY_ID["energy"]))
+        await shows(pilot, "j View", "y List", "Sun towards")
+        result = app.screen.query_one(TextLines)
+        assert isinstance(app.focused, Input)
+        await pilot.press("pagedown")
+        await until(pilot, lambda: result.scroll_offset.y > 0)
+        assert isinstance(app.focused, Input)
+        await pilot.press("v")
+        assert not app.screen.has_class("-drawing")
+        await pilot.press("j")
+        await until(pilot, lambda: app.screen.has_class("-drawing"))
+        await pilot.press("j", "j", "y")
+        await until(pilot, lambda: isinstance(app.screen, CalculatorsScreen))
+
+
+@on_loop
+async def test_the_file_named_at_the_end_is_the_one_the_session_went_on_in(tmp_path: Path) -> None:
+    station, _ = bench(tmp_path / "first.jsonl")
+    async with workstation(station) as (app, pilot):
+        station.initialise(confirmed=True)
+        station.initialise(
+            confirmed=True,
+            start_next=lambda header: Journal.create(tmp_path / "second.jsonl", header),
+        )
+        await until(pilot, lambda: app.session_name == "second.jsonl")
+        await app.leave()
+        assert "second.jsonl" in str(app._exit_renderables)
+
+
+@on_loop
+async def test_stop_shows_and_obeys_the_users_letter_in_a_dialog() -> None:
+    station, _ = bench()
+    app = SolarcalApp(PERFORMERS, keymap={"stop": "z", "note": "s"})
+    async with app.run_test(size=SMALL) as pilot:
+        app.adopt(station)
+        await pilot.press("f5")
+        await shows(pilot, "F12 z", "Watch both axes")
+        await pilot.press("s")
+        await pilot.pause()
+        assert station.poll().mode is Mode.TRACK
+        await pilot.press("z")
+        await shows(pilot, "STOPPED")
+        assert app.conductor is not None
+        app.conductor.close()
