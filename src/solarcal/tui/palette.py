@@ -24,7 +24,6 @@ class Palette(CommandPalette):
 
     DEFAULT_CSS = """
     Palette CommandList { max-height: 60vh; }
-    Palette CommandList > .option-list--option-highlighted { text-style: bold reverse; }
     Palette SearchIcon { color: $foreground; }
     Palette > #stop { dock: bottom; height: 2; align-horizontal: right; background: $panel; }
     """
