@@ -24,7 +24,7 @@ from solarcal.unit.drivers import DRIVERS
 REPLAYS_SHOWN = 20
 
 ADDRESS_HINTS = {
-    "solartrak": "device, socket://host:port or rfc2217://host:port",
+    "solartrak": "device, socket:// or rfc2217://host:port",
     "rotctld": "host or host:port of Hamlib's rotctld",
 }
 
