@@ -300,7 +300,7 @@ def test_going_on_is_refused_when_another_program_has_the_file():
 async def test_d_chooses_how_the_next_unit_is_talked_to():
     app = SolarcalApp(PERFORMERS)
     async with app.run_test(size=(80, 24)) as pilot:
-        await shows(pilot, "Driver [d]: solartrak", "device, socket://host:port")
+        await shows(pilot, "Driver [d]: solartrak", "device, socket:// or rfc2217://host:port")
         await pilot.press("d")
         await shows(pilot, "Driver [d]: rotctld", "host or host:port of Hamlib's rotctld")
         await pilot.press("a", *"nowhere")

@@ -39,22 +39,15 @@ def test_while_time_is_moved_by_somebody_else_it_only_waits():
 
 
 def test_a_unit_that_nobody_uses_any_more_is_let_go():
-    asked = threading.Semaphore(0)
-
-    def speed():
-        asked.release()
-        return 1.0
-
-    pace = ThreadPace(speed)
+    pace = ThreadPace()
     unit = Unit()
     acted = unit.acted
     pace.begin(unit)
     assert acted.wait(10.0)
-    before = {thread for thread in threading.enumerate() if thread.name == "pace of the unit"}
+    (thread,) = (thread for thread in threading.enumerate() if _is_of(thread, pace))
     del unit
-    for thread in before:
-        thread.join(10.0) if _is_of(thread, pace) else None
-    assert not any(_is_of(thread, pace) for thread in threading.enumerate())
+    thread.join(10.0)
+    assert not thread.is_alive()
 
 
 def _is_of(thread, pace):

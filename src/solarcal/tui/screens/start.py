@@ -28,7 +28,7 @@ ON_A_LINE = tuple(name for name in DRIVERS if name != BY_HAND[1].driver)
 """The drivers of what has an address."""
 
 ADDRESS_HINTS = {
-    "solartrak": "device, socket://host:port or rfc2217://host:port",
+    "solartrak": "device, socket:// or rfc2217://host:port",
     "rotctld": "host or host:port of Hamlib's rotctld",
 }
 
