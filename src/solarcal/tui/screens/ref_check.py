@@ -78,8 +78,8 @@ class RefCheckDialog(Dialog):
         else:
             self.say(
                 f"{first}This unit has no switches: it goes to its reference position. Look "
-                "whether both axes stand at their marks there; nothing else tells that the read-outs "
-                "are true. STOP ends it at any moment."
+                "whether both axes stand at their marks there; nothing else tells that the "
+                "read-outs are true. STOP ends it at any moment."
             )
 
     def state_changed(self, state: StationState) -> None:
