@@ -196,10 +196,17 @@ class Terminal:
             self.read()
         return self._process.returncode
 
+    def take_away(self) -> int:
+        """The terminal is gone and nobody tells the program; how it ended."""
+        os.close(self._master)
+        self._master = -1
+        return self._process.wait(PATIENCE_S)
+
     def close(self) -> None:
         if self._process.poll() is None:
             self.kill()
-        os.close(self._master)
+        if self._master >= 0:
+            os.close(self._master)
 
 
 def solarcal_json(home: Path, *arguments: str) -> dict[str, Any]:

@@ -1,10 +1,12 @@
 """The commands that want a terminal, with one and without; and how little ``--help`` costs."""
 
 import os
+import signal
 import subprocess
 import sys
 
 import pytest
+from pty_bench import Terminal
 
 SCREENS = ("run", "demo", "replay", "keys", "doctor")
 
@@ -80,3 +82,18 @@ def test_continuing_a_session_of_an_unknown_line_says_where_to_choose_it(tmp_pat
 
     with pytest.raises(ConfigurationError, match="cannot be read"):
         _continued(tmp_path / "none.jsonl")
+
+
+def test_the_program_ends_with_its_terminal_even_if_no_hang_up_is_sent(tmp_path):
+    terminal = Terminal(tmp_path, "--scenario", "tijeras-azel")
+    try:
+        terminal.shows("LINK OK")
+        assert terminal.take_away() == -signal.SIGHUP
+    finally:
+        terminal.close()
+    # The session is whole and free to go on with.
+    from solarcal.session.journal import Journal
+
+    (path,) = (tmp_path / "sessions").glob("*.jsonl")
+    with Journal.resume(path) as journal:
+        assert journal.warnings == ()

@@ -102,6 +102,7 @@ def run_workstation(
     from solarcal.tui.app import SolarcalApp
     from solarcal.tui.keyboard import checked_keymap
     from solarcal.tui.performers import PERFORMERS
+    from solarcal.tui.terminal_watch import end_with_terminal
 
     settings = load_settings()
     app = SolarcalApp(
@@ -114,6 +115,7 @@ def run_workstation(
         trace=trace,
         remember=True,
     )
+    end_with_terminal(sys.stdin.fileno())
     try:
         result = app.run()
     finally:
