@@ -19,6 +19,10 @@ from solarcal.cli import run_command
         (["fleet", ".", "--top", "-1"], "'-1' is not a whole number from 0 on"),
         (["two-mirror", "trace"], "solarcal two-mirror trace: the following arguments"),
         (["fti", "a.jsonl"], "invalid choice: 'fti'"),
+        (["calibrate", "--port", ""], "argument --port: is empty"),
+        (["run", "--port", " "], "argument --port: is empty"),
+        (["upload", "a.jsonl", "--port", "p", "--baudrate", "0"], "'0' is no rate from 300"),
+        (["upload", "a.jsonl", "--port", "p", "--baudrate", "-5"], "'-5' is no rate from 300"),
     ],
 )
 def test_a_usage_error_is_one_line_that_names_the_help(capsys, words, said):
@@ -115,3 +119,43 @@ def test_a_remark_stays_one_line_and_cannot_steer_the_terminal(capsys, tmp_path)
     out = capsys.readouterr().out
     assert "note: one two \\x1b[31mred\n" in out
     assert "\x1b" not in out
+
+
+GOOD_DAY = "sessions/azel-good-day.jsonl"
+
+
+def test_export_writes_over_nothing_unless_told_and_says_what_tpoint_cannot(capsys, tmp_path):
+    target = tmp_path / "points.dat"
+    assert run_command(["export", GOOD_DAY, str(target)]) == 0
+    assert "TPOINT cannot say that the angles are solartrak" in capsys.readouterr().err
+    kept = target.read_bytes()
+    target.write_text("mine\n")
+    assert run_command(["export", GOOD_DAY, str(target)]) == 2
+    assert "exists already" in capsys.readouterr().err
+    assert target.read_text() == "mine\n"
+    assert run_command(["export", GOOD_DAY, str(target), "--replace"]) == 0
+    assert target.read_bytes() == kept
+
+
+def test_a_session_with_an_editors_byte_order_mark_is_read(capsys, tmp_path):
+    session = tmp_path / "s.jsonl"
+    session.write_bytes(b"\xef\xbb\xbf" + Path(GOOD_DAY).read_bytes())
+    assert run_command(["note", str(session), "after the mark"]) == 0
+    capsys.readouterr()
+    assert run_command(["fit", str(session), "--json"]) == 0
+    assert '"used": 12' in capsys.readouterr().out
+
+
+def test_a_calibration_has_an_end(capsys):
+    assert run_command(["calibrate", "--points", "100000"]) == 2
+    assert "more than 500" in capsys.readouterr().err
+
+
+def test_a_key_that_resembles_nothing_is_pointed_to_the_list(capsys):
+    assert run_command(["calibrate", "--set", "zzqqxx=1"]) == 2
+    assert "`solarcal scenarios NAME` shows them all" in capsys.readouterr().err
+
+
+def test_now_is_an_instant_for_the_sun_too(capsys):
+    assert run_command(["sun", "--lat", "35", "--lon", "-106", "--at", "now", "--json"]) == 0
+    assert '"utc"' in capsys.readouterr().out

@@ -132,3 +132,8 @@ def test_a_triangle_that_cannot_be_is_answered_in_one_line(asked, said):
     with pytest.raises(ConfigurationError, match=said) as refusal:
         asked()
     assert "\n" not in str(refusal.value)
+
+
+def test_lengths_at_one_angle_cannot_contradict_each_other():
+    with pytest.raises(ConfigurationError, match="measure one at another angle"):
+        fit_beta(JACK, [Measured(0.0, 30.0), Measured(0.0, 30.0)])

@@ -229,6 +229,18 @@ def test_rollback_restores_what_the_newest_upload_replaced(bench):
     assert b.unit.stored().offsets == before.offsets
 
 
+def test_rollback_passes_over_an_upload_that_changed_nothing(bench):
+    b = bench()
+    before = b.unit.stored()
+    for _ in range(2):
+        b.station.upload(Coefficients(P1=0.5), method="manual")
+    first, second = b.station.session.uploads
+    assert first.changed
+    assert not second.changed
+    b.station.rollback()
+    assert b.unit.stored().coefficients == before.coefficients
+
+
 def test_check_points_come_after_an_upload_and_leave_no_offset_behind(bench):
     b = bench()
     b.on_sun()

@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from solarcal.cli.fit import add_method_option
 from solarcal.cli.output import print_json, say
-from solarcal.cli.unit_options import PORT_HELP, add_driver_options, asked_tracker, asks_for_unit
+from solarcal.cli.unit_options import (
+    PORT_HELP,
+    add_driver_options,
+    asked_tracker,
+    asks_for_unit,
+    port,
+)
 
 if TYPE_CHECKING:
     from solarcal.session.journal import Journal
@@ -19,12 +25,13 @@ if TYPE_CHECKING:
 
 HELP = "the whole manual procedure by the automatic technician; writes a session file"
 DEFAULT_SCENARIO = "tijeras-azel"
+MOST_POINTS = 500
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--scenario", metavar="NAME|FILE", help="an emulated tracker, in process")
-    where.add_argument("--port", metavar="URL", help=PORT_HELP)
+    where.add_argument("--port", type=port, metavar="URL", help=PORT_HELP)
     add_driver_options(parser)
     add_emulator_arguments(parser)
     add_schedule_arguments(parser)
@@ -94,6 +101,10 @@ def run_calibration(
     points = 12 if args.points is None else args.points
     if points < 3:
         raise ConfigurationError(f"--points {points}: three points are the least a fit can take")
+    if points > MOST_POINTS:
+        raise ConfigurationError(
+            f"--points {points}: more than {MOST_POINTS} are not one calibration"
+        )
     if args.every is not None and not 5.0 <= args.every <= 600.0:
         raise ConfigurationError(f"--every {args.every:g}: give minutes between 5 and 600")
     return calibrate(

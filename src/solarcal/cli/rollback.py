@@ -27,7 +27,8 @@ def run(args: argparse.Namespace) -> int:
     from solarcal.errors import ProcedureRefused
     from solarcal.session.journal import Journal
     from solarcal.session.reader import live_records
-    from solarcal.station.uploading import UnitOnTheLine, find_upload, newest_upload
+    from solarcal.station.state import newest_upload
+    from solarcal.station.uploading import UnitOnTheLine, find_upload
 
     if args.file is not None:
         demand_session(args.file)

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from solarcal.cli.unit_options import PORT_HELP, add_driver_options
+from solarcal.cli.unit_options import PORT_HELP, add_driver_options, port
 
 if TYPE_CHECKING:
     from solarcal.config import Choice
@@ -17,7 +17,7 @@ HELP = "the workstation: calibrate a tracker, or choose what to do on its start 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command; without one the start screen asks."""
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--port", metavar="URL", help=PORT_HELP)
+    where.add_argument("--port", type=port, metavar="URL", help=PORT_HELP)
     where.add_argument("--scenario", metavar="NAME|FILE", help="an emulated tracker")
     where.add_argument(
         "--continue", dest="session", type=Path, metavar="FILE",

@@ -83,7 +83,7 @@ def asked_utc_s(at: str | None) -> float:
     from solarcal.clock import SystemClock
     from solarcal.timescale import parse_utc
 
-    return SystemClock().utc_s() if at is None else parse_utc(at)
+    return SystemClock().utc_s() if at in (None, "now") else parse_utc(str(at))
 
 
 def asked_day_utc_s(at: str | None, site: "Site") -> float:
@@ -91,7 +91,7 @@ def asked_day_utc_s(at: str | None, site: "Site") -> float:
     from solarcal.clock import SystemClock
     from solarcal.site import day_utc_s
 
-    return SystemClock().utc_s() if at is None else day_utc_s(at, site)
+    return SystemClock().utc_s() if at in (None, "now") else day_utc_s(str(at), site)
 
 
 def run(args: argparse.Namespace) -> int:

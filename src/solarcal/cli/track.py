@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from solarcal.cli.fit import add_method_option
 from solarcal.cli.output import print_json, say
-from solarcal.cli.unit_options import PORT_HELP, add_driver_options
+from solarcal.cli.unit_options import PORT_HELP, add_driver_options, port
 
 if TYPE_CHECKING:
     from solarcal.clock import Clock
@@ -20,7 +20,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     from solarcal.cli.calibrate import add_emulator_arguments
 
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--port", metavar="URL", help=f"{PORT_HELP} (default: the profile's)")
+    where.add_argument(
+        "--port", type=port, metavar="URL", help=f"{PORT_HELP} (default: the profile's)"
+    )
     where.add_argument("--scenario", metavar="NAME|FILE", help="an emulated rotator, in process")
     add_driver_options(parser)
     add_emulator_arguments(parser)

@@ -9,12 +9,30 @@ if TYPE_CHECKING:
     from solarcal.profiles import Profile
     from solarcal.unit.tracker import Tracker
 
+SLOWEST_BAUD, FASTEST_BAUD = 300, 4_000_000
 PORT_HELP = "a unit on a line: device, socket://host:port, rfc2217://..."
+
+
+def port(text: str) -> str:
+    """A port for argparse: an unset variable in a script must not mean another unit."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("is empty; name the unit's port (is the variable set?)")
+    return text
+
+
+def _baudrate(text: str) -> int:
+    if not text.isdecimal() or not SLOWEST_BAUD <= int(text) <= FASTEST_BAUD:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no rate from {SLOWEST_BAUD} to {FASTEST_BAUD} baud"
+        )
+    return int(text)
 
 
 def add_unit_options(parser: argparse.ArgumentParser) -> None:
     """For commands that always need a unit."""
-    parser.add_argument("--port", metavar="URL", help=f"{PORT_HELP} (default: the profile's)")
+    parser.add_argument(
+        "--port", type=port, metavar="URL", help=f"{PORT_HELP} (default: the profile's)"
+    )
     add_driver_options(parser)
 
 
@@ -24,7 +42,9 @@ def add_driver_options(parser: argparse.ArgumentParser) -> None:
         "--driver", metavar="NAME", help="how to talk to the unit (default: the profile's, else "
         "solartrak)",
     )  # fmt: skip
-    parser.add_argument("--baudrate", type=int, metavar="N", help="default: the profile's, 9600")
+    parser.add_argument(
+        "--baudrate", type=_baudrate, metavar="N", help="default: the profile's, 9600"
+    )
     told = parser.add_mutually_exclusive_group()
     told.add_argument("--profile", metavar="NAME", help="site, unit and operator profile")
     told.add_argument("--site", metavar="FILE", help="the same from a file: a profile's TOML")

@@ -85,10 +85,10 @@ def _require_known(key: str, known: set[str], where: str) -> None:
         return
     name = key.rpartition(".")[2]
     names = sorted(known, key=lambda full: (len(full), full))
-    nearest = difflib.get_close_matches(key, names, n=1, cutoff=0.75)
+    nearest = difflib.get_close_matches(key, names, n=1, cutoff=0.6)
     nearest += [full for full in names if name in full.rpartition(".")[2]]
-    nearest += difflib.get_close_matches(key, names, n=1, cutoff=0.0)
-    raise ConfigurationError(f"{where}: there is no key {key!r}; did you mean {nearest[0]}?")
+    hint = f"did you mean {nearest[0]}?" if nearest else "`solarcal scenarios NAME` shows them all"
+    raise ConfigurationError(f"{where}: there is no key {key!r}; {hint}")
 
 
 def _value(text: str) -> Any:

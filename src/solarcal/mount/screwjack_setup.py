@@ -91,11 +91,17 @@ def fit_beta(jack: ScrewjackDrive, observations: Sequence[Measured]) -> Screwjac
     Raises
     ------
     ConfigurationError
-        No observation; lengths with which the triangle cannot close; a dead point.
+        No observation, or several at one angle only; lengths with which the triangle cannot close;
+        a dead point.
     """
     if not observations:
         raise ConfigurationError(
             "beta needs the jack's length at one axis angle at least; measure it at two"
+        )
+    if len(observations) > 1 and len({one.angle_deg for one in observations}) == 1:
+        raise ConfigurationError(
+            f"all lengths were measured at {observations[0].angle_deg:g} deg, where they cannot "
+            "contradict each other; measure one at another angle"
         )
     betas = tuple(jack.with_beta_from(*one).beta_deg for one in observations)
     try:

@@ -140,6 +140,9 @@ class _Reading:
         self.number += 1
         start = self.offset
         self.offset += len(line) + 1
+        if self.number == 1:
+            # An editor's byte order mark is no part of the header.
+            line = line.removeprefix(b"\xef\xbb\xbf")
         if not line.strip():
             return
         if line.startswith(_TORN_START) and self._declare_torn(line, start):

@@ -214,6 +214,13 @@ class UploadRecord(_Record, frozen=True, kw_only=True, tag="upload"):
     forced: str = ""
     rollback: bool = False
 
+    @property
+    def changed(self) -> bool:
+        """Whether the unit held anything else before."""
+        return (self.old_coefficients, self.old_offsets) != (
+            self.new_coefficients, self.new_offsets,
+        )  # fmt: skip
+
 
 class Note(_Record, frozen=True, kw_only=True, tag="note"):
     text: str

@@ -32,7 +32,13 @@ from solarcal.session.records import (
 from solarcal.station import guards
 from solarcal.station.core import CreateJournal, StationCore
 from solarcal.station.gathering import check_candidate, gather, point_candidate
-from solarcal.station.state import Activity, Attempt, held_before_upload, view_session
+from solarcal.station.state import (
+    Activity,
+    Attempt,
+    held_before_upload,
+    newest_upload,
+    view_session,
+)
 from solarcal.timescale import format_utc
 from solarcal.unit.tracker import Mode
 
@@ -368,10 +374,9 @@ class Station(StationCore):
 
     def rollback(self) -> UploadRecord:
         """Restore the P and O that the newest upload of this session replaced."""
-        uploads = [u for u in self.session.uploads if not u.rollback]
-        if not uploads:
+        newest = newest_upload(self.session.uploads)
+        if newest is None:
             raise ProcedureRefused("there is no upload in this session to roll back")
-        newest = uploads[-1]
         return self.upload(
             newest.old_coefficients,
             method=newest.method,

@@ -5,6 +5,7 @@ that feeds the same records shows the same state. What only exists while a line 
 ``LiveView``. ``StationState`` is both.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
@@ -171,6 +172,17 @@ class StationState:
     activity: Activity = Activity.IDLE
     attempt: Attempt | None = None
     generation: int = 0
+
+
+def newest_upload(records: Sequence[object]) -> UploadRecord | None:
+    """The newest upload that is no rollback itself.
+
+    One that wrote what the unit held already replaced nothing: the one before it is meant, if any.
+    """
+    found = [r for r in records if isinstance(r, UploadRecord) and not r.rollback]
+    changed = [upload for upload in found if upload.changed]
+    newest = changed or found
+    return newest[-1] if newest else None
 
 
 def held_before_upload(

@@ -1,6 +1,5 @@
 """Coefficients of a saved session into the unit it was taken on, and back out again."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from solarcal.session.reader import live_records, read_session
 from solarcal.session.records import Header, UnitRecord, UploadRecord
 from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.procedure import Station
+from solarcal.station.state import newest_upload
 from solarcal.timescale import format_utc
 from solarcal.unit.tracker import Stored, Tracker, UnitIdentity
 
@@ -166,12 +166,6 @@ class UnitOnTheLine:
                 rollback=rollback,
             )
         )
-
-
-def newest_upload(records: Sequence[object]) -> UploadRecord | None:
-    """The newest upload that is no rollback itself."""
-    found = [r for r in records if isinstance(r, UploadRecord) and not r.rollback]
-    return found[-1] if found else None
 
 
 def find_upload(folder: Path, identity: UnitIdentity) -> tuple[Path, tuple[str, ...]]:
