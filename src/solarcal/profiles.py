@@ -9,6 +9,7 @@ import msgspec
 from solarcal.config import config_dir, read_toml, write_toml
 from solarcal.errors import ConfigurationError
 from solarcal.inclinometer import Inclinometer
+from solarcal.plain_text import harmless
 from solarcal.site import Site, Weather
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _-]{0,39}")
@@ -150,7 +151,7 @@ def profile_from_form(texts: Mapping[str, str]) -> Profile:
     FieldError
         The first field that cannot be, by name.
     """
-    form = {name: texts.get(name, "").strip() for name, _, _ in FIELDS}
+    form = {name: harmless(texts.get(name, "")).strip() for name, _, _ in FIELDS}
     if not _NAME.fullmatch(form["name"]):
         raise FieldError("name", "use 1 to 40 letters, digits, spaces, - and _")
     tolerance = _number(form, "tolerance_deg", 0.001, 10.0, default=0.1)
