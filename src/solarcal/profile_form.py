@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from solarcal.errors import ConfigurationError
 from solarcal.inclinometer import Inclinometer
 from solarcal.mount_description import MountDescription
+from solarcal.plain_text import harmless
 from solarcal.profiles import NAME, Profile
 from solarcal.site import Site, Weather
 from solarcal.unit.drivers import DRIVERS
@@ -118,7 +119,7 @@ def profile_from_form(texts: Mapping[str, str], before: Profile | None = None) -
     FieldError
         The first field that cannot be, by name.
     """
-    form = {name: texts.get(name, "").strip() for name, _, _ in FIELDS}
+    form = {name: harmless(texts.get(name, "")).strip() for name, _, _ in FIELDS}
     if not NAME.fullmatch(form["name"]):
         raise FieldError("name", "use 1 to 40 letters, digits, spaces, - and _")
     tolerance = _number(form, "tolerance_deg", 0.001, 10.0, default=0.1)
