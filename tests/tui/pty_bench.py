@@ -51,7 +51,8 @@ def in_real_time(test: Callable[[Path], None]) -> Callable[[Path], None]:
             EmulatorProcess.pace = pace
             try:
                 return test(folder)
-            except InVain:
+            except InVain as vain:
+                print(f"try {number}: {vain}")
                 if number == len(PACES):
                     raise
         raise AssertionError("no try was made")
@@ -135,16 +136,18 @@ class Terminal:
 
     # -- eyes ----------------------------------------------------------------------------------
 
-    def read(self, timeout_s: float = 0.05) -> None:
-        """Take in what the program has drawn."""
+    def read(self, timeout_s: float = 0.05) -> bool:
+        """Take in what the program has drawn; whether there was anything."""
         readable, _, _ = select.select([self._master], [], [], timeout_s)
-        if readable:
-            try:
-                data = os.read(self._master, 65536)
-            except OSError:
-                # The program has ended and its terminal with it.
-                return
-            self._stream.feed(KITTY.sub(b"", data))
+        if not readable:
+            return False
+        try:
+            data = os.read(self._master, 65536)
+        except OSError:
+            # The program has ended and its terminal with it.
+            return False
+        self._stream.feed(KITTY.sub(b"", data))
+        return True
 
     def text(self) -> str:
         return "\n".join(line.rstrip() for line in self.screen.display)
@@ -155,18 +158,32 @@ class Terminal:
             text = text.replace(frame, " ")
         return " ".join(text.split())
 
-    def until(self, true: Callable[[], object]) -> None:
-        deadline = time.monotonic() + PATIENCE_S
+    def until(self, true: Callable[[], object], what: str = "") -> None:
+        if not self.within(PATIENCE_S, true):
+            raise InVain(f"waited for {what or true} in vain; the screen shows:\n{self.text()}")
+
+    def within(self, seconds: float, true: Callable[[], object]) -> bool:
+        """Whether that came to hold in so many seconds."""
+        deadline = time.monotonic() + seconds
         while not true():
             if time.monotonic() > deadline:
-                raise InVain(f"in vain; the screen shows:\n{self.text()}")
+                return False
             self.read()
+        return True
 
     def shows(self, *words: str) -> None:
-        self.until(lambda: all(word in self.words() for word in words))
+        self.until(lambda: all(word in self.words() for word in words), f"{words}")
 
     def shows_no(self, *words: str) -> None:
-        self.until(lambda: all(word not in self.words() for word in words))
+        """Gone for good: a screen half drawn anew lacks words that it will have again."""
+
+        def gone() -> bool:
+            if any(word in self.words() for word in words):
+                return False
+            # The whole of a drawing comes at once; after it the program draws nothing for a while.
+            return not self.read(0.1) and all(word not in self.words() for word in words)
+
+        self.until(gone, f"the end of {words}")
 
     # -- hands ---------------------------------------------------------------------------------
 
