@@ -18,8 +18,9 @@ $(BIN)/python:
 demo: .venv/.installed
 	$(BIN)/solarcal demo
 
+# Three workers on two cores: the tests of the screens wait more than they compute.
 test: .venv/.installed-dev
-	$(BIN)/python -m pytest -n 2 --dist worksteal
+	$(BIN)/python -m pytest -n 3 --dist worksteal
 
 check: .venv/.installed-dev
 	$(BIN)/ruff check .

@@ -26,3 +26,8 @@ def no_waiting_for_the_medium():
     patched.setattr(os, "fsync", lambda descriptor: None)
     yield
     patched.undo()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """What waits for real processes begins first: begun last it would be waited for alone."""
+    items.sort(key=lambda item: item.get_closest_marker("slow") is None)
