@@ -36,7 +36,7 @@ class ClockDialog(PacedDialog):
 
     HEADING = "Clocks"
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
-        DialogKey("set", "Set the unit's", "enter,y", "Enter y"),
+        DialogKey("set", "Set the unit's clock", "enter,y", "Enter y"),
         DialogKey("pip", "A full minute: NOW", "m", "m"),
     )
 
