@@ -50,7 +50,8 @@ async def test_an_upload_is_read_back_and_rolled_back_and_each_is_recorded(
         uploaded = station.session.uploads[-1].new_coefficients
         assert station.tracker.stored().permanent_coefficients == uploaded
         await pilot.press("b")
-        await shows(pilot, "Rolled back")
+        await shows(pilot, "Rolled back", "Not signed off: the newest upload was rolled back")
+        await until(pilot, lambda: app.screen._proposal.changes[0].old == before.P1)
         stored = station.tracker.stored()
         assert stored.coefficients == stored.permanent_coefficients == before
         await pilot.press("t")

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from solarcal.tui.app import SolarcalApp
 
 PROPOSE, UPLOAD, ROLLBACK = "propose upload", "upload", "rollback"
+LOOK_AGAIN = "look at the unit again"
 
 
 def open_screen(app: "SolarcalApp") -> None:
@@ -38,7 +39,7 @@ class UploadDialog(Dialog):
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
         DialogKey("upload", "Write, store, read back", "y", "y"),
         DialogKey("rollback", "Roll back", "b", "b"),
-        DialogKey("track", "Track, then check points", "t", "t"),
+        DialogKey("track", "Track", "t", "t"),
     )
 
     DEFAULT_CSS = """
@@ -122,6 +123,9 @@ class UploadDialog(Dialog):
         if name == PROPOSE:
             self._proposal = result if isinstance(result, UploadProposal) else None
             self._show_proposal()
+        elif name == LOOK_AGAIN:
+            self._proposal = result if isinstance(result, UploadProposal) else None
+            self._show_table()
         elif name in (UPLOAD, ROLLBACK) and isinstance(result, UploadRecord):
             self._tell(result)
         elif name == "track":
@@ -145,24 +149,29 @@ class UploadDialog(Dialog):
         session = self.station_app.state.session
         if session is None:
             return
-        parts = []
+        self._show_table()
         proposal = self._proposal
         if proposal is None:
             self.say(too_few_points(session), "warning")
+        elif proposal.doubts:
+            self.say(
+                f"REFUSED, the points do not fit: {'; '.join(proposal.doubts)}. "
+                "Only with a reason.",
+                "warning",
+            )
         else:
-            parts.append(proposal_table(proposal))
-            if proposal.doubts:
-                self.say(
-                    f"REFUSED, the points do not fit: {'; '.join(proposal.doubts)}. "
-                    "Only with a reason.",
-                    "warning",
-                )
-            else:
-                self.say(
-                    "You key P1..P6 in with O = 0, store, and type them back. Upload?"
-                    if by_hand(self.station_app)
-                    else "P1..P6 are written with O = 0, stored, and read back. Upload?"
-                )
+            self.say(
+                "You key P1..P6 in with O = 0, store, and type them back. Upload?"
+                if by_hand(self.station_app)
+                else "P1..P6 are written with O = 0, stored, and read back. Upload?"
+            )
+
+    def _show_table(self) -> None:
+        """What is in force and would be, the checks, and what they prove."""
+        session = self.station_app.state.session
+        if session is None:
+            return
+        parts = [proposal_table(self._proposal)] if self._proposal is not None else []
         if session.checks:
             parts.append(checks_table(session.checks[-3:], session.header.tolerance_deg))
         if session.uploads:
@@ -175,6 +184,8 @@ class UploadDialog(Dialog):
         self.query_one(Field).display = False
         self.set_focus(None)
         self.offer("upload" if record.rollback else "rollback", "track")
+        # What is in force has changed, and with it what the check points prove.
+        self.submit(LOOK_AGAIN, _propose)
         if not record.verified:
             self.say(
                 "READ BACK DIFFERS from what was written: upload again, or roll back.", "error"
