@@ -53,7 +53,7 @@ def bad_points(geometry: str, seeds: int = SEEDS) -> tuple[float, float, float, 
         rows.append(
             [
                 true_year(context, mechanism, solution.coefficients()).rms_deg
-                for solution in (fit(clean, context), answer, fit(dirty, context, method="manual"))
+                for solution in (fit(clean, context), answer, fit(dirty, context, method="linear"))
             ]
             + [float(set(answer.outliers) == bad)]
         )
@@ -87,7 +87,7 @@ def leaning(geometry: str, lean_deg: float, seeds: int = SEEDS) -> tuple[float, 
         rows.append(
             [
                 true_year(context, mechanism, answer.coefficients()).rms_deg
-                for answer in (solution, fit(points, context, method="manual"))
+                for answer in (solution, fit(points, context, method="linear"))
             ]
         )
     robust, manual = np.median(rows, axis=0).tolist()

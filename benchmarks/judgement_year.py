@@ -40,7 +40,7 @@ def year_errors(
         times = random_times(context, rng, n, hours, at_noon=at_noon)
         points = measured(context, mechanism, times, rng)
         answers = (
-            fit(points, context, method="manual").coefficients(),
+            fit(points, context, method="linear").coefficients(),
             fit(points, context).coefficients(),
             oracle(points, context),
         )
@@ -68,7 +68,7 @@ def _line(name: str, errors: FloatArray) -> str:
     median, p95 = np.median(errors, axis=0), np.quantile(errors, 0.95, axis=0)
     cells = ", ".join(
         f"{method} {m:.4f} / {p:.4f}"
-        for method, m, p in zip(("manual", "robust", "oracle"), median, p95, strict=True)
+        for method, m, p in zip(("linear", "robust", "oracle"), median, p95, strict=True)
     )
     return f"{name}: median / 95 % of the true year rms, deg: {cells}"
 

@@ -71,7 +71,7 @@ def new_session_path(name: str, utc: str) -> Path:
 class Choice(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """What was opened on the start screen: a unit on a line, an emulated one, or a saved session.
 
-    Exactly one of ``port``, ``scenario`` and ``replay`` is set, or none for the driver ``manual``;
+    Exactly one of ``port``, ``scenario`` and ``replay`` is set, or none for the driver ``typed``;
     ``session`` continues a file. ``speed`` is how many seconds of an emulator or a
     replay pass in a real one at first.
     """
@@ -93,7 +93,7 @@ class Choice(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
         if self.replay:
             return f"replay {Path(self.replay).name}"
         what = f"emulated tracker {self.scenario}" if self.scenario else f"unit on {self.port}"
-        if self.driver == "manual":
+        if self.driver == "typed":
             what = "a unit by hand: type what its display shows"
         elif self.driver != "solartrak":
             what += f", driver {self.driver}"

@@ -37,7 +37,7 @@ FIELDS: tuple[tuple[str, str, str], ...] = (
     ("reference_deg", "Mount: reference read-outs, deg", "both axes; empty: 0 80 (south: 180 80)"),
     ("update_range_deg", "Mount: update range, deg", "0.1"),
     ("zone_west_h", "Mount: zone, hours WEST of UTC", "of the unit's clock, standard time; e.g. 7"),
-    ("display", "Mount: display shows", "angles or counts; for driver manual"),
+    ("display", "Mount: display shows", "angles or counts; for driver typed"),
     ("display_sun", "Mount: display shows the Sun", "yes or no: its axis angles too"),
 )
 """Field, label, hint; in the order of the form."""

@@ -16,7 +16,7 @@ from solarcal.session.records import UploadRecord
 
 SESSIONS = Path(__file__).parents[2] / "sessions"
 SITE, BOOK = str(SESSIONS / "by-hand.toml"), SESSIONS / "by-hand.book"
-BY_HAND = ["calibrate", "--driver", "manual", "--site", SITE]
+BY_HAND = ["calibrate", "--driver", "typed", "--site", SITE]
 TRUTH = Coefficients(0.2817, -0.35, 0.5298, 0.22, 0.0008, -0.0006)
 
 
@@ -83,7 +83,7 @@ def test_the_session_is_keyed_in_later_and_rolled_back(
     opened = "2026-06-03T23:00:00Z open o1 -0.046 o2 0.817 clock 16:00:00\n"
     book = tmp_path / "evening.book"
     book.write_text(f"{opened}2026-06-03T23:05:00Z upload {typed}\n", encoding="utf-8")
-    unit = ["--driver", "manual", "--site", SITE]
+    unit = ["--driver", "typed", "--site", SITE]
     assert run_command(["upload", str(path), *unit, "--input", str(book)]) == 0
     back = f"2026-06-03T23:00:00Z open {typed} clock 16:00:00\n"
     zeros = " ".join(f"p{i} 0" for i in range(1, 7))
@@ -98,9 +98,9 @@ def test_the_session_is_keyed_in_later_and_rolled_back(
 @pytest.mark.parametrize(
     ("words", "wrong"),
     [
-        (["calibrate", "--driver", "manual", "--site", SITE], "or give what was read with --input"),
-        (["calibrate", "--input", "x.book"], "--input is for --driver manual"),
-        (["calibrate", "--driver", "manual", "--input", str(BOOK)], "driver manual needs the site"),
+        (["calibrate", "--driver", "typed", "--site", SITE], "or give what was read with --input"),
+        (["calibrate", "--input", "x.book"], "--input is for --driver typed"),
+        (["calibrate", "--driver", "typed", "--input", str(BOOK)], "driver typed needs the site"),
         ([*BY_HAND, "--input", "none.book"], "none.book cannot be read: No such file"),
         ([*BY_HAND, "--port", "/dev/null", "--input", "x"], "--input is for a unit without a line"),
     ],

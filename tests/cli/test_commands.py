@@ -91,7 +91,7 @@ def test_export_import_round_trip_gives_the_same_fit(session, said_by, tmp_path)
     said_by("import", tmp_path / "p.csv", tmp_path / "back.jsonl")
     # A points file carries neither limits nor weather, which only the other methods use.
     first, again = (
-        json.loads(said_by("fit", file, "--method", "manual", "--json"))
+        json.loads(said_by("fit", file, "--method", "linear", "--json"))
         for file in (path, tmp_path / "back.jsonl")
     )
     for name, found in first["coefficients"].items():

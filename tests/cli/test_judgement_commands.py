@@ -104,14 +104,14 @@ def test_terms_a_controller_does_not_have_get_no_forecast_and_no_stop(day, capsy
     assert fit["forecast"] is None
     assert fit["verdict"] is None
     assert fit["mechanism"] is None
-    said(capsys, "fit", day, "--terms", "IA,IE,AN,AW", "--require", "stop", code=1)
+    said(capsys, "fit", day, "--terms", "IA,IE,AN,AW", "--require", "done", code=1)
 
 
 def test_require_stop_leaves_with_1_until_the_verdict_is_stop(day, misfit, capsys):
-    assert said(capsys, "fit", day, "--require", "stop")["verdict"]["state"] == "stop"
-    strict = said(capsys, "fit", day, "--tolerance", "0.001", "--require", "stop", code=1)
-    assert strict["verdict"]["state"] != "stop"
-    assert said(capsys, "fit", misfit, "--require", "stop", code=1)["verdict"]["state"] == (
+    assert said(capsys, "fit", day, "--require", "done")["verdict"]["state"] == "done"
+    strict = said(capsys, "fit", day, "--tolerance", "0.001", "--require", "done", code=1)
+    assert strict["verdict"]["state"] != "done"
+    assert said(capsys, "fit", misfit, "--require", "done", code=1)["verdict"]["state"] == (
         "does_not_fit"
     )
 
@@ -158,7 +158,7 @@ def test_texts_name_the_verdict(day, capsys):
     for command in ("fit", "forecast", "plan"):
         assert run_command([command, str(day)]) == 0
         out = capsys.readouterr().out
-        assert "STOP: good for the year" in out
+        assert "DONE: within the tolerance all year" in out
         assert max(map(len, out.splitlines())) <= 100
 
 
@@ -211,12 +211,12 @@ def test_upload_writes_what_fit_says_and_rollback_takes_it_back(session, port, c
 
 def test_the_rounding_and_its_effect_are_shown(session, capsys):
     with serve_tcp(emulator(), "127.0.0.1", 0) as port:
-        assert run_command(["upload", str(session), "--port", port, "--method", "manual"]) == 0
+        assert run_command(["upload", str(session), "--port", port, "--method", "linear"]) == 0
     out = capsys.readouterr().out
     assert "as the unit keeps it" in out
     assert "over the year, 95 %" in out
     assert "read back exactly" in out
-    assert uploads_of(session)[-1].method == "manual"
+    assert uploads_of(session)[-1].method == "linear"
 
 
 def test_what_does_not_fit_is_uploaded_only_for_a_reason(misfit, port, capsys):

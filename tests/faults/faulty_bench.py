@@ -35,7 +35,7 @@ def calibrated(line: FaultyLine, path: Path, points: int = 4) -> tuple[Calibrati
         SolarTrakUnit(line.connect),
         lambda header: Journal.create(path, header),
         Schedule(points=points, checks=1),
-        method="manual",
+        method="linear",
     )
     return done, path.read_bytes()
 
@@ -74,7 +74,7 @@ class PersistentTechnician:
         for _ in range(points):
             self.point(check=False)
             self.step("wait", lambda: station.clock.wait(1800.0))
-        self.step("upload", lambda: station.upload(UPLOADED, method="manual"))
+        self.step("upload", lambda: station.upload(UPLOADED, method="linear"))
         self.point(check=True)
         self.step("rollback", station.rollback)
         self.station.close()

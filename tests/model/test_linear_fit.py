@@ -303,7 +303,7 @@ def test_json_has_the_contracts_keys_and_only_finite_numbers(name: str) -> None:
         "correlations", "message", "notes", "inseparable", "sigma_source",
     }  # fmt: skip
     assert document["geometry"] == name
-    assert document["method"] == "manual"
+    assert document["method"] == "linear"
     assert document["coefficients"]["P5"]["unit"] == "deg/deg"
     assert set(document["residuals"]) == {
         "axis1_rms_deg", "axis2_rms_deg", "sky_rms_deg", "sky_max_deg", "population_sd_deg",

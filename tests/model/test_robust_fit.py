@@ -201,7 +201,7 @@ class TestMechanism:
             context, points = day_of(geometry, 12, mechanism=mechanism, day=JUNE)
             errors = [
                 true_year(context, mechanism, fit(points, context, method=m).coefficients()).rms_deg
-                for m in ("robust", "manual")
+                for m in ("robust", "linear")
             ]
             assert errors[0] < errors[1]
 
@@ -214,15 +214,15 @@ class TestFrontDoor:
 
     def test_manual_is_what_it_was(self):
         context, points = day_of()
-        manual = fit(points, context, method="manual", terms=("P1", "P2", "P3", "P4"))
-        assert manual.method == "manual"
+        manual = fit(points, context, method="linear", terms=("P1", "P2", "P3", "P4"))
+        assert manual.method == "linear"
         assert manual.terms == ("P1", "P2", "P3", "P4")
 
     def test_wrong_questions_are_refused_in_one_line(self):
         context, points = day_of()
         with pytest.raises(FitError, match="unknown method"):
             fit(points, context, method="magic")
-        with pytest.raises(FitError, match="use --method manual"):
+        with pytest.raises(FitError, match="use --method linear"):
             fit(points, context, terms=("P1", "P2"))
 
     def test_a_controllers_sun_needs_the_times(self):

@@ -32,7 +32,7 @@ def verdict(good_day, *evidence):
 
 def test_nothing_seen_is_nothing_said(good_day):
     assert verdict(good_day).as_json() == judge(*good_day).as_json()
-    assert verdict(good_day).state == "stop"
+    assert verdict(good_day).state == "done"
 
 
 def test_points_read_with_missed_counts_are_to_be_struck_out_before_anybody_stops(good_day):
@@ -42,8 +42,8 @@ def test_points_read_with_missed_counts_are_to_be_struck_out_before_anybody_stop
 
 
 def test_struck_out_already_or_lost_between_the_points_they_are_no_reason_any_more(good_day):
-    assert verdict(good_day, seen("missed_counts", 0.3, (99,))).state == "stop"
-    assert verdict(good_day, seen("missed_counts", 0.3)).state == "stop"
+    assert verdict(good_day, seen("missed_counts", 0.3, (99,))).state == "done"
+    assert verdict(good_day, seen("missed_counts", 0.3)).state == "done"
 
 
 @pytest.mark.parametrize("evidence", [
@@ -66,7 +66,7 @@ def test_a_unit_that_is_not_what_the_fit_takes_it_for_does_not_fit(good_day, evi
 @pytest.mark.parametrize("kind", ["clock_drift", "clock_step"])
 def test_a_clock_that_runs_away_leaves_the_coefficients_right_but_is_said(good_day, kind):
     said = verdict(good_day, seen(kind, 40.0))
-    assert said.state == "stop"
+    assert said.state == "done"
     assert said.reasons[1] == "SEEN 40"
 
 

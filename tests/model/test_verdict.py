@@ -25,7 +25,7 @@ class TestStates:
     def test_a_good_day_is_enough(self):
         context, points = day_of("azel", 14, noise_deg=0.02)
         verdict = verdict_of(points, context)
-        assert verdict.state == "stop"
+        assert verdict.state == "done"
         assert "95 %" in verdict.reasons[0]
 
     def test_three_points_are_not(self):
@@ -42,7 +42,7 @@ class TestStates:
     def test_hopeless_is_what_the_plan_says(self):
         context, points = day_of("tiltroll-ew", 6, day=1)
         verdict = verdict_of(points, context, best_today_deg=0.34)
-        assert verdict.state == "hopeless_today"
+        assert verdict.state == "not_today"
         assert "today cannot do better than 0.340 deg" in verdict.reasons[0]
         assert verdict_of(points, context, best_today_deg=0.05).state == "continue"
 
@@ -81,10 +81,10 @@ class TestStates:
 
     def test_manual_fits_are_judged_by_their_forecast(self):
         context, points = day_of("azel", 14, noise_deg=0.01)
-        solution = fit(points, context, method="manual")
+        solution = fit(points, context, method="linear")
         verdict = judge(solution, forecast(solution, context))
-        assert verdict.state == "stop"
-        assert json.loads(json.dumps(verdict.as_json()))["state"] == "stop"
+        assert verdict.state == "done"
+        assert json.loads(json.dumps(verdict.as_json()))["state"] == "done"
 
 
 class TestLean:
@@ -101,7 +101,7 @@ class TestLean:
 
     def test_two_degrees_need_no_shim(self):
         context, points = day_of("azel", 14, mechanism=Mechanism(P1=2.0))
-        assert verdict_of(points, context).state == "stop"
+        assert verdict_of(points, context).state == "done"
 
 
 class TestShims:

@@ -161,7 +161,7 @@ class TestMap:
 class TestManual:
     def test_a_manual_fit_is_forecast_too_and_wider(self):
         context, points = day_of("azel", 5)
-        manual = forecast(fit(points, context, method="manual"), context)
+        manual = forecast(fit(points, context, method="linear"), context)
         robust = forecast(fit(points, context))
         assert manual.year_rms_deg > robust.year_rms_deg
 

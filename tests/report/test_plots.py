@@ -40,7 +40,7 @@ def history(june_day, fit_points):
         FitRecord(
             seq=n,
             utc="2026-06-21T15:00:00.000Z",
-            method="manual",
+            method="linear",
             points=n,
             coefficients=fit_points(header, points[:n]).coefficients(),
             sigmas=None,

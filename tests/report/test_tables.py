@@ -157,7 +157,7 @@ def test_the_summary_names_rank_residuals_and_what_cannot_be_told_apart(
 ):
     header, points = june_day
     text = narrow(fit_tables.fit_summary(fit_points(header, points)))
-    assert text.startswith("12 points, method manual, rank 6 of 6, condition number 6.")
+    assert text.startswith("12 points, method linear, rank 6 of 6, condition number 6.")
     assert "population SD 0.0" in text
     assert "scaled by the residuals" in text
     polar = make_header(geometry="polar")

@@ -50,7 +50,7 @@ ONE_OF_EACH: tuple[Record, ...] = (
     ),
     point(5),
     CheckRecord(seq=6, utc=UTC, status="accepted", answers=Answers(), error_deg=(0.01, -0.02)),
-    FitRecord(seq=7, utc=UTC, method="manual", points=5, coefficients=Coefficients(P5=1e-300),
+    FitRecord(seq=7, utc=UTC, method="linear", points=5, coefficients=Coefficients(P5=1e-300),
               sigmas=None, sky_rms_deg=0.1 + 0.2),
     UploadRecord(seq=8, utc=UTC, old_coefficients=Coefficients(), old_offsets=Offsets(1.0, 2.0),
                  new_coefficients=Coefficients(P1=-0.0), new_offsets=Offsets(), verified=True),

@@ -170,7 +170,7 @@ def test_with_a_plan_the_next_point_is_due_when_the_plan_says():
 
 def test_the_verdict_says_when_there_are_enough_and_when_something_is_wrong():
     station, judgement = judged_day()
-    good = next_step(station.state, 40.0, with_verdict(judgement, "stop"))
+    good = next_step(station.state, 40.0, with_verdict(judgement, "done"))
     assert good.action == "upload"
     assert "Good for the year" in good.sentence
     wrong = next_step(station.state, 40.0, with_verdict(judgement, "does_not_fit"))

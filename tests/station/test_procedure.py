@@ -207,7 +207,7 @@ def test_upload_is_one_transaction_and_clears_the_offsets(bench):
     b.on_sun()
     assert b.unit.status().offsets != Offsets()
     wanted = Coefficients(0.12345678, -0.2, 0.3, 0.1, 0.00012345, -0.0002)
-    upload = b.station.upload(wanted, method="manual")
+    upload = b.station.upload(wanted, method="linear")
     assert upload.verified
     assert upload.new_coefficients == Coefficients(0.1235, -0.2, 0.3, 0.1, 0.000123, -0.0002)
     stored = b.unit.stored()
@@ -221,7 +221,7 @@ def test_rollback_restores_what_the_newest_upload_replaced(bench):
     b = bench()
     b.on_sun()
     before = b.unit.stored()
-    b.station.upload(Coefficients(P1=0.5), method="manual")
+    b.station.upload(Coefficients(P1=0.5), method="linear")
     back = b.station.rollback()
     assert back.rollback
     assert back.verified
@@ -233,7 +233,7 @@ def test_rollback_passes_over_an_upload_that_changed_nothing(bench):
     b = bench()
     before = b.unit.stored()
     for _ in range(2):
-        b.station.upload(Coefficients(P1=0.5), method="manual")
+        b.station.upload(Coefficients(P1=0.5), method="linear")
     first, second = b.station.session.uploads
     assert first.changed
     assert not second.changed
@@ -246,7 +246,7 @@ def test_check_points_come_after_an_upload_and_leave_no_offset_behind(bench):
     b.on_sun()
     with pytest.raises(ProcedureRefused, match="after an upload"):
         b.station.begin_point(check=True)
-    b.station.upload(Coefficients(), method="manual")
+    b.station.upload(Coefficients(), method="linear")
     b.station.track()
     b.on_sun()
     check = b.technician.take_point(check=True)
@@ -310,7 +310,7 @@ def test_a_line_lost_while_a_checks_offset_is_taken_back_leaves_no_accepted_chec
 ):
     b = bench()
     b.on_sun()
-    b.station.upload(Coefficients(), method="manual")
+    b.station.upload(Coefficients(), method="linear")
     b.station.track()
     b.on_sun()
     b.station.begin_point(check=True)
@@ -335,7 +335,7 @@ def test_an_upload_that_got_through_unrecorded_still_rolls_back_to_what_was_befo
     new = Coefficients(P1=0.5)
     # The line was lost after the unit had taken the numbers and before they were recorded.
     b.unit.write_coefficients(new, Offsets())
-    upload = b.station.upload(new, method="manual")
+    upload = b.station.upload(new, method="linear")
     assert upload.old_coefficients == before.coefficients
     assert upload.old_offsets == before.offsets
     b.station.rollback()

@@ -184,7 +184,7 @@ def test_the_whole_procedure_on_hamlibs_dummy_rotator(server, tmp_path):
     for _ in range(3):
         points.append(bench.point())
         bench.clock.wait(600.0)
-    solution = solve(station.session, "manual")
+    solution = solve(station.session, "linear")
     for point in points:
         assert np.array(point.error_deg) == pytest.approx(
             [float(e) for e in correction_deg(LEAN, *point.ideal_deg)], abs=0.02
@@ -193,7 +193,7 @@ def test_the_whole_procedure_on_hamlibs_dummy_rotator(server, tmp_path):
             point.error_deg, abs=0.02
         )
     # What these few points over the shortest day give would be no good elsewhere: the true lean.
-    upload = station.upload(LEAN, method="manual")
+    upload = station.upload(LEAN, method="linear")
     assert upload.verified
     left = bench.point(check=True)
     assert left.sky_error_deg < 0.03

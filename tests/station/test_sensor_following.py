@@ -157,5 +157,5 @@ def test_the_command_writes_an_ordinary_session(
     assert run_command(["two-mirror", "follow", *words]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told == {"session": str(path), "points": 3, "stopped": None}
-    assert run_command(["fit", str(path), "--method", "manual", "--json"]) == 0
+    assert run_command(["fit", str(path), "--method", "linear", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["points"]["used"] == 3

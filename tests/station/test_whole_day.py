@@ -62,7 +62,7 @@ def test_a_day_with_a_human_eye_leaves_less_than_0_03_deg(tmp_path, seed):
 
 @pytest.mark.parametrize("scenario", ["tijeras-azel", "southern", "ns-tiltroll", "ew-tiltroll"])
 def test_without_noise_and_unknown_physics_the_coefficients_are_the_truth(tmp_path, scenario):
-    done = run(tmp_path / "s.jsonl", scenario, SMALL, noise_deg=0.0, method="manual")
+    done = run(tmp_path / "s.jsonl", scenario, SMALL, noise_deg=0.0, method="linear")
     for name in COEFFICIENT_NAMES:
         found = getattr(done.solution.coefficients(), name)
         true = getattr(done.truth_after.coefficients, name)
@@ -154,7 +154,7 @@ def test_points_taken_under_different_coefficients_in_force_give_the_same_fit(be
             assert b.technician.take_point() is not None
             b.station.clock.wait(3600.0)
         assert b.station.session.accepted[-1].coefficients == in_force
-        fits.append(solve(b.station.session, "manual"))
+        fits.append(solve(b.station.session, "linear"))
     for name in COEFFICIENT_NAMES:
         first, second = (getattr(fit.coefficients(), name) for fit in fits)
         assert first == pytest.approx(second, abs=1e-4 if name in ("P5", "P6") else 2e-3), name

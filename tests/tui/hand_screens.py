@@ -11,7 +11,7 @@ from solarcal.session.journal import Journal
 from solarcal.site import Site
 from solarcal.station.display.beliefs import Beliefs
 from solarcal.station.display.forms import DisplayForm, TypedAnswer
-from solarcal.station.display.unit import ManualUnit
+from solarcal.station.display.unit import TypedUnit
 from solarcal.station.procedure import Station
 from solarcal.station.standing_in.told import unit_parameters, unit_site
 from solarcal.timescale import parse_utc
@@ -123,7 +123,7 @@ async def workstation_by_hand(
     async with app.run_test(size=size) as pilot:
         screen = ScreenDisplay(app.post_message, clock)
         reader = Reader(screen, clock)
-        station = Station(ManualUnit(SITE, MOUNT, reader, clock), clock, site=SITE)
+        station = Station(TypedUnit(SITE, MOUNT, reader, clock), clock, site=SITE)
         station.connect()
         station.open_session(Journal.memory)
         if points or offset_set:

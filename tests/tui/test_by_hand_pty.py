@@ -29,7 +29,7 @@ class Tracker:
         site = Site(15.0, (11.0 - hours) * 15.0)
         self.zone_west_h = float(round(-site.longitude_deg / 15.0))
         mount = replace(MOUNT, zone_west_h=self.zone_west_h)
-        self.profile = Profile(name="by-hand", driver="manual", site=site, mount=mount)
+        self.profile = Profile(name="by-hand", driver="typed", site=site, mount=mount)
         self._held = Beliefs(unit_site(mount, site), unit_parameters(mount, site))
         error = correction_deg(TRUTH, *self._held.ideal_deg(time.time()))
         self.offsets = Offsets(*(round(float(one), 3) for one in error))

@@ -1,4 +1,4 @@
-"""``solarcal calibrate --driver manual --input FILE``: by hand, from a field book."""
+"""``solarcal calibrate --driver typed --input FILE``: by hand, from a field book."""
 
 import argparse
 import sys

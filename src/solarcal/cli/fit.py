@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_tolerance_option(parser)
     add_point_options(parser)
     parser.add_argument(
-        "--require", choices=("stop",), help="leave with 1 unless this is the verdict"
+        "--require", choices=("done",), help="leave with 1 unless this is the verdict"
     )
     parser.add_argument("--plot", action="store_true", help="the error plot against solar time too")
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def add_method_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method",
-        choices=("manual", "robust", "exact"),
+        choices=("linear", "robust", "exact"),
         help="robust (default): exact geometry, known physics, a physical prior; exact: the same "
         "without prior; manual: six terms by plain least squares, as the original did",
     )

@@ -50,7 +50,7 @@ def add_driver_options(parser: argparse.ArgumentParser) -> None:
     told.add_argument("--site", metavar="FILE", help="the same from a file: a profile's TOML")
     parser.add_argument("--trace", metavar="FILE", help="write what goes over the line")
     parser.add_argument(
-        "--input", metavar="FILE", help="driver manual: the field book of what its display "
+        "--input", metavar="FILE", help="driver typed: the field book of what its display "
         "showed (- for standard input)",
     )  # fmt: skip
 
@@ -66,8 +66,8 @@ def asked_driver(args: argparse.Namespace, profile: "Profile | None") -> str:
     from solarcal.errors import ConfigurationError
 
     driver = args.driver or (profile.driver if profile is not None else "solartrak")
-    if args.input and driver != "manual":
-        raise ConfigurationError(f"--input is for --driver manual; driver {driver} has a line")
+    if args.input and driver != "typed":
+        raise ConfigurationError(f"--input is for --driver typed; driver {driver} has a line")
     return str(driver)
 
 

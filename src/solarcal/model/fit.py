@@ -81,7 +81,7 @@ def fit_linear(
             covariance = covariance + solved.prior_covariance
     residuals = solved.weighted_residuals.reshape(2, n) / weights
     return Solution(
-        method="manual",
+        method="linear",
         model_terms=model_terms,
         values=solved.values,
         covariance=covariance,

@@ -136,7 +136,7 @@ def forecast(
     Parameters
     ----------
     context
-        Needed for ``manual``; the others carry theirs.
+        Needed for ``linear``; the others carry theirs.
     uploaded
         What the unit really holds, after rounding; None: the solution's own numbers.
     samples, seed
@@ -144,7 +144,7 @@ def forecast(
 
     Notes
     -----
-    A ``manual`` solution knows no exact mechanism: it is judged by what its points alone say of
+    A ``linear`` solution knows no exact mechanism: it is judged by what its points alone say of
     one, without prior.
     """
     posterior, context = _knowledge(solution, context)

@@ -1,4 +1,4 @@
-"""The front door of fitting: ``manual``, ``robust`` (the default) or ``exact``."""
+"""The front door of fitting: ``linear``, ``robust`` (the default) or ``exact``."""
 
 from collections.abc import Iterable
 from typing import Literal, get_args
@@ -27,7 +27,7 @@ from solarcal.model.year_grid import (
     year_grid,
 )
 
-Method = Literal["manual", "robust", "exact"]
+Method = Literal["linear", "robust", "exact"]
 METHODS: tuple[Method, ...] = get_args(Method)
 DEFAULT_METHOD: Method = "robust"
 DEFAULT_PRIOR = Prior()
@@ -46,16 +46,16 @@ def fit(
     Parameters
     ----------
     points
-        ``robust`` and ``exact`` answer from one point on, ``manual`` from three.
+        ``robust`` and ``exact`` answer from one point on, ``linear`` from three.
     context
         Site, limits, and what the ideal angles leave out. None: nothing, and the whole sky.
     method
-        ``manual``: the named terms by plain least squares. ``robust``: the exact mechanism with a
+        ``linear``: the named terms by plain least squares. ``robust``: the exact mechanism with a
         prior and doubt about single points. ``exact``: the same without prior.
     prior
-        Of the mechanism; not for ``manual``.
+        Of the mechanism; not for ``linear``.
     terms
-        For ``manual``.
+        For ``linear``.
 
     Raises
     ------
@@ -64,12 +64,12 @@ def fit(
     """
     if context is None:
         context = SkyContext.for_points(points)
-    if method == "manual":
+    if method == "linear":
         return fit_linear(points, terms, limits=context.limits)
     if method not in METHODS:
         raise FitError(f"unknown method {method!r}; choose {', '.join(METHODS)}")
     if tuple(terms) != CONTROLLER_TERMS:
-        raise FitError(f"the method {method} always has P1..P6; use --method manual with --terms")
+        raise FitError(f"the method {method} always has P1..P6; use --method linear with --terms")
     return fit_exact(points, context, prior=prior, use_prior=method == "robust")
 
 
@@ -109,7 +109,7 @@ def fit_exact(
 
 
 def posterior_without_prior(points: PointSet, context: SkyContext) -> MechanismPosterior:
-    """What the points alone say of the mechanism: by which a ``manual`` fit is judged."""
+    """What the points alone say of the mechanism: by which a ``linear`` fit is judged."""
     used, seen, _ = _high_enough(points, context)
     return _fit_free(used, seen).posterior
 

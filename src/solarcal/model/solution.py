@@ -36,7 +36,7 @@ class Solution:
     Attributes
     ----------
     method
-        ``manual``: plain sky-weighted linear least squares.
+        ``linear``: plain sky-weighted linear least squares.
     model_terms : k terms
         The fitted terms; ``terms`` are their names.
     values : (k,)

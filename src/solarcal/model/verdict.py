@@ -12,7 +12,7 @@ from solarcal.model.seen_evidence import weigh
 from solarcal.model.shims import SHIM_FIRST_DEG, BaseTilt, Shim, base_tilt, shim_heights, wind
 from solarcal.model.solution import Solution
 
-State = Literal["stop", "continue", "hopeless_today", "does_not_fit"]
+State = Literal["done", "continue", "not_today", "does_not_fit"]
 
 ORDER_LIMIT = 0.01
 """Residuals that chance would order like this less often are not noise."""
@@ -94,10 +94,10 @@ def judge(
     if wrong:
         state, reasons = "does_not_fit", [*wrong, *seen.waiting, forecast_reason, *told]
     elif p95 <= tolerance_deg:
-        state = "continue" if waiting else "stop"
+        state = "continue" if waiting else "done"
         reasons = [*waiting, forecast_reason, *told]
     elif best_today_deg is not None and best_today_deg > tolerance_deg:
-        state = "hopeless_today"
+        state = "not_today"
         reasons = [
             f"today cannot do better than {best_today_deg:.3f} deg, the tolerance is "
             f"{tolerance_deg:g} deg",

@@ -12,10 +12,10 @@ from solarcal.station.uploading import UploadOffer
 from solarcal.timescale import format_utc
 
 STATE_WORDS = {
-    "stop": "STOP: good for the year",
+    "done": "DONE: within the tolerance all year",
     "continue": "CONTINUE: more points",
-    "hopeless_today": "NOT TODAY: this day cannot reach the tolerance",
-    "does_not_fit": "DOES NOT FIT: look what is the matter",
+    "not_today": "NOT TODAY: this day cannot reach the tolerance",
+    "does_not_fit": "DOES NOT FIT: find the cause first",
 }
 
 
@@ -51,7 +51,7 @@ def verdict_text(verdict: Verdict) -> str:
 
 
 def mechanism_rows(solution: Solution) -> list[tuple[str, str]]:
-    """What is wrong with the mount, one sigma each; empty for ``manual``."""
+    """What is wrong with the mount, one sigma each; empty for ``linear``."""
     if not isinstance(solution, MechanismSolution):
         return []
     m = solution.mechanism

@@ -210,7 +210,7 @@ class UploadRecord(_Record, frozen=True, kw_only=True, tag="upload"):
     new_coefficients: Coefficients
     new_offsets: Offsets
     verified: bool
-    method: str = "manual"
+    method: str = "linear"
     forced: str = ""
     rollback: bool = False
 

@@ -28,7 +28,7 @@ def fit_document(
     ``evidence`` are the sentences of what was seen directly, ``diagnosis`` every finding whole.
 
     ``judgement`` is of the same points; without one (terms a controller does not have) forecast
-    and verdict are null. ``mechanism`` is null for ``manual``.
+    and verdict are null. ``mechanism`` is null for ``linear``.
     """
     fitted = solution.as_json()
     counted = {

@@ -59,7 +59,7 @@ def fit_files(
     method: str | None = None,
     terms: Sequence[str] | None = None,
 ) -> FittedFiles:
-    """Read, merge and fit. Terms of one's own choice mean the ``manual`` method.
+    """Read, merge and fit. Terms of one's own choice mean the ``linear`` method.
 
     Several files fitted by ``robust`` may each have zeros and a lean of their own where their
     points say that something moved between them; the solution is then of the last one.
@@ -74,7 +74,7 @@ def fit_files(
     table = tables[0] if len(tables) == 1 else merge_tables(tables)
     sessions = tuple(session for _, session in loaded if session is not None)
     header = sessions[0].header if sessions else None
-    chosen = method or (DEFAULT_METHOD if terms is None else "manual")
+    chosen = method or (DEFAULT_METHOD if terms is None else "linear")
     moved: tuple[Finding, ...] = ()
     # A session broken off before its first point has nothing to compare; what it saw still counts.
     with_points = [table for table in tables if table.count("accepted")]

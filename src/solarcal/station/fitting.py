@@ -92,5 +92,5 @@ def solve(session: SessionView, method: str = DEFAULT_METHOD) -> Solution | None
 
 
 def fewest_points(method: str) -> int:
-    """``manual`` needs three points; with a prior, one says something."""
+    """``linear`` needs three points; with a prior, one says something."""
     return 1 if method == "robust" else FEWEST_POINTS

@@ -128,11 +128,11 @@ def _solartrak(way: WayIn) -> Tracker:
     return SolarTrakUnit(way.link(), port=port)
 
 
-def _manual(way: WayIn) -> Tracker:
-    from solarcal.station.display.unit import ManualUnit
+def _typed(way: WayIn) -> Tracker:
+    from solarcal.station.display.unit import TypedUnit
 
     display, site = way.demand_display(), way.demand_site()
-    return ManualUnit(site, way.mount(), display, way.clock or SystemClock())
+    return TypedUnit(site, way.mount(), display, way.clock or SystemClock())
 
 
 def _rotctld(way: WayIn) -> Tracker:
@@ -155,6 +155,6 @@ def _rotctld(way: WayIn) -> Tracker:
 
 _DRIVERS: dict[str, Callable[[WayIn], Tracker]] = {
     "solartrak": _solartrak,
-    "manual": _manual,
+    "typed": _typed,
     "rotctld": _rotctld,
 }

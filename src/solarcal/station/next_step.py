@@ -154,7 +154,7 @@ def _next_point(
             f"Watch it track for a minute and through one update, then take point {n + 1}.",
             "take_point",
         )
-    if judgement is not None and judgement.verdict.state == "stop":
+    if judgement is not None and judgement.verdict.state == "done":
         return NextStep("Good for the year: upload the coefficients, then prove them.", "upload")
     planned = judgement.plan.recommended if judgement is not None and judgement.plan else None
     if planned is not None and planned.points:

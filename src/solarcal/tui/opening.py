@@ -273,6 +273,6 @@ def continuing(saved: SavedSession, remembered: Choice | None) -> Choice | None:
     the session broke off.
     """
     if remembered is None:
-        return Choice(driver="manual", session=str(saved.path)) if saved.by_hand else None
+        return Choice(driver="typed", session=str(saved.path)) if saved.by_hand else None
     start = saved.last_utc if remembered.scenario else ""
     return msgspec.structs.replace(remembered, session=str(saved.path), start_utc=start)

@@ -8,7 +8,7 @@ from solarcal.mount_description import MountDescription
 from solarcal.site import Site
 from solarcal.station.display.beliefs import Beliefs
 from solarcal.station.display.forms import DisplayForm, TypedAnswer
-from solarcal.station.display.unit import ManualUnit
+from solarcal.station.display.unit import TypedUnit
 from solarcal.station.standing_in.told import unit_parameters, unit_site
 from solarcal.timescale import parse_utc
 
@@ -56,14 +56,14 @@ class Answering:
         return TypedAnswer(form, texts, self.clock.utc_s())
 
 
-def manual_unit(
+def typed_unit(
     mount: MountDescription = MOUNT, **prepared: Mapping[str, str]
-) -> tuple[ManualUnit, Answering, SetClock]:
+) -> tuple[TypedUnit, Answering, SetClock]:
     """Opened at 16:00 UTC with nothing in force, its clock right."""
     clock = SetClock()
     opened = {"open": {**NOTHING, "clock": "09:00:00"}, **prepared}
     display = Answering(clock, opened)
-    unit = ManualUnit(SITE, mount, display, clock)
+    unit = TypedUnit(SITE, mount, display, clock)
     unit.open()
     return unit, display, clock
 

@@ -104,7 +104,7 @@ class HandReader:
         return Profile(
             name="by-hand",
             operator="hand reader",
-            driver="manual",
+            driver="typed",
             site=self.header.site,
             weather=self.header.weather,
             mount=MountDescription(

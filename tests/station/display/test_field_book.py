@@ -18,7 +18,7 @@ from solarcal.station.display.field_book import STEPS, read_entries
 from solarcal.station.fitting import solve
 
 OPEN = ["2026-06-03", "16:00:00 open clock 09:00:00"]
-PROFILE = Profile(name="by-hand", driver="manual", site=SITE, mount=MOUNT)
+PROFILE = Profile(name="by-hand", driver="typed", site=SITE, mount=MOUNT)
 
 
 def perform(*lines: str) -> HandCalibration:

@@ -76,7 +76,7 @@ def calibrate_by_book(
     """
     clock = BookClock()
     book = FieldBook(lines, name, clock)
-    tracker = open_tracker("", "manual", profile=profile, display=book, clock=clock)
+    tracker = open_tracker("", "typed", profile=profile, display=book, clock=clock)
     station = Station(
         tracker,
         clock,

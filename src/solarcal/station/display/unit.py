@@ -50,7 +50,7 @@ FORMS_REMEMBERED = 50
 PRESS_STOP = "press STOP on the UNIT: there is no line to it, this program cannot stop it"
 
 
-class ManualUnit:
+class TypedUnit:
     """A controller at hand, its display read by a person.
 
     Parameters

@@ -22,7 +22,7 @@ from solarcal.tui.widgets.head_lines import HeadLine, LogLine
 from solarcal.unit.drivers import DRIVERS
 
 REPLAYS_SHOWN = 20
-BY_HAND = ("A real SolarTrak: type what its display shows", Choice(driver="manual"))
+BY_HAND = ("A real SolarTrak: type what its display shows", Choice(driver="typed"))
 
 ON_A_LINE = tuple(name for name in DRIVERS if name != BY_HAND[1].driver)
 """The drivers of what has an address."""
@@ -171,16 +171,16 @@ class StartScreen(StationScreen):
         if last is not None:
             yield "Last time", [(last.words(), last)]
         ports = self._by_driver(list(offers.ports)) if offers is not None else []
-        if app.profile.port and app.profile.driver != "manual":
+        if app.profile.port and app.profile.driver != "typed":
             mine = Choice(
                 port=app.profile.port, driver=app.profile.driver, baudrate=app.profile.baudrate
             )
             ports.insert(0, (f"{app.profile.port}  as in the profile", mine))
-        if app.profile.driver == "manual":
+        if app.profile.driver == "typed":
             yield "No line at all, as in the profile", [BY_HAND]
         heading = "Serial ports" if ports else "Serial ports: none found"
         yield heading, ports or [("look again", Choice())]
-        if app.profile.driver != "manual":
+        if app.profile.driver != "typed":
             yield "No line at all", [BY_HAND]
         if offers is not None:
             yield "Emulated trackers, to learn and to try", self._by_driver(offers.scenarios)
@@ -194,7 +194,7 @@ class StartScreen(StationScreen):
             return
         if choice == Choice():
             self.look_up()
-        elif choice.session and not (choice.port or choice.scenario or choice.driver == "manual"):
+        elif choice.session and not (choice.port or choice.scenario or choice.driver == "typed"):
             self._continue = choice.session
             self.tell("Choose the line its unit is on. Escape: back to all choices.")
             self.look_up()

@@ -105,7 +105,7 @@ class VerdictWords:
 
 
 TONES = {
-    "stop": "$success", "continue": "$accent", "hopeless_today": "$warning",
+    "done": "$success", "continue": "$accent", "not_today": "$warning",
     "does_not_fit": "$error",
 }  # fmt: skip
 

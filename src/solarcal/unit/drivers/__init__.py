@@ -4,7 +4,7 @@ from solarcal.errors import ConfigurationError
 
 DRIVERS: dict[str, str] = {
     "solartrak": "a unit that speaks the documented protocol",
-    "manual": "no line at all: a person types what the controller's display shows",
+    "typed": "no line at all: a person types what the controller's display shows",
     "rotctld": "any azimuth-elevation rotator of Hamlib, over its rotctld",
 }
 """Name -> what it is for, in the order a technician would look for it."""

@@ -9,7 +9,7 @@ from hand_bench import (
     Answering,
     beliefs,
     displayed,
-    manual_unit,
+    typed_unit,
 )
 from msgspec.structs import replace
 
@@ -20,7 +20,7 @@ from solarcal.session.journal import Journal
 from solarcal.session.records import PointRecord, Typed
 from solarcal.station.connecting import disagreements
 from solarcal.station.display.forms import ReadByHand
-from solarcal.station.display.unit import ManualUnit
+from solarcal.station.display.unit import TypedUnit
 from solarcal.station.front_door import open_tracker
 from solarcal.station.procedure import Station
 from solarcal.timescale import format_utc
@@ -30,7 +30,7 @@ O1, O2 = -0.812, 0.357
 READ = displayed(beliefs(), MORNING, O1, O2)
 
 
-def station_on(unit: ManualUnit, display: Answering) -> Station:
+def station_on(unit: TypedUnit, display: Answering) -> Station:
     station = Station(unit, display.clock, site=SITE)
     station.connect()
     station.open_session(Journal.memory)
@@ -42,7 +42,7 @@ def typed(station: Station) -> list[Typed]:
 
 
 def test_opening_asks_once_and_tells_who_it_is() -> None:
-    unit, display, _ = manual_unit()
+    unit, display, _ = typed_unit()
     identity = unit.open()
     assert display.asked == ["open"]
     assert (identity.model, identity.serial, identity.by_hand) == ("SolarTrak", "4711", True)
@@ -52,7 +52,7 @@ def test_opening_asks_once_and_tells_who_it_is() -> None:
 
 
 def test_a_status_asks_nothing_and_follows_the_sun_by_the_units_clock() -> None:
-    unit, display, clock = manual_unit(open={**NOTHING, "clock": "09:00:24"})
+    unit, display, clock = typed_unit(open={**NOTHING, "clock": "09:00:24"})
     clock.wait(3600.0)
     status = unit.status()
     assert display.asked == ["open"]
@@ -65,7 +65,7 @@ def test_a_status_asks_nothing_and_follows_the_sun_by_the_units_clock() -> None:
 
 
 def test_what_was_typed_is_shown_until_it_is_typed_anew() -> None:
-    unit, _, clock = manual_unit(offset={**READ, "came1": "-", "came2": "-"})
+    unit, _, clock = typed_unit(offset={**READ, "came1": "-", "came2": "-"})
     now = unit.set_sun_offset()
     clock.wait(600.0)
     later = unit.status()
@@ -80,7 +80,7 @@ def test_what_was_typed_is_shown_until_it_is_typed_anew() -> None:
 
 
 def test_stop_says_where_the_key_is_and_nothing_else_moves_it() -> None:
-    unit, display, _ = manual_unit()
+    unit, display, _ = typed_unit()
     with pytest.raises(ProcedureRefused, match="press STOP on the UNIT"):
         unit.stop()
     for move in (unit.stow, lambda: unit.jog(1.0, 2.0)):
@@ -94,7 +94,7 @@ def test_a_point_stands_on_e_and_o_and_the_typed_readings_are_kept_as_typed() ->
     held = beliefs(coefficients=in_force)
     set_ = displayed(held, MORNING, O1, O2, lag=(0.06, -0.05))
     p = {f"p{i}": str(v) for i, v in enumerate(in_force.as_tuple(), start=1)}
-    unit, display, clock = manual_unit(
+    unit, display, clock = typed_unit(
         open={**NOTHING, **p, "clock": "09:00:00"},
         reference={"complete": "yes"},
         offset=set_,
@@ -128,7 +128,7 @@ def test_a_point_stands_on_e_and_o_and_the_typed_readings_are_kept_as_typed() ->
 
 
 def test_given_up_at_the_reading_the_attempt_is_aborted() -> None:
-    unit, display, _ = manual_unit(reference={"complete": "yes"}, offset=READ)
+    unit, display, _ = typed_unit(reference={"complete": "yes"}, offset=READ)
     station = station_on(unit, display)
     station.ref_check()
     station.set_sun_offset()
@@ -144,7 +144,7 @@ def test_given_up_at_the_reading_the_attempt_is_aborted() -> None:
 
 def test_the_units_clock_typed_with_a_reading_says_when_it_was() -> None:
     early = displayed(beliefs(), MORNING - 30.0, O1, O2)
-    unit, _, _ = manual_unit(offset={**early, "time": "08:59:30"})
+    unit, _, _ = typed_unit(offset={**early, "time": "08:59:30"})
     assert unit.set_sun_offset().typed_utc_s == MORNING - 30.0
 
 
@@ -152,7 +152,7 @@ def test_counts_are_read_through_the_nominal_drive() -> None:
     mount = replace(MOUNT, display="counts")
     held = beliefs(mount)
     shown = displayed(held, MORNING, O1, O2)
-    unit, _, _ = manual_unit(mount, offset=shown)
+    unit, _, _ = typed_unit(mount, offset=shown)
     status = unit.set_sun_offset()
     assert (status.counts1, status.counts2) == (int(shown["ax1"]), int(shown["ax2"]))
     assert status.reading1_deg == pytest.approx(status.target1_deg, abs=0.002)
@@ -160,7 +160,7 @@ def test_counts_are_read_through_the_nominal_drive() -> None:
 
 
 def test_the_clocks_are_compared_before_and_after_setting() -> None:
-    unit, display, _ = manual_unit(
+    unit, display, _ = typed_unit(
         open={**NOTHING, "clock": "08:59:40"}, clock={"clock": "09:00:00"}
     )
     station = station_on(unit, display)
@@ -176,7 +176,7 @@ TYPED_BACK = {
 
 
 def test_an_upload_is_what_the_display_shows_after_it_exactly() -> None:
-    unit, display, _ = manual_unit(upload=TYPED_BACK)
+    unit, display, _ = typed_unit(upload=TYPED_BACK)
     station = station_on(unit, display)
     assert station.upload(NEW, method="robust").verified
     display.prepared["upload"] = {**TYPED_BACK, "p3": "0.5373"}
@@ -186,7 +186,7 @@ def test_an_upload_is_what_the_display_shows_after_it_exactly() -> None:
 
 
 def test_a_rollback_asks_for_what_was_replaced() -> None:
-    unit, display, _ = manual_unit(
+    unit, display, _ = typed_unit(
         open={**NOTHING, "o1": "0.25", "clock": "09:00:00"}, upload=TYPED_BACK
     )
     station = station_on(unit, display)
@@ -198,7 +198,7 @@ def test_a_rollback_asks_for_what_was_replaced() -> None:
 
 
 def test_after_a_check_only_the_offsets_are_asked_back() -> None:
-    unit, display, _ = manual_unit(
+    unit, display, _ = typed_unit(
         upload=TYPED_BACK, zero={"o1": "0", "o2": "0"}, offset={**READ, "o1": "0", "o2": "0"}
     )
     unit.write_coefficients(NEW, Offsets())
@@ -210,7 +210,7 @@ def test_after_a_check_only_the_offsets_are_asked_back() -> None:
 
 
 def test_keyed_in_and_given_up_nobody_knows_what_it_holds_until_it_is_read_again() -> None:
-    unit, display, _ = manual_unit()
+    unit, display, _ = typed_unit()
     with pytest.raises(ProcedureRefused):
         unit.write_coefficients(NEW, Offsets())
     display.prepared["held"] = {**NOTHING, "p1": "0.2890"}
@@ -219,12 +219,12 @@ def test_keyed_in_and_given_up_nobody_knows_what_it_holds_until_it_is_read_again
 
 
 def test_gone_on_with_coefficients_typed_otherwise_are_noticed() -> None:
-    unit, display, _ = manual_unit()
+    unit, display, _ = typed_unit()
     station = Station(unit, display.clock, site=SITE)
     station.connect()
     journal = station.open_session(Journal.memory)
     assert list(disagreements(station)) == []
-    again, display, _ = manual_unit(open={**NOTHING, "p2": "0.35", "clock": "09:00:00"})
+    again, display, _ = typed_unit(open={**NOTHING, "p2": "0.35", "clock": "09:00:00"})
     later = Station(again, display.clock, site=SITE)
     later.connect()
     later.resume_session(journal)
@@ -234,7 +234,7 @@ def test_gone_on_with_coefficients_typed_otherwise_are_noticed() -> None:
 
 def test_without_somebody_who_reads_the_display_or_without_a_site_it_says_so() -> None:
     with pytest.raises(ConfigurationError, match="somebody who reads the display"):
-        open_tracker("", "manual", profile=Profile(site=SITE))
-    _, display, _ = manual_unit()
-    with pytest.raises(ConfigurationError, match="driver manual needs the site"):
-        open_tracker("", "manual", display=display)
+        open_tracker("", "typed", profile=Profile(site=SITE))
+    _, display, _ = typed_unit()
+    with pytest.raises(ConfigurationError, match="driver typed needs the site"):
+        open_tracker("", "typed", display=display)
