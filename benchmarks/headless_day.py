@@ -18,7 +18,7 @@ from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink, serve_pty
 from solarcal.session.journal import Journal
 from solarcal.station import gathering, headless, technician
-from solarcal.station.front_door import open_tracker
+from solarcal.station.connect import open_tracker
 from solarcal.station.headless import calibrate
 from solarcal.station.technician import Schedule
 from solarcal.unit.drivers.solartrak import SolarTrakUnit

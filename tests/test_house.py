@@ -17,7 +17,7 @@ LOADED = {
     "solarcal.emulator.world": {"solarcal.emulator.controller"},
     "solarcal.emulator.controller": {"solarcal.emulator.world"},
     "solarcal.profiles": SCREEN | {"numpy", "serial"},
-    "solarcal.station.front_door": SCREEN | {"solarcal.emulator", "solarcal.report"},
+    "solarcal.station.connect": SCREEN | {"solarcal.emulator", "solarcal.report"},
     "solarcal.station.headless": SCREEN | {"solarcal.emulator", "solarcal.report"},
     "solarcal.report.session_report": {"textual", "solarcal.tui", "solarcal.emulator"},
     "solarcal.cli": SCREEN | {"numpy", "scipy"},

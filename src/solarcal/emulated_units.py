@@ -67,16 +67,16 @@ def _rotator(
     from solarcal.emulator.server import InProcessLink
     from solarcal.mount_description import MountDescription
     from solarcal.station.emulated_clock import EmulatedClock
-    from solarcal.station.standing_in.kept import MemoryKeeper
-    from solarcal.station.standing_in.pace import ThreadPace
-    from solarcal.station.standing_in.rotator_tracker import RotatorTracker
+    from solarcal.station.software_controller.coefficient_store import MemoryStore
+    from solarcal.station.software_controller.motion import ThreadPace
+    from solarcal.station.software_controller.rotator_tracker import RotatorTracker
     from solarcal.unit.drivers.rotctld import RotctldRotator
 
     rotator = EmulatedRotator(
         scenario, start_utc_s=start_utc_s, seed=seed, noise_deg=noise_deg, speed=speed
     )
     unit, world = scenario.unit, RotatorWorld(rotator)
-    keeper = MemoryKeeper()
+    store = MemoryStore()
     tracker = RotatorTracker(
         RotctldRotator(lambda: InProcessLink(rotator), "the emulated rotator"),
         unit.serial,
@@ -90,7 +90,7 @@ def _rotator(
         ),
         scenario.site.place(),
         EmulatedClock(world),
-        lambda model, serial: keeper,
+        lambda model, serial: store,
         emulation=world,
         pace=ThreadPace(world.speed),
     )

@@ -2,7 +2,7 @@
 
 A SolarTrak answers for all of it. A rotator, or a controller without a line, does not: there it
 stands in the profile, as the table ``[mount]``. Light, because the profile is read before the first
-paint; ``station.standing_in.told`` makes a mount of it.
+paint; ``station.described_unit`` makes a mount of it.
 """
 
 from typing import Literal

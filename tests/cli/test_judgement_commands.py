@@ -17,7 +17,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.journal import Journal
 from solarcal.session.reader import read_session
 from solarcal.session.records import PointRecord, UploadRecord
-from solarcal.station.front_door import open_tracker
+from solarcal.station.connect import open_tracker
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.tracker import Stored
 

@@ -11,7 +11,7 @@ from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import serve_tcp
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.reader import read_session
-from solarcal.station.standing_in.kept import KeptCorrection
+from solarcal.station.software_controller.coefficient_store import StoredCorrection
 from solarcal.station.state import view_session
 
 SITE_FILE = """
@@ -43,7 +43,7 @@ def port():
 
 
 def kept(folder):
-    return read_toml(folder / "units" / "Emulated-Rotator-0001.toml", KeptCorrection)
+    return read_toml(folder / "units" / "Emulated-Rotator-0001.toml", StoredCorrection)
 
 
 def test_a_day_is_calibrated_uploaded_and_rolled_back(folder, port, capsys):

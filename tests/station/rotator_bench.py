@@ -7,9 +7,9 @@ from solarcal.emulator.server import InProcessLink
 from solarcal.errors import LinkError
 from solarcal.mount_description import MountDescription
 from solarcal.station.emulated_clock import EmulatedClock
-from solarcal.station.standing_in.kept import MemoryKeeper
-from solarcal.station.standing_in.pace import ThreadPace
-from solarcal.station.standing_in.rotator_tracker import RotatorTracker
+from solarcal.station.software_controller.coefficient_store import MemoryStore
+from solarcal.station.software_controller.motion import ThreadPace
+from solarcal.station.software_controller.rotator_tracker import RotatorTracker
 from solarcal.unit.drivers.rotctld import RotctldRotator
 
 MORNING = "2026-06-03T16:00:00Z"
@@ -49,7 +49,7 @@ class _Link(InProcessLink):
 
 class RotatorBench:
     def __init__(
-        self, *settings, scenario="tijeras-azel", start=MORNING, keeper=None, rotator=None, **mount
+        self, *settings, scenario="tijeras-azel", start=MORNING, store=None, rotator=None, **mount
     ):
         self.rotator = rotator or EmulatedRotator(
             load_scenario(scenario, [f"start={start}", *settings]), seed=7
@@ -57,7 +57,7 @@ class RotatorBench:
         self.world = RotatorWorld(self.rotator)
         self.cable = Cable(self.rotator)
         self.clock = EmulatedClock(self.world)
-        kept = keeper or MemoryKeeper()
+        kept = store or MemoryStore()
         unit = self.rotator.scenario.unit
         described = {"ax1_centre_deg": unit.ax1_centre_deg, "update_range_deg": 0.1, **mount}
         self.tracker = RotatorTracker(

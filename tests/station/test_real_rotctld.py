@@ -21,11 +21,11 @@ from solarcal.mount_description import MountDescription
 from solarcal.profiles import Profile
 from solarcal.session.journal import Journal
 from solarcal.site import Site
+from solarcal.station.connect import Connection, open_tracker
 from solarcal.station.fitting import solve
-from solarcal.station.front_door import WayIn, open_tracker
 from solarcal.station.procedure import Station
-from solarcal.station.standing_in.kept import FileKeeper
-from solarcal.station.standing_in.rotator_tracker import RotatorTracker
+from solarcal.station.software_controller.coefficient_store import FileStore
+from solarcal.station.software_controller.rotator_tracker import RotatorTracker
 from solarcal.sun import sun_position
 from solarcal.timescale import parse_utc
 from solarcal.unit.drivers.rotctld import LINES_KEPT, RotctldRotator
@@ -112,7 +112,7 @@ class LeapingClock:
 class Bench:
     def __init__(self, server, folder):
         self.clock = LeapingClock(NOON)
-        way = WayIn()
+        way = Connection()
         self.tracker = RotatorTracker(
             RotctldRotator(
                 way.link(f"socket://{server.address}", lines_kept=LINES_KEPT), server.address
@@ -121,7 +121,7 @@ class Bench:
             MountDescription(reference1_deg=179.9, reference2_deg=84.0),
             SITE,
             self.clock,
-            lambda model, serial: FileKeeper(folder / "dummy.toml"),
+            lambda model, serial: FileStore(folder / "dummy.toml"),
         )
         self.station = Station(self.tracker, self.clock, site=SITE, operator="test")
         self.station.connect()
@@ -209,7 +209,7 @@ def test_the_whole_procedure_on_hamlibs_dummy_rotator(server, tmp_path):
     again.tracker.close()
 
 
-def test_the_front_door_leads_to_it_and_its_limits_are_the_rotators(server, monkeypatch, tmp_path):
+def test_connecting_leads_to_it_and_its_limits_are_the_rotators(server, monkeypatch, tmp_path):
     monkeypatch.setenv("SOLARCAL_UNITS", str(tmp_path))
     profile = Profile(site=Site(35.0, -106.0), mount=MountDescription(unit_name="roof"))
     tracker = open_tracker(server.address, "rotctld", profile=profile)
@@ -235,7 +235,7 @@ def test_a_rotctld_that_ends_is_a_lost_line_and_its_successor_is_found(server, t
 
 
 def test_what_hamlib_refuses_comes_as_a_refusal(server):
-    link = WayIn().link(f"socket://{server.address}", lines_kept=LINES_KEPT)
+    link = Connection().link(f"socket://{server.address}", lines_kept=LINES_KEPT)
     rotator = RotctldRotator(link, server.address)
     rotator.open()
     with pytest.raises(UnitRefused, match=r"beyond the rotator's range \(code -1\)"):

@@ -12,7 +12,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.journal import Journal
 from solarcal.station.coefficient_files import read_coefficients
 from solarcal.station.procedure import Station
-from solarcal.station.standing_in.kept import MemoryKeeper
+from solarcal.station.software_controller.coefficient_store import MemoryStore
 from solarcal.station.sun_tracking import SunTracking, TrackingRun
 from solarcal.timescale import parse_utc
 from solarcal.unit.tracker import Mode
@@ -133,14 +133,14 @@ def test_no_tracking_at_night():
 
 
 def test_coefficients_of_a_run_are_not_kept():
-    keeper = MemoryKeeper()
-    bench = RotatorBench(keeper=keeper)
+    store = MemoryStore()
+    bench = RotatorBench(store=store)
     bench.open().use_for_now(P)
     assert bench.tracker.in_force() == (P, Offsets())
-    assert keeper.load().coefficients == Coefficients()
+    assert store.load().coefficients == Coefficients()
     # A Set Sun Offset of such a run neither.
     bench.tracker.set_sun_offset()
-    assert keeper.load().offsets == Offsets()
+    assert store.load().offsets == Offsets()
 
 
 # -- files of coefficients ---------------------------------------------------------------------

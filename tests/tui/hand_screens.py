@@ -9,11 +9,11 @@ from solarcal.mount.formula import Coefficients, Offsets, correction_deg
 from solarcal.mount_description import MountDescription
 from solarcal.session.journal import Journal
 from solarcal.site import Site
-from solarcal.station.display.beliefs import Beliefs
-from solarcal.station.display.forms import DisplayForm, TypedAnswer
-from solarcal.station.display.unit import TypedUnit
+from solarcal.station.described_unit import unit_parameters, unit_site
 from solarcal.station.procedure import Station
-from solarcal.station.standing_in.told import unit_parameters, unit_site
+from solarcal.station.typed.controller_model import TypedControllerModel
+from solarcal.station.typed.forms import DisplayForm, TypedAnswer
+from solarcal.station.typed.unit import TypedUnit
 from solarcal.timescale import parse_utc
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.performers import PERFORMERS
@@ -32,7 +32,7 @@ MOUNT = MountDescription(
     reference1_deg=118.0,
     zone_west_h=7.0,
 )
-BELIEFS = Beliefs(unit_site(MOUNT, SITE), unit_parameters(MOUNT, SITE))
+BELIEFS = TypedControllerModel(unit_site(MOUNT, SITE), unit_parameters(MOUNT, SITE))
 TRUTH = Coefficients(0.2817, -0.35, 0.5298, 0.22, 0.0008, -0.0006)
 
 

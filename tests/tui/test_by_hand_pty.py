@@ -15,8 +15,8 @@ from solarcal.profiles import Profile
 from solarcal.session.reader import read_session
 from solarcal.session.records import PointRecord, Typed
 from solarcal.site import Site
-from solarcal.station.display.beliefs import Beliefs
-from solarcal.station.standing_in.told import unit_parameters, unit_site
+from solarcal.station.described_unit import unit_parameters, unit_site
+from solarcal.station.typed.controller_model import TypedControllerModel
 
 F5 = b"\x1b[15~"
 
@@ -30,7 +30,7 @@ class Tracker:
         self.zone_west_h = float(round(-site.longitude_deg / 15.0))
         mount = replace(MOUNT, zone_west_h=self.zone_west_h)
         self.profile = Profile(name="by-hand", driver="typed", site=site, mount=mount)
-        self._held = Beliefs(unit_site(mount, site), unit_parameters(mount, site))
+        self._held = TypedControllerModel(unit_site(mount, site), unit_parameters(mount, site))
         error = correction_deg(TRUTH, *self._held.ideal_deg(time.time()))
         self.offsets = Offsets(*(round(float(one), 3) for one in error))
 

@@ -12,7 +12,7 @@ from scripted_link import SITE
 from test_fields import STATUS, STATUS_TEXT
 
 from solarcal.errors import ConfigurationError, LinkError, ProtocolError
-from solarcal.station.front_door import open_tracker
+from solarcal.station.connect import open_tracker
 from solarcal.unit.conversation import Timing
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.frames import LineBuffer, Reply, decode_request, encode_reply

@@ -6,7 +6,7 @@ from test_fields import PARAMETERS, STATUS, STATUS_TEXT
 
 from solarcal.errors import ConfigurationError, LinkError, ProtocolError, UnitRefused
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.station.front_door import open_tracker
+from solarcal.station.connect import open_tracker
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.parameters import parameters_to_texts
 from solarcal.unit.tracker import Mode, RefCheckResult, Spot, Truth

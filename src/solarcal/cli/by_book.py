@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from solarcal.cli.output import print_json, say
 
 if TYPE_CHECKING:
-    from solarcal.station.display.by_book import HandCalibration
+    from solarcal.station.typed.field_book_calibration import HandCalibration
 
 
 def book_lines(path: str) -> tuple[Iterable[str], str]:
@@ -51,7 +51,7 @@ def run_book(args: argparse.Namespace) -> int:
     from solarcal.model.methods import DEFAULT_METHOD
     from solarcal.profiles import Profile
     from solarcal.report.session_report import record_line
-    from solarcal.station.display.by_book import calibrate_by_book
+    from solarcal.station.typed.field_book_calibration import calibrate_by_book
 
     if args.scenario or args.port:
         raise ConfigurationError("--input is for a unit without a line; leave --port, --scenario")

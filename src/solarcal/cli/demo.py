@@ -70,7 +70,7 @@ def run_headless(args: argparse.Namespace) -> int:
     from solarcal.emulator.emulation import Emulator
     from solarcal.emulator.scenario import load_scenario
     from solarcal.emulator.server import serve_pty
-    from solarcal.station.front_door import open_tracker
+    from solarcal.station.connect import open_tracker
 
     if args.driver != "solartrak":
         return _print_calibration(args, _calibrated_in_process(args))

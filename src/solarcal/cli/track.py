@@ -73,7 +73,7 @@ def _tracked(
     from solarcal.cli.plan import next_time
     from solarcal.errors import ConfigurationError
     from solarcal.station.coefficient_files import read_coefficients
-    from solarcal.station.standing_in.rotator_tracker import RotatorTracker
+    from solarcal.station.software_controller.rotator_tracker import RotatorTracker
     from solarcal.station.sun_tracking import SunTracking, TrackingRun
 
     if not isinstance(tracker, RotatorTracker):

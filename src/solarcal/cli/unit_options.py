@@ -112,15 +112,15 @@ def open_asked(args: argparse.Namespace) -> "Tracker":
     Raises
     ------
     ConfigurationError, LinkError
-        As ``station.front_door.open_tracker``.
+        As ``station.connect.open_tracker``.
     """
-    from solarcal.station.front_door import open_tracker
+    from solarcal.station.connect import open_tracker
 
     profile = named_profile(args)
     book = None
     if args.input:
         from solarcal.cli.by_book import book_lines
-        from solarcal.station.display.field_book import BookClock, FieldBook
+        from solarcal.station.typed.field_book import BookClock, FieldBook
 
         book = FieldBook(*book_lines(args.input), BookClock())
     told_baudrate = profile.baudrate if profile is not None else 9600

@@ -7,16 +7,14 @@ the start and never decrease; nothing here depends on how often it is asked.
 from typing import Final
 
 from solarcal.emulator.axis_control import AxisControl, MotorPort
-from solarcal.emulator.beliefs import Beliefs, Quartz
-from solarcal.emulator.following import SunFollower
+from solarcal.emulator.controller_model import EmulatedControllerModel, Quartz
+from solarcal.emulator.following import NEVER_S, SunFollower
 from solarcal.emulator.reference_check import ReferenceCheck
-from solarcal.emulator.refusal import Refusal
-from solarcal.emulator.tracking import NEVER_S
 from solarcal.emulator.unit_settings import UnitSettings
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.site import Site
-from solarcal.unit.refusals import Code
+from solarcal.unit.refusals import Code, Refusal
 from solarcal.unit.tracker import Mode, RefCheckResult, Status, Stored, UnitParameters, UnitSite
 
 JOG_EXPIRES_S: Final = 5.0
@@ -40,7 +38,7 @@ class Controller:
         utc_s: float,
     ) -> None:
         self._settings = settings
-        self.beliefs = Beliefs(settings, site, zone_west_h, quartz, utc_s)
+        self.beliefs = EmulatedControllerModel(settings, site, zone_west_h, quartz, utc_s)
         references = (settings.reference1_deg, settings.reference2_deg)
         self.axes = tuple(
             AxisControl(motor, drive, reference)

@@ -4,9 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from solarcal.emulator.answering import UnitEnd, is_urgent
 from solarcal.emulator.controller import Controller
-from solarcal.emulator.faults import Faults
+from solarcal.emulator.protocol_server import Faults, ProtocolServer, is_urgent
 from solarcal.emulator.scenario import Scenario
 from solarcal.emulator.true_error import TrueError
 from solarcal.emulator.virtual_time import VirtualTime
@@ -84,7 +83,7 @@ class Emulator:
         )
         self._true_error = TrueError(self.world, self.controller)
         self._faults = Faults(random_stream(seed, "garbage"))
-        self._unit_end = UnitEnd(
+        self._protocol = ProtocolServer(
             self.controller,
             self,
             UnitIdentity(MODEL, unit.serial, FIRMWARE, 1, frozenset("X")),
@@ -100,7 +99,7 @@ class Emulator:
         """Replies to one line, each with its line end."""
         with self._turn:
             self.catch_up()
-            return self._unit_end.answer(line)
+            return self._protocol.answer(line)
 
     def handle_input(self, data: bytes) -> list[bytes]:
         """Replies to a piece of the stream. STOP and STOW overtake whatever waits with them."""
@@ -113,9 +112,9 @@ class Emulator:
             late = [line for line in overtaken if not is_urgent(line)]
             rest = lines[len(overtaken) + 1 :] if urgent else lines
             self.catch_up()
-            replies = [self._unit_end.answer(line) for line in first]
-            replies += [self._unit_end.answer(line, overtaken=True) for line in late]
-            replies += [self._unit_end.answer(line) for line in rest]
+            replies = [self._protocol.answer(line) for line in first]
+            replies += [self._protocol.answer(line, overtaken=True) for line in late]
+            replies += [self._protocol.answer(line) for line in rest]
             return [reply for some in replies for reply in some]
 
     def link_lost(self) -> None:
@@ -203,7 +202,7 @@ class Emulator:
     def reboot(self) -> None:
         """The unit loses its power for a moment."""
         self.controller.reboot(self.now_s())
-        self._unit_end.forget()
+        self._protocol.forget()
 
     def talk(self, fault: str) -> None:
         """Replies leave the unit as ``mute``, ``garbage`` or (empty) as they are."""

@@ -3,10 +3,9 @@
 from collections.abc import Callable
 from typing import Protocol
 
-from solarcal.emulator.refusal import Refusal
 from solarcal.errors import ProtocolError
 from solarcal.unit import fields, values
-from solarcal.unit.refusals import Code
+from solarcal.unit.refusals import Code, Refusal
 from solarcal.unit.tracker import EmulatedSky, Spot, Truth
 
 MAX_ADVANCE_S = 86400.0

@@ -9,7 +9,7 @@ from solarcal.report.session_report import section, session_text
 from solarcal.station.judging import judge_session
 
 if TYPE_CHECKING:
-    from solarcal.station.display.by_book import HandCalibration
+    from solarcal.station.typed.field_book_calibration import HandCalibration
 
 
 def key_in_table(key_in: tuple[tuple[str, str], ...], geometry: str) -> str:

@@ -32,7 +32,6 @@ from solarcal.session.records import (
 )
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.station import guards
-from solarcal.station.display.forms import ReadByHand, TypedAnswer
 from solarcal.station.state import (
     Activity,
     Attempt,
@@ -41,6 +40,7 @@ from solarcal.station.state import (
     StationState,
     view_session,
 )
+from solarcal.station.typed.forms import ReadByHand, TypedAnswer
 from solarcal.sun import sun_position
 from solarcal.timescale import format_utc
 from solarcal.unit.tracker import Status, Tracker, UnitIdentity, UnitSite

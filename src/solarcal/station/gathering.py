@@ -20,9 +20,9 @@ from solarcal.mount.drive import register
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import Answers, CheckRecord, PointRecord, SunOffset
 from solarcal.station import guards
-from solarcal.station.display.forms import ReadByHand
 from solarcal.station.fitting import solve
 from solarcal.station.state import SessionView
+from solarcal.station.typed.forms import ReadByHand
 from solarcal.station.unit_sun import check_unit_sun
 from solarcal.sun import sun_position
 from solarcal.timescale import format_utc, parse_utc

@@ -20,9 +20,9 @@ from solarcal.profiles import Profile
 if TYPE_CHECKING:
     from solarcal.session.journal import Journal
     from solarcal.session.records import Header
-    from solarcal.station.display.forms import Display
     from solarcal.station.procedure import Station
     from solarcal.station.state import SessionView
+    from solarcal.station.typed.forms import Display
     from solarcal.unit.tracker import Tracker
 
 NEWEST_SESSIONS = 40
@@ -88,9 +88,9 @@ def open_line(
     SolarcalError
         Nothing stays open then.
     """
+    from solarcal.station.connect import open_tracker
     from solarcal.station.connecting import disagreements
     from solarcal.station.emulated_clock import EmulatedClock
-    from solarcal.station.front_door import open_tracker
     from solarcal.station.procedure import Station
 
     with contextlib.ExitStack() as resources:

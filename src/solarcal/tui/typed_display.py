@@ -7,7 +7,7 @@ from textual.message import Message
 
 from solarcal.clock import Clock, SystemClock
 from solarcal.errors import ProcedureRefused
-from solarcal.station.display.forms import DisplayForm, TypedAnswer
+from solarcal.station.typed.forms import DisplayForm, TypedAnswer
 from solarcal.tui.messages import FormAsked
 
 GIVEN_UP = "given up: nothing was typed, nothing is recorded"

@@ -18,3 +18,12 @@ class Code(IntEnum):
     SUN_DOWN = 25
     STOPPED = 26
     NOT_ANNOUNCED = 30
+
+
+class Refusal(Exception):
+    """Raised within an emulated unit: a request it does not carry out; nothing has changed."""
+
+    def __init__(self, code: Code, text: str) -> None:
+        super().__init__(text)
+        self.code = code
+        self.text = text

@@ -1,8 +1,9 @@
 """A rotator: a machine that turns to a direction it is told and says where it stands, no more.
 
-It knows no Sun, no offsets, no coefficients and no limits of the sky; ``station.standing_in`` puts
-a ``Tracker`` above it. Directions are azimuth from North through East and elevation above the
-horizon, degrees, as the rotator reads them: on its own turn of azimuth, uncorrected.
+It knows no Sun, no offsets, no coefficients and no limits of the sky: the station is its
+controller (``station.software_controller``). Directions are azimuth from North through East and
+elevation above the horizon, degrees, as the rotator reads them: on its own turn of azimuth,
+uncorrected.
 """
 
 from typing import Protocol

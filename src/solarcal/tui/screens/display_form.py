@@ -10,7 +10,7 @@ from textual.widget import Widget
 from textual.widgets import Input, Static
 
 from solarcal.errors import SolarcalError
-from solarcal.station.display.forms import (
+from solarcal.station.typed.forms import (
     Doubt,
     Moment,
     TypedAnswer,

@@ -1,4 +1,4 @@
-"""One driver per kind of controller, chosen by name. ``station.front_door`` opens them."""
+"""One driver per kind of controller, chosen by name. ``station.connect`` opens them."""
 
 from solarcal.errors import ConfigurationError
 

@@ -1,0 +1,296 @@
+"""The unit's end of the wire: a line in, its replies out. ``docs/protocol.md`` made executable."""
+
+from collections import OrderedDict
+from collections.abc import Callable
+
+import numpy as np
+
+from solarcal.emulator.controller import Controller
+from solarcal.emulator.emulator_requests import EmulatorRequests, Surroundings
+from solarcal.errors import ConfigurationError, ProtocolError
+from solarcal.unit import fields, values
+from solarcal.unit.frames import Reply, Request, decode_request, encode_reply
+from solarcal.unit.parameters import PARAMETER_NAMES, parameters_from_texts, parameters_to_texts
+from solarcal.unit.refusals import Code, Refusal
+from solarcal.unit.tracker import UnitIdentity
+
+REPLIES_REMEMBERED = 16
+URGENT = ("STOP", "STOW")
+
+
+class Faults:
+    """How replies leave a faulty unit. ``kind``: ``""``, ``mute`` or ``garbage``."""
+
+    def __init__(self, stream: np.random.Generator) -> None:
+        self._stream = stream
+        self.kind = ""
+
+    def talk(self, kind: str) -> None:
+        self.kind = kind
+
+    def sent(self, reply: bytes) -> list[bytes]:
+        """What really goes out in place of a reply."""
+        if self.kind == "mute":
+            return []
+        if self.kind == "garbage":
+            # Anything but a line end, which is added: noise as a wrong baud rate makes it.
+            noise = self._stream.integers(0x80, 0x100, size=len(reply) - 2, dtype=np.uint8)
+            return [noise.tobytes() + b"\r\n"]
+        return [reply]
+
+
+class ProtocolServer:
+    """Decodes requests, has them carried out, remembers and encodes the replies."""
+
+    def __init__(
+        self,
+        controller: Controller,
+        surroundings: Surroundings,
+        identity: UnitIdentity,
+        faults: Faults,
+    ) -> None:
+        self._controller = controller
+        self._surroundings = surroundings
+        self._identity = identity
+        self._faults = faults
+        self._memory: OrderedDict[int, tuple[str, bytes]] = OrderedDict()
+        self._verbs: dict[str, Callable[[list[str]], list[str]]] = {
+            "OPEN": self._open,
+            "ID": self._id,
+            "CLOCK": self._clock,
+            "SITE": self._site,
+            "STATUS": self._status,
+            "PARAM": self._param,
+            "UNLOCK": self._unlock,
+            "LOCK": self._lock,
+            "MODE": self._mode,
+            "STOP": self._stop,
+            "STOW": self._stow,
+            "JOG": self._jog,
+            "OFFSET": self._offset,
+            "REF": self._ref,
+            "COEF": self._coef,
+            "STORE": self._store,
+            "X": EmulatorRequests(surroundings).carry_out,
+        }
+
+    def answer(self, line: bytes, *, overtaken: bool = False) -> list[bytes]:
+        """Replies to one line, each with its line end; none while the unit is mute.
+
+        ``overtaken``: a STOP or STOW sent after this line has been executed already.
+        """
+        try:
+            request = decode_request(line)
+        except ProtocolError:
+            damaged = Reply(None, code=Code.DAMAGED, text="damaged frame")
+            return self._faults.sent(encode_reply(damaged))
+        before = self._faults.kind
+        reply = self._reply(request, overtaken)
+        # The request that orders silence, or ends it, is itself still answered.
+        return [reply] if before != self._faults.kind else self._faults.sent(reply)
+
+    def forget(self) -> None:
+        """Lose the memory of replies, as at power-up."""
+        self._memory.clear()
+
+    def _reply(self, request: Request, overtaken: bool) -> bytes:
+        remembered = self._memory.get(request.seq)
+        if remembered is not None:
+            text, reply = remembered
+            if text == request.text:
+                return reply
+            # A new conversation may begin with any number; OPEN is how it says so.
+            if request.verb != "OPEN":
+                return encode_reply(
+                    Reply(
+                        request.seq,
+                        code=Code.SEQUENCE_REUSED,
+                        text="sequence number used for another request",
+                    )
+                )
+        reply = encode_reply(self._carry_out(request, overtaken))
+        self._memory[request.seq] = (request.text, reply)
+        self._memory.move_to_end(request.seq)
+        while len(self._memory) > REPLIES_REMEMBERED:
+            self._memory.popitem(last=False)
+        return reply
+
+    def _carry_out(self, request: Request, overtaken: bool) -> Reply:
+        verb = self._verbs.get(request.verb)
+        try:
+            if verb is None:
+                raise Refusal(Code.UNKNOWN, f"unknown request {request.verb[:20]}")
+            if overtaken and _moves(request):
+                raise Refusal(Code.STOPPED, "stopped: a STOP or STOW overtook this; MODE first")
+            answer = verb(list(request.arguments))
+        except Refusal as refusal:
+            return Reply(request.seq, code=refusal.code, text=refusal.text)
+        except (ProtocolError, ConfigurationError) as error:
+            return Reply(request.seq, code=Code.BAD_ARGUMENT, text=_speakable(str(error)))
+        self._surroundings.settle()
+        return Reply(request.seq, fields=tuple(answer))
+
+    @property
+    def _now_s(self) -> float:
+        return self._surroundings.now_s()
+
+    def _unlocked(self) -> Controller:
+        self._controller.use_unlock(self._now_s)
+        return self._controller
+
+    # --- conversation, identity, clock, site --------------------------------------------------
+
+    def _open(self, arguments: list[str]) -> list[str]:
+        (nonce,) = fields.expect(arguments, "nonce")
+        if len(nonce) != 8 or not set(nonce) <= set("0123456789ABCDEF"):
+            raise ProtocolError(f"field nonce: {nonce} is not 8 hexadecimal digits")
+        self._memory.clear()
+        self._controller.cancel_jog(self._now_s)
+        self._controller.lock()
+        return [nonce]
+
+    def _id(self, arguments: list[str]) -> list[str]:
+        fields.expect(arguments, "")
+        return fields.identity_to_fields(self._identity)
+
+    def _clock(self, arguments: list[str]) -> list[str]:
+        if arguments:
+            word, local_time = fields.expect(arguments, "SET local_time")
+            _require(word == "SET", word)
+            controller = self._unlocked()
+            utc_s = values.utc_from_local_time(local_time, controller.beliefs.zone_west_h)
+            controller.set_clock(utc_s, self._now_s)
+        return fields.clock_to_fields(
+            self._controller.beliefs.utc_s(self._now_s), self._controller.beliefs.zone_west_h
+        )
+
+    def _site(self, arguments: list[str]) -> list[str]:
+        if arguments:
+            _require(arguments[0] == "SET", arguments[0])
+            controller = self._unlocked()
+            site, zone_west_h = fields.site_set_from_fields(arguments[1:])
+            controller.set_site(site, zone_west_h, self._now_s)
+        return fields.site_to_fields(self._controller.unit_site())
+
+    # --- status, parameters, lock -------------------------------------------------------------
+
+    def _status(self, arguments: list[str]) -> list[str]:
+        fields.expect(arguments, "")
+        return self._status_fields()
+
+    def _status_fields(self) -> list[str]:
+        return fields.status_to_fields(
+            self._controller.status(self._now_s),
+            self._controller.beliefs.zone_west_h,
+            self._controller.parameters().tilt_decimals,
+        )
+
+    def _param(self, arguments: list[str]) -> list[str]:
+        if not 1 <= len(arguments) <= 2 or arguments[0] not in PARAMETER_NAMES:
+            raise ProtocolError(f"parameters are {' '.join(PARAMETER_NAMES)}")
+        name = arguments[0]
+        if len(arguments) == 2:
+            controller = self._unlocked()
+            if name.endswith("_decimals"):
+                raise ProtocolError(f"{name} is read only")
+            texts = parameters_to_texts(controller.parameters()) | {name: arguments[1]}
+            new = parameters_from_texts(texts)
+            if not new.update_range_deg > 0.0:
+                raise ProtocolError("field update_range: must be greater than zero")
+            controller.set_parameters(new, self._now_s)
+        return [parameters_to_texts(self._controller.parameters())[name]]
+
+    def _unlock(self, arguments: list[str]) -> list[str]:
+        fields.expect(arguments, "")
+        return [f"{self._controller.unlock(self._now_s):.0f}"]
+
+    def _lock(self, arguments: list[str]) -> list[str]:
+        fields.expect(arguments, "")
+        self._controller.lock()
+        return []
+
+    # --- motion -------------------------------------------------------------------------------
+
+    def _mode(self, arguments: list[str]) -> list[str]:
+        (mode,) = fields.expect(arguments, "mode")
+        _require(mode in ("TRACK", "MANUAL"), mode)
+        controller = self._unlocked()
+        if mode == "TRACK":
+            controller.set_track(self._now_s)
+        else:
+            controller.set_manual(self._now_s)
+        # What was accepted; that the Sun may stand beyond a limit is for STATUS to say.
+        return [mode]
+
+    def _stop(self, arguments: list[str]) -> list[str]:
+        # Whatever stands behind the word: a STOP is a STOP.
+        self._controller.stop(self._now_s)
+        return ["STOP"]
+
+    def _stow(self, arguments: list[str]) -> list[str]:
+        self._controller.stow(self._now_s)
+        return ["STOW"]
+
+    def _jog(self, arguments: list[str]) -> list[str]:
+        target1_deg, target2_deg = fields.jog_from_fields(arguments)
+        self._unlocked().jog(target1_deg, target2_deg, self._now_s)
+        return fields.jog_to_fields(target1_deg, target2_deg)
+
+    def _offset(self, arguments: list[str]) -> list[str]:
+        (word,) = fields.expect(arguments, "SET")
+        _require(word == "SET", word)
+        self._unlocked().set_sun_offset(self._now_s)
+        return self._status_fields()
+
+    def _ref(self, arguments: list[str]) -> list[str]:
+        if arguments:
+            (word,) = fields.expect(arguments, "START")
+            _require(word == "START", word)
+            return [str(self._unlocked().start_ref_check(self._now_s))]
+        return fields.ref_check_to_fields(self._controller.ref_check_result())
+
+    # --- coefficients -------------------------------------------------------------------------
+
+    def _coef(self, arguments: list[str]) -> list[str]:
+        permanent = arguments == ["STORED"]
+        if arguments and not permanent:
+            _require(arguments[0] == "SET", arguments[0])
+            controller = self._unlocked()
+            coefficients, offsets = fields.coefficients_from_fields(arguments[1:])
+            controller.set_coefficients(coefficients, offsets, self._now_s)
+        parameters, stored = self._controller.parameters(), self._controller.stored()
+        return fields.coefficients_to_fields(
+            stored.permanent_coefficients if permanent else stored.coefficients,
+            stored.permanent_offsets if permanent else stored.offsets,
+            parameters.tilt_decimals,
+            parameters.scale_decimals,
+        )
+
+    def _store(self, arguments: list[str]) -> list[str]:
+        fields.expect(arguments, "")
+        self._unlocked().store()
+        return ["1"]
+
+
+def _require(right: bool, word: str) -> None:
+    if not right:
+        raise ProtocolError(f"{word[:20]} is not known here")
+
+
+def _moves(request: Request) -> bool:
+    starts_ref_check = request.verb == "REF" and request.arguments[:1] == ("START",)
+    return request.verb in ("MODE", "JOG") or starts_ref_check
+
+
+def is_urgent(line: bytes) -> bool:
+    """Whether a line is a STOP or STOW, which no other request may hold up."""
+    try:
+        return decode_request(line).verb in URGENT
+    except ProtocolError:
+        return False
+
+
+def _speakable(text: str) -> str:
+    """A refusal's text without the characters no frame may hold, and short enough for one."""
+    kept = "".join(c if c.isascii() and c.isprintable() and c not in "*<>" else "?" for c in text)
+    return " ".join(("bad argument: " + kept).split())[:200]

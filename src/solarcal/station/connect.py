@@ -1,0 +1,160 @@
+"""From a port and a driver's name to a ``Tracker``: the one way every command takes.
+
+A driver for a controller that knows the Sun lives in ``unit``. One for a controller that does not
+gets it from the station, so the choice is made here.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from solarcal.clock import Clock, SystemClock
+from solarcal.errors import ConfigurationError
+from solarcal.mount_description import MountDescription
+from solarcal.profiles import Profile
+from solarcal.site import Site
+from solarcal.station.typed.forms import Display
+from solarcal.unit.drivers import demand_driver
+from solarcal.unit.link import LINES_KEPT, Link, SerialLink
+from solarcal.unit.tracker import Tracker
+
+
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """How to reach a unit: what the command line or the start screen said of it.
+
+    ``profile`` holds what a controller that cannot tell its site or its mount has to be told;
+    ``display`` answers for one that has no line, by ``clock``, the laptop's (the system's without).
+    """
+
+    port: str = ""
+    driver: str = "solartrak"
+    baudrate: int = 9600
+    trace: str | Path | None = None
+    profile: Profile | None = None
+    display: Display | None = None
+    clock: Clock | None = None
+
+    def link(self, url: str = "", lines_kept: int = LINES_KEPT) -> Callable[[], Link]:
+        """What opens the line, to this port or to the URL a driver makes of it."""
+        return lambda: SerialLink(
+            url or self.port, baudrate=self.baudrate, trace=self.trace, lines_kept=lines_kept
+        )
+
+    def demand_port(self, example: str) -> str:
+        """The port.
+
+        Raises
+        ------
+        ConfigurationError
+            None was given.
+        """
+        if not self.port:
+            raise ConfigurationError(
+                f"driver {self.driver} needs a port: give --port, e.g. {example}"
+            )
+        return self.port
+
+    def demand_site(self) -> Site:
+        """The site of the profile.
+
+        Raises
+        ------
+        ConfigurationError
+            The unit cannot tell it, and neither did anybody else.
+        """
+        if self.profile is None or self.profile.site is None:
+            raise ConfigurationError(
+                f"driver {self.driver} needs the site, which its controller cannot tell: give "
+                "--site FILE or --profile NAME, or fill in the profile form"
+            )
+        return self.profile.site
+
+    def demand_display(self) -> Display:
+        """Who reads the display.
+
+        Raises
+        ------
+        ConfigurationError
+            Nobody does.
+        """
+        if self.display is None:
+            raise ConfigurationError(
+                f"driver {self.driver} needs somebody who reads the display: use the workstation, "
+                "or give what was read with --input FILE"
+            )
+        return self.display
+
+    def mount(self) -> MountDescription:
+        """How the mount is described; the default description where nobody did."""
+        described = self.profile.mount if self.profile is not None else None
+        return described if described is not None else MountDescription()
+
+
+def open_tracker(
+    port: str,
+    driver: str = "solartrak",
+    trace: str | Path | None = None,
+    baudrate: int = 9600,
+    profile: Profile | None = None,
+    *,
+    display: Display | None = None,
+    clock: Clock | None = None,
+) -> Tracker:
+    """The tracker at ``port``, its line open and the unit's identity known.
+
+    Raises
+    ------
+    ConfigurationError
+        No such driver, it was not told what it needs, or the trace file cannot be written.
+    LinkError
+        The port cannot be opened, or nobody answers in the driver's protocol.
+    """
+    demand_driver(driver)
+    way = Connection(port, driver, baudrate, trace, profile, display, clock)
+    tracker = _DRIVERS[driver](way)
+    try:
+        tracker.open()
+    except BaseException:
+        tracker.close()
+        raise
+    return tracker
+
+
+def _solartrak(way: Connection) -> Tracker:
+    from solarcal.unit.drivers.solartrak import SolarTrakUnit
+
+    port = way.demand_port("/dev/ttyUSB0")
+    return SolarTrakUnit(way.link(), port=port)
+
+
+def _typed(way: Connection) -> Tracker:
+    from solarcal.station.typed.unit import TypedUnit
+
+    display, site = way.demand_display(), way.demand_site()
+    return TypedUnit(site, way.mount(), display, way.clock or SystemClock())
+
+
+def _rotctld(way: Connection) -> Tracker:
+    from solarcal.station.software_controller.coefficient_store import FileStore
+    from solarcal.station.software_controller.rotator_tracker import RotatorTracker
+    from solarcal.unit.drivers.rotctld import LINES_KEPT as OF_DUMP_CAPS
+    from solarcal.unit.drivers.rotctld import RotctldRotator, rotctld_address
+
+    address = rotctld_address(way.demand_port("localhost:4533"))
+    site, mount = way.demand_site(), way.mount()
+    return RotatorTracker(
+        RotctldRotator(way.link(f"socket://{address}", lines_kept=OF_DUMP_CAPS), address),
+        mount.unit_name or address,
+        mount,
+        site,
+        way.clock or SystemClock(),
+        FileStore.of_unit,
+    )
+
+
+_DRIVERS: dict[str, Callable[[Connection], Tracker]] = {
+    "solartrak": _solartrak,
+    "typed": _typed,
+    "rotctld": _rotctld,
+}

@@ -1,0 +1,150 @@
+"""What a SolarTrak computes for itself, computed by the station: clock, ideal angles, E + O.
+
+A unit served this way believes exactly what the station tells it, so it has the Sun model, the
+formula and the offsets of the controller it lacks: ``reading = ideal + E(ideal; P) + O``.
+"""
+
+from solarcal.clock import Clock
+from solarcal.errors import UnitRefused
+from solarcal.mount.formula import Coefficients, Offsets, correction_deg
+from solarcal.mount.geometry import MountGeometry
+from solarcal.mount.limits import Limits
+from solarcal.mount_description import MountDescription
+from solarcal.site import Site
+from solarcal.station.described_unit import unit_parameters, unit_site
+from solarcal.station.software_controller.coefficient_store import (
+    CoefficientStore,
+    MemoryStore,
+    StoredCorrection,
+)
+from solarcal.station.unit_sun import ideal_axes_deg
+from solarcal.sun.appendix_a import horizontal_deg
+from solarcal.timescale import format_utc
+from solarcal.unit.refusals import Code
+from solarcal.unit.tracker import Stored, UnitParameters, UnitSite
+
+
+class SoftwareControllerModel:
+    """Clock, Sun, P and O of one unit. Angles are axis degrees, AX1 on the branch.
+
+    Parameters
+    ----------
+    description, site : how the mount is built and where it stands.
+    clock : the laptop's.
+    store : where P and O are kept.
+    unit_limits : limits the unit itself tells; ``None`` where it tells none.
+    has_switches : whether the unit's reference check ends on switches.
+
+    Raises
+    ------
+    ConfigurationError
+        What was kept cannot be read, or the limits leave no room.
+    """
+
+    def __init__(
+        self,
+        description: MountDescription,
+        site: Site,
+        clock: Clock,
+        store: CoefficientStore,
+        unit_limits: Limits | None = None,
+        *,
+        has_switches: bool = True,
+    ) -> None:
+        self.unit_site: UnitSite = unit_site(description, site)
+        self.parameters: UnitParameters = unit_parameters(
+            description, site, unit_limits, has_switches=has_switches
+        )
+        self.geometry = MountGeometry(
+            description.geometry, site.latitude_deg, self.unit_site.ax1_centre_deg
+        )
+        self._clock = clock
+        self._unit_minus_laptop_s = 0.0
+        self._store = store
+        self._kept = store.load()
+
+    # -- clock and Sun -------------------------------------------------------------------------
+
+    def utc_s(self) -> float:
+        """The stand-in's clock: the laptop's, corrected by what ``set_clock`` was told."""
+        return self._clock.utc_s() + self._unit_minus_laptop_s
+
+    def set_clock(self, utc_s: float) -> None:
+        """It is ``utc_s`` now. Not kept beyond this program: a laptop set right later would else be
+        corrected twice."""
+        self._unit_minus_laptop_s = utc_s - self._clock.utc_s()
+
+    def set_clock_as(self, before: "SoftwareControllerModel") -> None:
+        """Go on with the clock of before a lost line, as a controller's own would have."""
+        self._unit_minus_laptop_s = before._unit_minus_laptop_s
+
+    def ideal_deg(self, utc_s: float) -> tuple[float, float]:
+        """The Sun's axis angles as a SolarTrak computes them."""
+        return ideal_axes_deg(self.geometry, self.unit_site.site, utc_s)
+
+    def sun_elevation_deg(self, utc_s: float) -> float:
+        """Elevation of that Sun."""
+        site = self.unit_site.site
+        return 90.0 - float(horizontal_deg(utc_s, site.latitude_deg, site.longitude_deg)[1])
+
+    def demand_sun(self, utc_s: float, request: str) -> None:
+        """Refuse what needs a Sun above the horizon.
+
+        Raises
+        ------
+        UnitRefused
+        """
+        if self.sun_elevation_deg(utc_s) < 0.0:
+            raise UnitRefused(Code.SUN_DOWN, "the Sun is below the horizon", request)
+
+    # -- P and O -------------------------------------------------------------------------------
+
+    @property
+    def coefficients(self) -> Coefficients:
+        return self._kept.coefficients
+
+    @property
+    def offsets(self) -> Offsets:
+        return self._kept.offsets
+
+    def corrected_deg(self, ideal1_deg: float, ideal2_deg: float) -> tuple[float, float]:
+        """ideal + E(ideal; P)."""
+        e1, e2 = correction_deg(self.coefficients, ideal1_deg, ideal2_deg)
+        return ideal1_deg + float(e1), ideal2_deg + float(e2)
+
+    def target_deg(self, utc_s: float) -> tuple[float, float]:
+        """The read-outs that belong to the Sun at an instant: ideal + E + O."""
+        wanted1, wanted2 = self.corrected_deg(*self.ideal_deg(utc_s))
+        return wanted1 + self.offsets.O1, wanted2 + self.offsets.O2
+
+    def set_sun_offset(self, utc_s: float, reading1_deg: float, reading2_deg: float) -> Offsets:
+        """O such that the read-outs are the Sun's at that instant; kept at once."""
+        self.demand_sun(utc_s, "Set Sun Offset")
+        wanted1, wanted2 = self.corrected_deg(*self.ideal_deg(utc_s))
+        # As many decimals as the record shows, so that what is kept is what was said.
+        offsets = Offsets(round(reading1_deg - wanted1, 6), round(reading2_deg - wanted2, 6))
+        self._keep(self.coefficients, offsets)
+        return offsets
+
+    def write(self, coefficients: Coefficients, offsets: Offsets) -> Stored:
+        """Keep P and O, and what is kept now, read back from where it is kept."""
+        self._keep(coefficients, offsets)
+        self._kept = self._store.load()
+        return self.stored()
+
+    def use_for_now(self, coefficients: Coefficients) -> None:
+        """These, and no O, until the line is closed; what is kept stays as it is."""
+        self._store = MemoryStore()
+        self._keep(coefficients, Offsets())
+
+    def stored(self) -> Stored:
+        """P and O in force. There is one memory, and it survives: both of ``Stored`` are it."""
+        return Stored(self.coefficients, self.offsets, self.coefficients, self.offsets)
+
+    def _keep(self, coefficients: Coefficients, offsets: Offsets) -> None:
+        kept = StoredCorrection(
+            coefficients=coefficients, offsets=offsets, utc=format_utc(self._clock.utc_s())
+        )
+        # First kept, then in force: what the axes are driven by is never only in memory.
+        self._store.keep(kept)
+        self._kept = kept

@@ -1,0 +1,282 @@
+"""What is doubted of a form's answers, and why; each doubt names the field to look at first."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from solarcal.errors import ConfigurationError
+from solarcal.mount.formula import Offsets
+from solarcal.station.typed.controller_model import Pair, TypedControllerModel
+from solarcal.station.typed.forms import Doubt, decimals, number, plain_text, time_of_day_s
+from solarcal.station.typed.typo_hints import Fit, difference_named, reading_doubts
+from solarcal.station.unit_sun import AGREEMENT_DEG, check_unit_sun
+from solarcal.unit.tracker import Mode, Status
+from solarcal.units import wrap_deg
+
+READ_LAG_S = 15.0
+"""Between a look at the display and the first key: half of it either way."""
+
+CLOCK_READ_S = 1.5
+"""A displayed time is good to this, with the reading beside it."""
+
+ROUNDING_DEG = 0.005
+CLOCKS_APART_S = 120.0
+"""No unit's clock is off by this unless something is wrong: the hour, the zone, a digit."""
+
+WRONG_MOMENT_S = 120.0
+BEYOND_LIMIT_DEG = 1.0
+
+Texts = Mapping[str, str]
+
+
+def clock_doubts(held: TypedControllerModel, texts: Texts, read_utc_s: float) -> tuple[Doubt, ...]:
+    """A clock that is minutes or hours off the laptop's."""
+    field = "clock"
+    shown_s = _time_s(texts[field])
+    if shown_s is None:
+        return ()
+    off_s = replace(held, unit_minus_laptop_s=0.0).clock_off_s(shown_s, read_utc_s)
+    if abs(off_s) < CLOCKS_APART_S:
+        return ()
+    hours = round(off_s / 3600.0)
+    if hours and abs(off_s - 3600.0 * hours) < CLOCKS_APART_S:
+        what = (
+            f"by {hours:+d} h: daylight-saving time, or the zone "
+            f"({held.unit_site.zone_west_h:g} h west in the description)"
+        )
+    else:
+        what = f"by {off_s:+.0f} s, {abs(off_s) / 240.0:.1f} deg of Sun: look again"
+    return (Doubt(f"The unit's clock differs from the laptop's {what}.", field),)
+
+
+def reading_sheet_doubts(
+    held: TypedControllerModel, texts: Texts, read_utc_s: float, *, offset_just_set: bool
+) -> tuple[Doubt, ...]:
+    """Read-outs, offsets, Sun angles and time of one look at the display.
+
+    Parameters
+    ----------
+    offset_just_set : the offsets are new; else they are those typed before, and nobody may have
+        changed them.
+    """
+    doubts = [*_moment_doubts(held, texts, read_utc_s)]
+    fit = reading_fit(held, texts, read_utc_s)
+    if not offset_just_set:
+        doubts += _changed_offsets(held, texts, fit)
+    if not doubts:
+        before = _offset_texts(held.offsets) if offset_just_set else None
+        doubts += reading_doubts(fit, texts, before)
+    doubts += _sun_doubts(held, texts, read_utc_s)
+    return tuple(doubts or _limit_doubts(held, texts))
+
+
+def reading_fit(held: TypedControllerModel, texts: Texts, read_utc_s: float) -> Fit:
+    """How far typed read-outs may honestly be from ideal + E + O: the update step, the moment,
+    and the decimals of the display."""
+    moment_s = _moment_s(held, texts, read_utc_s)
+    slack_s = CLOCK_READ_S if texts.get("time") else READ_LAG_S
+    rates = held.rates_deg_per_s(moment_s)
+    tolerance = [
+        held.parameters.update_range_deg
+        + abs(rates[axis]) * slack_s
+        + ROUNDING_DEG
+        + 0.5 * _unit_deg(held, texts, axis)
+        + 0.5 * 10.0 ** -decimals(texts[f"o{axis + 1}"])
+        for axis in (0, 1)
+    ]
+
+    def off_deg(tried: Texts, shift_s: float) -> Pair:
+        shown = [_shown(held, tried[f"ax{axis}"]) for axis in (1, 2)]
+        offsets = [number(tried[f"o{axis}"]) for axis in (1, 2)]
+        if None in shown or None in offsets:
+            return float("nan"), float("nan")
+        o1, o2 = (float(o or 0.0) for o in offsets)
+        target = held.target_deg(moment_s + shift_s, Offsets(o1, o2))
+        try:
+            reading = [held.reading_deg(axis, float(shown[axis] or 0.0)) for axis in (0, 1)]
+        except ConfigurationError:
+            # Counts that no screwjack has: another slip is meant.
+            return float("nan"), float("nan")
+        return float(wrap_deg(reading[0] - target[0])), reading[1] - target[1]
+
+    return Fit(off_deg, (tolerance[0], tolerance[1]))
+
+
+def key_in_doubts(wanted: tuple[tuple[str, str], ...], texts: Texts) -> tuple[Doubt, ...]:
+    """Whatever was typed back differs from what was to be keyed in, exactly."""
+    doubts = [
+        Doubt(
+            f"{difference_named(name, texts[name.lower()], value)}. If the unit shows it so, key "
+            "it in again.",
+            name.lower(),
+        )
+        for name, value in wanted
+        if number(texts[name.lower()]) != number(value)
+    ]
+    if texts.get("stored", "yes").lower() in ("n", "no"):
+        doubts.append(Doubt("Not stored: it is lost when the unit is switched off.", "stored"))
+    return tuple(doubts)
+
+
+# -- single looks --------------------------------------------------------------------------
+
+
+def _moment_doubts(held: TypedControllerModel, texts: Texts, read_utc_s: float) -> list[Doubt]:
+    shown_s = _time_s(texts.get("time", ""))
+    if shown_s is None:
+        return []
+    off_s = held.clock_off_s(shown_s, read_utc_s)
+    if abs(off_s) <= WRONG_MOMENT_S:
+        return []
+    day_s = held.unit_day_s(read_utc_s)
+    should = f"{int(day_s) // 3600:02d}:{int(day_s) // 60 % 60:02d}:{int(day_s) % 60:02d}"
+    return [
+        Doubt(
+            f"The unit's clock was typed {texts['time']}, but as you typed it must have shown "
+            f"about {should}: {off_s:+.0f} s.",
+            "time",
+        )
+    ]
+
+
+def _changed_offsets(held: TypedControllerModel, texts: Texts, fit: Fit) -> list[Doubt]:
+    """Offsets that were typed otherwise a moment ago; the read-outs may tell which are right."""
+    before = _offset_texts(held.offsets)
+    different = [name for name in ("o1", "o2") if number(texts[name]) != number(before[name])]
+    if not different:
+        return []
+    if number(texts["o1"]) == number(before["o2"]) and number(texts["o2"]) == number(before["o1"]):
+        return [Doubt("O1 and O2 exchanged?", "o1")]
+    now_fits, before_fits = all(fit.holds(texts)), all(fit.holds({**texts, **before}))
+    told = ""
+    if now_fits != before_fits:
+        told = f" The read-outs fit what was typed {'now' if now_fits else 'before'}."
+    return [
+        Doubt(
+            f"{difference_named(name.upper(), texts[name], before[name])} as typed before.{told}",
+            name,
+        )
+        for name in different
+    ]
+
+
+def _limit_doubts(held: TypedControllerModel, texts: Texts) -> list[Doubt]:
+    doubts = []
+    limits = (held.parameters.limits.axis1, held.parameters.limits.axis2)
+    for axis in (0, 1):
+        field = f"ax{axis + 1}"
+        shown = _shown(held, texts[field])
+        if shown is None:
+            continue
+        try:
+            left = float(limits[axis].distance_deg(held.reading_deg(axis, shown)))
+        except ConfigurationError as error:
+            doubts.append(Doubt(f"{field.upper()}: {error}", field))
+            continue
+        if left < -BEYOND_LIMIT_DEG:
+            doubts.append(
+                Doubt(f"{field.upper()} lies {-left:.1f} deg beyond a software limit.", field)
+            )
+    return doubts
+
+
+def _sun_doubts(held: TypedControllerModel, texts: Texts, read_utc_s: float) -> list[Doubt]:
+    """The Sun angles of the display against ours, for the clock and site it has."""
+    shown = [number(texts.get(f"sun{axis}", "")) for axis in (1, 2)]
+    if shown == [None, None]:
+        return []
+    if shown[0] is None or shown[1] is None:
+        return [Doubt("Type both Sun angles, or none.", "sun1" if shown[0] is None else "sun2")]
+    moment_s = _moment_s(held, texts, read_utc_s)
+    slack_s = CLOCK_READ_S if texts.get("time") else READ_LAG_S
+    half_digit = 0.5 * 10.0 ** -min(decimals(texts["sun1"]), decimals(texts["sun2"]))
+    allowed_deg = AGREEMENT_DEG + np.hypot(half_digit, half_digit)
+    checks = [
+        (
+            check_unit_sun(
+                held.unit_site,
+                held.unit_site.site,
+                _status_with_sun(held, (shown[0], shown[1]), moment_s + shift_s),
+                moment_s,
+            ),
+            shift_s,
+        )
+        for shift_s in (0.0, *_slack_steps(slack_s))
+    ]
+    # The Sun they show moved on between the look and the key: any moment within it will do.
+    if min(check.difference_deg for check, _ in checks) <= allowed_deg:
+        return []
+    check = checks[0][0]
+    return [
+        Doubt(
+            f"The Sun angles are {check.difference_deg:.3f} deg from ours: {check.explanation}.",
+            "sun1",
+        )
+    ]
+
+
+def _slack_steps(slack_s: float) -> tuple[float, ...]:
+    """Moments a Sun angle may belong to, close enough that none moves it by a milli-degree."""
+    steps = np.arange(0.25, slack_s + 0.25, 0.25)
+    return tuple(float(sign * step) for step in steps for sign in (1.0, -1.0))
+
+
+def _status_with_sun(held: TypedControllerModel, sun: Pair, laptop_utc_s: float) -> Status:
+    return Status(
+        mode=Mode.TRACK,
+        unit_utc_s=held.unit_utc_s(laptop_utc_s),
+        ideal1_deg=sun[0],
+        ideal2_deg=sun[1],
+        reading1_deg=sun[0],
+        reading2_deg=sun[1],
+        counts1=0,
+        counts2=0,
+        target1_deg=sun[0],
+        target2_deg=sun[1],
+        offsets=held.offsets,
+        moving=(0, 0),
+        approach=(0, 0),
+        update_phase=0.0,
+        referenced=True,
+        unlocked_s=0.0,
+    )
+
+
+# -- texts -----------------------------------------------------------------------------------
+
+
+def _shown(held: TypedControllerModel, text: str) -> float | None:
+    if held.shows_counts and "." in text:
+        return None
+    return number(text)
+
+
+def _unit_deg(held: TypedControllerModel, texts: Texts, axis: int) -> float:
+    """What the last digit of a read-out is worth, degrees."""
+    text = texts[f"ax{axis + 1}"]
+    if not held.shows_counts:
+        return 10.0 ** -decimals(text)
+    shown = number(text)
+    if shown is None:
+        return 0.0
+    try:
+        return abs(held.reading_deg(axis, shown + 1.0) - held.reading_deg(axis, shown))
+    except ConfigurationError:
+        return 0.0
+
+
+def _moment_s(held: TypedControllerModel, texts: Texts, read_utc_s: float) -> float:
+    return held.moment_s({"time": _time_s(texts.get("time", ""))}, read_utc_s)
+
+
+def _time_s(text: str) -> float | None:
+    return time_of_day_s(plain_text(text))
+
+
+def _offset_texts(offsets: Offsets) -> dict[str, str]:
+    return {"o1": _text(offsets.O1), "o2": _text(offsets.O2)}
+
+
+def _text(value: float) -> str:
+    return f"{value:.6f}".rstrip("0").rstrip(".")

@@ -1,0 +1,97 @@
+"""One way from the words of a command line to a tracker; what is missing is said in one line."""
+
+from pathlib import Path
+
+import pytest
+
+from solarcal.cli import run_command
+from solarcal.errors import ConfigurationError
+from solarcal.mount_description import MountDescription
+from solarcal.profiles import Profile, load_site_file
+from solarcal.site import Site
+from solarcal.station.connect import Connection, open_tracker
+from solarcal.station.described_unit import unit_parameters
+
+SITE_FILE = """
+driver = "solartrak"
+port = "/dev/nowhere"
+operator = "Ann"
+
+[site]
+latitude_deg = 35.05
+longitude_deg = -106.48
+
+[mount]
+geometry = "polar"
+drive1 = "rotary:1000"
+limits1_deg = [-90.0, 90.0]
+"""
+
+
+def test_a_port_that_was_not_given_is_asked_for():
+    with pytest.raises(ConfigurationError, match="needs a port: give --port"):
+        open_tracker("")
+
+
+def test_a_site_that_nobody_told_is_asked_for():
+    way = Connection("x", "some-rotator", profile=Profile())
+    with pytest.raises(ConfigurationError, match=r"some-rotator needs the site.*--site FILE"):
+        way.demand_site()
+    there = Site(1.0, 2.0)
+    assert Connection("x", profile=Profile(site=there)).demand_site() == there
+    assert way.mount() == MountDescription()
+
+
+def test_a_site_file_holds_site_unit_and_mount(tmp_path):
+    path = tmp_path / "roof.toml"
+    path.write_text(SITE_FILE)
+    profile = load_site_file(path)
+    assert (profile.name, profile.operator, profile.port) == ("roof", "Ann", "/dev/nowhere")
+    assert profile.mount == MountDescription(
+        geometry="polar", drive1="rotary:1000", limits1_deg=(-90.0, 90.0)
+    )
+
+
+def test_the_site_file_of_the_manual_is_one(tmp_path):
+    page = (Path(__file__).parents[2] / "docs" / "drivers.md").read_text(encoding="utf-8")
+    path = tmp_path / "roof.toml"
+    path.write_text(page.partition("```toml\n")[2].partition("```")[0])
+    profile = load_site_file(path)
+    assert (profile.driver, profile.port) == ("rotctld", "localhost:4533")
+    parameters = unit_parameters(profile.mount, profile.site)
+    # Every default that the page names is the program's.
+    assert parameters == unit_parameters(
+        MountDescription(limits1_deg=(-120.0, 120.0), limits2_deg=(5.0, 85.0)), profile.site
+    )
+
+
+def test_commands_take_port_and_driver_from_the_site_file(tmp_path, capsys):
+    path = tmp_path / "roof.toml"
+    path.write_text(SITE_FILE)
+    assert run_command(["calibrate", "--site", str(path)]) == 3
+    assert "port /dev/nowhere does not exist" in capsys.readouterr().err
+
+
+def test_what_is_misspelt_in_the_mount_is_not_passed_over(tmp_path, capsys):
+    path = tmp_path / "roof.toml"
+    path.write_text(SITE_FILE.replace("drive1", "drive_1"))
+    assert run_command(["calibrate", "--site", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert "roof.toml" in said
+    assert "drive_1" in said
+    assert said.count("\n") == 1
+
+
+def test_a_site_file_that_is_not_there_and_a_driver_that_is_none(tmp_path, capsys):
+    assert run_command(["rollback", "--port", "x", "--site", str(tmp_path / "no.toml")]) == 2
+    assert "no.toml cannot be read" in capsys.readouterr().err
+    assert run_command(["rollback", "--port", "x", "--driver", "belt"]) == 2
+    assert "no driver 'belt'; there is: solartrak" in capsys.readouterr().err
+
+
+def test_a_profile_that_was_never_saved_is_not_taken_for_an_empty_one(
+    tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setenv("SOLARCAL_CONFIG", str(tmp_path))
+    assert run_command(["rollback", "--port", "x", "--profile", "roof"]) == 2
+    assert "no profile 'roof'; none has been saved yet" in capsys.readouterr().err
