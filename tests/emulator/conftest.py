@@ -40,7 +40,7 @@ class Rig:
 
     @property
     def zone_west_h(self) -> float:
-        return self.emulator.controller.beliefs.zone_west_h
+        return self.emulator.controller.model.zone_west_h
 
     def spot(self) -> Spot:
         return fields.spot_from_fields(self.ask("X SPOT"))

@@ -141,11 +141,11 @@ def test_the_switch_repeats_to_its_sigma(rig):
 
 def test_the_unit_clock_drifts_from_its_last_setting_on(rig):
     tracker = rig("wrong-clock")
-    beliefs, world = tracker.emulator.controller.beliefs, tracker.emulator.world
+    model, world = tracker.emulator.controller.model, tracker.emulator.world
 
     def error_s():
         now_s = tracker.emulator.now_s()
-        return beliefs.utc_s(now_s) - world.true_utc_s(now_s)
+        return model.utc_s(now_s) - world.true_utc_s(now_s)
 
     assert error_s() == pytest.approx(95.0)
     tracker.advance(43200.0)
@@ -213,7 +213,7 @@ def test_every_scenario_begins_in_the_morning_with_the_sun_in_reach(rig):
         assert scenario.start_utc_s() % 60.0 == 0.0
         status = tracker.status()
         assert status.mode is Mode.MANUAL
-        limits = tracker.emulator.controller.beliefs.limits
+        limits = tracker.emulator.controller.model.limits
         assert limits.distance_deg(status.target1_deg, status.target2_deg) > 1.0, name
         sun = sun_position("precise", scenario.start_utc_s(), tracker.emulator.world.site)
         assert 11.99 <= sun.elevation_deg < 12.4

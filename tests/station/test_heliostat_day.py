@@ -9,6 +9,7 @@ import pytest
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
+from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.limits import AxisLimits, Limits
 from solarcal.optics.aiming import Heliostat
 from solarcal.optics.heliostat import Target
@@ -22,7 +23,6 @@ from solarcal.station.evidence import evidence
 from solarcal.station.fitting import session_table, solve, solve_table
 from solarcal.station.headless import calibrate
 from solarcal.station.technician import Schedule
-from solarcal.station.unit_sun import ideal_axes_deg
 from solarcal.timescale import parse_utc
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 

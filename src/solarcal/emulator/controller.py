@@ -38,13 +38,13 @@ class Controller:
         utc_s: float,
     ) -> None:
         self._settings = settings
-        self.beliefs = EmulatedControllerModel(settings, site, zone_west_h, quartz, utc_s)
+        self.model = EmulatedControllerModel(settings, site, zone_west_h, quartz, utc_s)
         references = (settings.reference1_deg, settings.reference2_deg)
         self.axes = tuple(
             AxisControl(motor, drive, reference)
             for motor, drive, reference in zip(motors, settings.drives(), references, strict=True)
         )
-        self._follower = SunFollower(self.beliefs, self.axes, settings.update_range_deg)
+        self._follower = SunFollower(self.model, self.axes, settings.update_range_deg)
         self._reference = ReferenceCheck()
         self._permanent = settings.memory()
         self.mode = Mode.MANUAL
@@ -56,16 +56,15 @@ class Controller:
 
     def status(self, now_s: float) -> Status:
         axis1, axis2 = self.axes
-        beliefs = self.beliefs
-        ideal1, ideal2, _ = beliefs.sun(now_s)
+        model = self.model
+        ideal1, ideal2, _ = model.sun(now_s)
         if self.mode in (Mode.JOG, Mode.STOW, Mode.REF):
             target1, target2 = self._goals_deg
         else:
-            target1, target2 = beliefs.corrected_deg(ideal1, ideal2)
-            target1, target2 = target1 + beliefs.offsets.O1, target2 + beliefs.offsets.O2
+            target1, target2 = model.formula.target_deg(ideal1, ideal2)
         return Status(
             mode=self.mode,
-            unit_utc_s=beliefs.utc_s(now_s),
+            unit_utc_s=model.utc_s(now_s),
             ideal1_deg=ideal1,
             ideal2_deg=ideal2,
             reading1_deg=axis1.reading_deg(now_s),
@@ -74,28 +73,28 @@ class Controller:
             counts2=axis2.counts(now_s),
             target1_deg=target1,
             target2_deg=target2,
-            offsets=beliefs.offsets,
+            offsets=model.offsets,
             moving=(axis1.moving, axis2.moving),
             approach=(axis1.approach, axis2.approach),
             update_phase=self._follower.phase(now_s) if self.mode is Mode.TRACK else 0.0,
             referenced=self._reference.referenced,
             unlocked_s=max(0.0, self._unlocked_until_s - now_s),
-            memories_differ=(beliefs.coefficients, beliefs.offsets) != self._permanent,
+            memories_differ=(model.coefficients, model.offsets) != self._permanent,
         )
 
     def unit_site(self) -> UnitSite:
-        geometry = self.beliefs.geometry
+        geometry = self.model.geometry
         return UnitSite(
-            self.beliefs.site, self.beliefs.zone_west_h, geometry.name, geometry.ax1_centre_deg
+            self.model.site, self.model.zone_west_h, geometry.name, geometry.ax1_centre_deg
         )
 
     def parameters(self) -> UnitParameters:
         axis1, axis2 = self.axes
-        heliostat = self.beliefs.heliostat
+        heliostat = self.model.heliostat
         return UnitParameters(
             drive1=axis1.drive,
             drive2=axis2.drive,
-            limits=self.beliefs.limits,
+            limits=self.model.limits,
             update_range_deg=self._follower.update_range_deg,
             reference1_deg=axis1.reference_deg,
             reference2_deg=axis2.reference_deg,
@@ -106,7 +105,7 @@ class Controller:
         )
 
     def stored(self) -> Stored:
-        return Stored(self.beliefs.coefficients, self.beliefs.offsets, *self._permanent)
+        return Stored(self.model.coefficients, self.model.offsets, *self._permanent)
 
     def ref_check_result(self) -> RefCheckResult:
         return self._reference.result()
@@ -162,17 +161,8 @@ class Controller:
         self._refuse_while_checking()
         self._refuse_while_stopped()
         self._require_reference()
-        limits = self.beliefs.limits
-        for number, axis_limits, target_deg in (
-            (1, limits.axis1, target1_deg),
-            (2, limits.axis2, target2_deg),
-        ):
-            if axis_limits.distance_deg(target_deg) < 0.0:
-                raise Refusal(
-                    Code.BEYOND_LIMIT,
-                    f"axis {number}: {target_deg:.3f} is beyond "
-                    f"{axis_limits.low_deg:g}..{axis_limits.high_deg:g}",
-                )
+        if beyond := self.model.limits.beyond(target1_deg, target2_deg):
+            raise Refusal(Code.BEYOND_LIMIT, beyond)
         goals = (target1_deg, target2_deg)
         under_way = self.mode is Mode.JOG and goals == self._goals_deg
         self._jog_expires_s = now_s + JOG_EXPIRES_S
@@ -203,28 +193,28 @@ class Controller:
         if not all(axis.at_rest for axis in self.axes):
             raise Refusal(Code.MOVING, "axis moving")
         self._require_sun(now_s)
-        ideal1, ideal2, _ = self.beliefs.sun(now_s)
-        wanted1, wanted2 = self.beliefs.corrected_deg(ideal1, ideal2)
+        ideal1, ideal2, _ = self.model.sun(now_s)
         axis1, axis2 = self.axes
-        self.beliefs.keep_offsets(
-            axis1.reading_deg(now_s) - wanted1, axis2.reading_deg(now_s) - wanted2
+        formula = self.model.formula
+        offsets = formula.offsets_at(
+            ideal1, ideal2, axis1.reading_deg(now_s), axis2.reading_deg(now_s)
         )
+        self.model.formula = formula.holding(offsets=offsets)
         self._reconsider(now_s)
 
     def set_coefficients(self, p: Coefficients, o: Offsets, now_s: float) -> None:
-        self.beliefs.keep_coefficients(p)
-        self.beliefs.keep_offsets(o.O1, o.O2)
+        self.model.formula = self.model.formula.holding(p, o)
         self._reconsider(now_s)
 
     def store(self) -> None:
-        self._permanent = (self.beliefs.coefficients, self.beliefs.offsets)
+        self._permanent = (self.model.coefficients, self.model.offsets)
 
     def set_clock(self, utc_s: float, now_s: float) -> None:
-        self.beliefs.set_clock(utc_s, now_s)
+        self.model.set_clock(utc_s, now_s)
         self._reconsider(now_s)
 
     def set_site(self, site: Site, zone_west_h: float, now_s: float) -> None:
-        self.beliefs.set_site(site, zone_west_h)
+        self.model.set_site(site, zone_west_h)
         self._reconsider(now_s)
 
     def set_parameters(self, new: UnitParameters, now_s: float) -> None:
@@ -235,8 +225,8 @@ class Controller:
         drives = ((new.drive1, new.reference1_deg), (new.drive2, new.reference2_deg))
         for axis, (drive, reference_deg) in zip(self.axes, drives, strict=True):
             axis.configure(drive, reference_deg)
-        self.beliefs.limits = new.limits
-        self.beliefs.heliostat = heliostat
+        self.model.set_limits(new.limits)
+        self.model.heliostat = heliostat
         self._follower.update_range_deg = new.update_range_deg
         self._reconsider(now_s)
 
@@ -244,7 +234,7 @@ class Controller:
         """Power lost and back: permanent memory and the clock survive, nothing else."""
         self._rest(now_s)
         self.mode = Mode.MANUAL
-        self.beliefs.coefficients, self.beliefs.offsets = self._permanent
+        self.model.remember(*self._permanent)
         self._reference = ReferenceCheck()
         for axis in self.axes:
             axis.zero_register(now_s)
@@ -324,7 +314,7 @@ class Controller:
             raise Refusal(Code.NOT_REFERENCED, "not referenced")
 
     def _require_sun(self, now_s: float) -> None:
-        if self.beliefs.sun(now_s)[2] < 0.0:
+        if self.model.sun(now_s)[2] < 0.0:
             raise Refusal(Code.SUN_DOWN, "Sun below horizon")
 
 

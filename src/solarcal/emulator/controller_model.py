@@ -2,13 +2,14 @@
 
 from typing import Protocol
 
+import msgspec
 import numpy as np
 
 from solarcal.emulator.unit_settings import UnitSettings
-from solarcal.mount.formula import Coefficients, Offsets, correction_deg
+from solarcal.mount.controller import ControllerModel, ideal_and_elevation_deg
+from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import Limits
 from solarcal.site import Site
-from solarcal.sun.appendix_a import horizontal_deg
 from solarcal.units import Angles, FloatArray
 
 
@@ -33,11 +34,38 @@ class EmulatedControllerModel:
         self.site = site
         self.zone_west_h = zone_west_h
         self.geometry = settings.mount(site)
-        self.limits: Limits = settings.limits()
         self.heliostat = settings.heliostat()
-        self.coefficients, self.offsets = settings.memory()
+        coefficients, offsets = settings.memory()
+        self.formula = ControllerModel(
+            settings.limits(),
+            settings.tilt_decimals,
+            settings.scale_decimals,
+            coefficients,
+            offsets,
+        )
         self._clock_set_to_s = utc_s
         self._clock_set_at_s = 0.0
+
+    @property
+    def limits(self) -> Limits:
+        return self.formula.limits
+
+    def set_limits(self, limits: Limits) -> None:
+        self.formula = msgspec.structs.replace(self.formula, limits=limits)
+
+    @property
+    def coefficients(self) -> Coefficients:
+        return self.formula.coefficients
+
+    @property
+    def offsets(self) -> Offsets:
+        return self.formula.offsets
+
+    def remember(self, coefficients: Coefficients, offsets: Offsets) -> None:
+        """P and O from a memory, as they stand there."""
+        self.formula = msgspec.structs.replace(
+            self.formula, coefficients=coefficients, offsets=offsets
+        )
 
     def utc_s(self, now_s: Angles) -> Angles:
         """The unit's clock plus its zone."""
@@ -63,39 +91,20 @@ class EmulatedControllerModel:
         """Ideal axis angles and the Sun's elevation at one instant."""
         return self._ideal_deg(self.utc_s(now_s))
 
-    def corrected_deg(self, ideal1_deg: float, ideal2_deg: float) -> tuple[float, float]:
-        """Ideal angles plus E, without O."""
-        e1, e2 = correction_deg(self.coefficients, ideal1_deg, ideal2_deg)
-        return float(ideal1_deg + e1), float(ideal2_deg + e2)
-
     def readings_deg(self, utc_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Readings (2, n) to drive to when the clock says ``utc_s`` (n,), and the room left (n,).
 
         The room is the distance to the nearest limit or of the Sun to the horizon, negative beyond.
         """
         ideal1, ideal2, elevation = self._ideal_deg(utc_s)
-        e1, e2 = correction_deg(self.coefficients, ideal1, ideal2)
-        readings = np.stack([ideal1 + e1 + self.offsets.O1, ideal2 + e2 + self.offsets.O2])
+        readings = np.stack(self.formula.target_deg(ideal1, ideal2))
         room = np.minimum(self.limits.distance_deg(readings[0], readings[1]), elevation)
         return readings, room
 
     def _ideal_deg(self, utc_s: Angles) -> tuple[Angles, Angles, Angles]:
         """Angles of the Sun, or of the normal that reflects it to the target; Sun's elevation."""
-        sun = horizontal_deg(utc_s, self.site.latitude_deg, self.site.longitude_deg)
-        aim = sun if self.heliostat is None else self.heliostat.controller_normal_deg(*sun)
-        ideal1, ideal2 = self.geometry.axes_from_horizontal(*aim)
-        return ideal1, ideal2, 90.0 - sun[1]
+        return ideal_and_elevation_deg(self.geometry, self.site, utc_s, self.heliostat)
 
     def targets_deg(self, now_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """``readings_deg`` at so many seconds since the start."""
         return self.readings_deg(self.utc_s(now_s))
-
-    def keep_offsets(self, o1_deg: float, o2_deg: float) -> None:
-        """Offsets as the unit keeps them, rounded."""
-        decimals = self._settings.tilt_decimals
-        self.offsets = Offsets(round(o1_deg, decimals) + 0.0, round(o2_deg, decimals) + 0.0)
-
-    def keep_coefficients(self, coefficients: Coefficients) -> None:
-        self.coefficients = coefficients.rounded(
-            self._settings.tilt_decimals, self._settings.scale_decimals
-        )

@@ -178,12 +178,12 @@ class SunFollower:
     """Mode ``TRACK`` of a controller, for both axes. Times are seconds since the start."""
 
     def __init__(
-        self, beliefs: EmulatedControllerModel, axes: Sequence[AxisControl], update_range_deg: float
+        self, model: EmulatedControllerModel, axes: Sequence[AxisControl], update_range_deg: float
     ) -> None:
-        self._beliefs = beliefs
+        self._model = model
         self._axes = axes
         self.update_range_deg = update_range_deg
-        self._curve = TargetCurve(beliefs.targets_deg)
+        self._curve = TargetCurve(model.targets_deg)
         self.within = False
         """The target lies within limits, the Sun above the horizon."""
         self._change_s = NEVER_S
@@ -197,7 +197,7 @@ class SunFollower:
 
     def reconsider(self, now_s: float) -> None:
         """Think anew where clock, site, P, O or limits are others or a limit is met."""
-        self._curve = TargetCurve(self._beliefs.targets_deg)
+        self._curve = TargetCurve(self._model.targets_deg)
         self.within = self._curve.is_within(now_s)
         self._change_s = self._curve.next_change_s(self.within, now_s)
         self._updates_s = [NEVER_S, NEVER_S]
@@ -243,8 +243,8 @@ class SunFollower:
         if lag_deg < half_deg - _ROUNDING_DEG and not too_far_ahead:
             self._updates_s[index] = self._curve.next_update_s(index, stands_deg, half_deg, now_s)
             return
-        limits = (self._beliefs.limits.axis1, self._beliefs.limits.axis2)[index]
-        aim_deg = min(max(target_deg + sense * half_deg, limits.low_deg), limits.high_deg)
+        limits = (self._model.limits.axis1, self._model.limits.axis2)[index]
+        aim_deg = limits.clamped_deg(target_deg + sense * half_deg)
         if axis.drive_to(aim_deg, now_s):
             self._updates_s[index] = NEVER_S
         else:

@@ -158,10 +158,10 @@ class ProtocolServer:
             word, local_time = fields.expect(arguments, "SET local_time")
             _require(word == "SET", word)
             controller = self._unlocked()
-            utc_s = values.utc_from_local_time(local_time, controller.beliefs.zone_west_h)
+            utc_s = values.utc_from_local_time(local_time, controller.model.zone_west_h)
             controller.set_clock(utc_s, self._now_s)
         return fields.clock_to_fields(
-            self._controller.beliefs.utc_s(self._now_s), self._controller.beliefs.zone_west_h
+            self._controller.model.utc_s(self._now_s), self._controller.model.zone_west_h
         )
 
     def _site(self, arguments: list[str]) -> list[str]:
@@ -181,7 +181,7 @@ class ProtocolServer:
     def _status_fields(self) -> list[str]:
         return fields.status_to_fields(
             self._controller.status(self._now_s),
-            self._controller.beliefs.zone_west_h,
+            self._controller.model.zone_west_h,
             self._controller.parameters().tilt_decimals,
         )
 

@@ -233,7 +233,7 @@ class EmulatedRotator:
         """The mechanism's P1..P6, and the true error of whoever commands with this P and O."""
         with self.time.turn:
             now_s = self.time.now_s()
-            beliefs = self._yardstick.beliefs
-            beliefs.coefficients, beliefs.offsets = coefficients, offsets
-            beliefs.set_clock(self.world.laptop_utc_s(now_s), now_s)
+            model = self._yardstick.model
+            model.remember(coefficients, offsets)
+            model.set_clock(self.world.laptop_utc_s(now_s), now_s)
             return told_truth(self.world, self._true_error, now_s)

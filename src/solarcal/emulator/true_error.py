@@ -45,7 +45,7 @@ class TrueError:
         The clock drifts on as it does; before it was last set, it counts as just set.
         """
         path = self._path(self._day_begins_utc_s(now_s), 1)
-        clock_s = self._controller.beliefs.clock_error_s(
+        clock_s = self._controller.model.clock_error_s(
             path.utc_s - self._world.start_utc_s, self._world.start_utc_s
         )
         return self._errors_deg(path, clock_s)
@@ -57,7 +57,7 @@ class TrueError:
         new_year_s = float(instant.astype("datetime64[Y]").astype("datetime64[s]").astype(int))
         mean_midnight_s = new_year_s - world.site.longitude_deg / 360.0 * SECONDS_PER_DAY
         path = self._path(round(mean_midnight_s / STEP_S) * STEP_S, DAYS_OF_YEAR)
-        clock_s = self._controller.beliefs.utc_s(now_s) - world.true_utc_s(now_s)
+        clock_s = self._controller.model.utc_s(now_s) - world.true_utc_s(now_s)
         return self._errors_deg(path, np.full_like(path.utc_s, clock_s))
 
     def _day_begins_utc_s(self, now_s: float) -> float:
@@ -77,7 +77,7 @@ class TrueError:
         return _SunPath(times[high], ax1[high], ax2[high])
 
     def _errors_deg(self, path: _SunPath, clock_error_s: FloatArray) -> FloatArray:
-        readings, room = self._controller.beliefs.readings_deg(path.utc_s + clock_error_s)
+        readings, room = self._controller.model.readings_deg(path.utc_s + clock_error_s)
         within = room >= 0.0
         counts = [
             axis.drive.counts(readings[index, within]) - axis.drive.counts(axis.reference_deg)

@@ -48,6 +48,10 @@ class Offsets(msgspec.Struct, frozen=True):
     O1: float = 0.0
     O2: float = 0.0
 
+    def rounded(self, decimals: int) -> "Offsets":
+        """What a controller keeps that stores so many decimals; without a negative zero."""
+        return Offsets(round(self.O1, decimals) + 0.0, round(self.O2, decimals) + 0.0)
+
 
 def correction_deg(p: Coefficients, ax1_deg: Angles, ax2_deg: Angles) -> tuple[Angles, Angles]:
     """E1, E2 to be ADDED to the ideal axis angles, degrees; any broadcastable shapes.

@@ -27,6 +27,10 @@ class AxisLimits(msgspec.Struct, frozen=True):
             return min(below, above)
         return np.minimum(below, above)
 
+    def clamped_deg(self, reading_deg: float) -> float:
+        """The read-out, or the limit it lies beyond."""
+        return min(max(reading_deg, self.low_deg), self.high_deg)
+
     def nearer(self, reading_deg: float) -> str:
         """Which limit is the nearer one, in words: ``high limit 150.0 deg``."""
         if reading_deg - self.low_deg < self.high_deg - reading_deg:
@@ -46,6 +50,19 @@ class Limits(msgspec.Struct, frozen=True):
         if isinstance(first, float) and isinstance(second, float):
             return min(first, second)
         return np.minimum(first, second)
+
+    def beyond(self, reading1_deg: float, reading2_deg: float) -> str:
+        """Which limit these read-outs are beyond, in words; empty where they are within."""
+        for number, limits, reading_deg in (
+            (1, self.axis1, reading1_deg),
+            (2, self.axis2, reading2_deg),
+        ):
+            if limits.distance_deg(reading_deg) < 0.0:
+                return (
+                    f"axis {number}: {reading_deg:.3f} is beyond "
+                    f"{limits.low_deg:g}..{limits.high_deg:g}"
+                )
+        return ""
 
     def nearest(self, reading1_deg: float, reading2_deg: float) -> str:
         """Which limit of which axis is the nearest, in words: ``axis 1 high limit 150.0 deg``."""

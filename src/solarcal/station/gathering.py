@@ -16,6 +16,7 @@ import numpy as np
 
 from solarcal.errors import ProcedureRefused
 from solarcal.model.fit import FEWEST_POINTS
+from solarcal.mount.controller import commanded_error_deg
 from solarcal.mount.drive import register
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import Answers, CheckRecord, PointRecord, SunOffset
@@ -174,7 +175,7 @@ def point_candidate(
 
 def _commanded(ideal: Pair, offsets: Offsets, in_force: Coefficients) -> Pair:
     """E(P in force) + O, rounded as a record keeps it."""
-    e1, e2 = guards.commanded_error_deg(*ideal, offsets, in_force)
+    e1, e2 = commanded_error_deg(in_force, offsets, *ideal)
     return round(e1, 6), round(e2, 6)
 
 

@@ -1,7 +1,6 @@
 """What the procedure does not allow, and why: pure rules, asked before anything is done."""
 
 from solarcal.errors import ProcedureRefused
-from solarcal.mount.formula import Coefficients, Offsets, correction_deg
 from solarcal.mount.limits import Limits
 from solarcal.session.records import Header
 from solarcal.unit.tracker import Mode, Status
@@ -67,11 +66,3 @@ def demand_tracking(header: Header, status: Status) -> None:
             f"the axes stand {off:.3f} deg from where the unit drives them, more than two update "
             "ranges; let it settle, or look for a motor that does not run"
         )
-
-
-def commanded_error_deg(
-    ideal1_deg: float, ideal2_deg: float, offsets: Offsets, in_force: Coefficients
-) -> tuple[float, float]:
-    """E(P in force) + O at these ideal angles: the total correction the unit applies, degrees."""
-    e1, e2 = correction_deg(in_force, ideal1_deg, ideal2_deg)
-    return float(e1) + offsets.O1, float(e2) + offsets.O2

@@ -1,9 +1,9 @@
 """How the unit's Sun moves in the axes, and the side an axis has to come from."""
 
+from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.geometry import MountGeometry
 from solarcal.optics.aiming import Heliostat
 from solarcal.site import Site
-from solarcal.station.unit_sun import ideal_axes_deg
 from solarcal.units import wrap_deg
 
 SUN_STANDS_DEG_PER_S = 2e-5

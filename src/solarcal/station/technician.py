@@ -13,12 +13,12 @@ import numpy as np
 from solarcal.errors import LinkError, ProcedureRefused, UnitRefused
 from solarcal.model.fit import FEWEST_POINTS
 from solarcal.model.methods import DEFAULT_METHOD
+from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.drive import reading_deg, register
 from solarcal.session.records import CheckRecord, PointRecord, UploadRecord
 from solarcal.station.centring import SunCentring
 from solarcal.station.fitting import solve
 from solarcal.station.procedure import Station
-from solarcal.station.unit_sun import ideal_axes_deg
 from solarcal.sun.day import daylight
 from solarcal.timescale import format_utc
 from solarcal.unit.conversation import NOT_REFERENCED

@@ -8,10 +8,9 @@ disagreement is a wrong setting, and the one that explains it is searched for an
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.geometry import MountGeometry
-from solarcal.optics.aiming import Heliostat
 from solarcal.site import Site
-from solarcal.sun.appendix_a import horizontal_deg
 from solarcal.unit.tracker import Status, UnitSite
 
 AGREEMENT_DEG = 0.002
@@ -31,20 +30,6 @@ class UnitSunCheck:
     @property
     def agrees(self) -> bool:
         return self.difference_deg <= AGREEMENT_DEG
-
-
-def ideal_axes_deg(
-    geometry: MountGeometry, site: Site, utc_s: float, heliostat: Heliostat | None = None
-) -> tuple[float, float]:
-    """What a SolarTrak unit at ``site`` computes for ``utc_s``: AX1 on the branch, AX2; degrees.
-
-    Of its Sun, or, for a heliostat, of the normal that reflects this Sun to the target.
-    """
-    aim = horizontal_deg(utc_s, site.latitude_deg, site.longitude_deg)
-    if heliostat is not None:
-        aim = heliostat.controller_normal_deg(*aim)
-    ax1, ax2 = geometry.axes_from_horizontal(*aim)
-    return float(ax1), float(ax2)
 
 
 def _geometry(unit_site: UnitSite, latitude_deg: float) -> MountGeometry:

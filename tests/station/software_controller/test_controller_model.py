@@ -3,6 +3,7 @@
 import pytest
 
 from solarcal.errors import ConfigurationError, UnitRefused
+from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
 from solarcal.mount.limits import AxisLimits, Limits
 from solarcal.mount_description import MountDescription
@@ -14,7 +15,6 @@ from solarcal.station.software_controller.coefficient_store import (
     StoredCorrection,
 )
 from solarcal.station.software_controller.controller_model import SoftwareControllerModel
-from solarcal.station.unit_sun import ideal_axes_deg
 from solarcal.timescale import parse_utc
 
 SITE = Site(35.05, -106.48, 1830.0)
@@ -35,19 +35,19 @@ class StoppedClock:
         self.now += seconds
 
 
-def beliefs(store=None, clock=None, **described):
+def model(store=None, clock=None, **described):
     return SoftwareControllerModel(
         MountDescription(**described), SITE, clock or StoppedClock(), store or MemoryStore()
     )
 
 
 def test_the_ideal_angles_are_those_of_a_solartrak_at_that_place_and_time():
-    it = beliefs()
+    it = model()
     assert it.ideal_deg(NOON) == ideal_axes_deg(it.geometry, SITE, NOON)
 
 
 def test_a_sun_offset_makes_reading_equal_to_ideal_plus_e_plus_o():
-    it = beliefs()
+    it = model()
     it.write(P, Offsets())
     ideal1, ideal2 = it.ideal_deg(NOON)
     offsets = it.set_sun_offset(NOON, ideal1 + 0.5, ideal2 - 0.2)
@@ -59,22 +59,22 @@ def test_a_sun_offset_makes_reading_equal_to_ideal_plus_e_plus_o():
 
 def test_no_sun_offset_at_night():
     with pytest.raises(UnitRefused, match="below the horizon"):
-        beliefs().set_sun_offset(NIGHT, 0.0, 80.0)
+        model().set_sun_offset(NIGHT, 0.0, 80.0)
 
 
 def test_a_time_tick_corrects_the_clock_and_lasts_as_long_as_the_line():
     clock = StoppedClock()
-    it = beliefs(clock=clock)
+    it = model(clock=clock)
     it.set_clock(NOON + 2.5)
     clock.wait(100.0)
     assert it.utc_s() == pytest.approx(NOON + 102.5)
-    assert beliefs(clock=clock).utc_s() == pytest.approx(NOON + 100.0)
+    assert model(clock=clock).utc_s() == pytest.approx(NOON + 100.0)
 
 
 def test_p_and_o_survive_a_restart(tmp_path):
     store = FileStore(tmp_path / "units" / "rotor.toml")
-    beliefs(store).write(P, Offsets(0.1, -0.2))
-    again = beliefs(FileStore(store.path))
+    model(store).write(P, Offsets(0.1, -0.2))
+    again = model(FileStore(store.path))
     assert (again.coefficients, again.offsets) == (P, Offsets(0.1, -0.2))
     stored = again.stored()
     assert stored.permanent_coefficients == P
@@ -86,12 +86,12 @@ def test_a_damaged_file_of_p_and_o_is_named_and_nothing_is_assumed(tmp_path):
     path = tmp_path / "rotor.toml"
     path.write_text("coefficients = 3\n")
     with pytest.raises(ConfigurationError, match=r"rotor\.toml"):
-        beliefs(FileStore(path))
+        model(FileStore(path))
 
 
 def test_what_cannot_be_kept_is_not_in_force(tmp_path):
     (tmp_path / "units").write_text("a file where the folder belongs")
-    it = beliefs(FileStore(tmp_path / "units" / "rotor.toml"))
+    it = model(FileStore(tmp_path / "units" / "rotor.toml"))
     with pytest.raises(ConfigurationError, match="cannot be written"):
         it.write(P, Offsets())
     assert it.coefficients == Coefficients()

@@ -68,7 +68,7 @@ def typed_unit(
     return unit, display, clock
 
 
-def beliefs(
+def unit_model(
     mount: MountDescription = MOUNT,
     coefficients: Coefficients = Coefficients(),  # noqa: B008
     offsets: Offsets = Offsets(),  # noqa: B008

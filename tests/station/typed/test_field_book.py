@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hand_bench import MORNING, MOUNT, SITE, beliefs, displayed
+from hand_bench import MORNING, MOUNT, SITE, displayed, unit_model
 from reads_a_display import HandReader, with_slips
 
 from solarcal.errors import InputFileError, ProcedureRefused
@@ -26,7 +26,7 @@ def perform(*lines: str) -> HandCalibration:
 
 
 def shown(at_s: float, o1: float = -0.5, o2: float = 0.2) -> str:
-    texts = displayed(beliefs(), at_s, o1, o2)
+    texts = displayed(unit_model(), at_s, o1, o2)
     return " ".join(f"{name} {text}" for name, text in texts.items())
 
 

@@ -7,9 +7,9 @@ from hand_bench import (
     NOTHING,
     SITE,
     Answering,
-    beliefs,
     displayed,
     typed_unit,
+    unit_model,
 )
 from msgspec.structs import replace
 
@@ -27,7 +27,7 @@ from solarcal.timescale import format_utc
 from solarcal.unit.tracker import Traced
 
 O1, O2 = -0.812, 0.357
-READ = displayed(beliefs(), MORNING, O1, O2)
+READ = displayed(unit_model(), MORNING, O1, O2)
 
 
 def station_on(unit: TypedUnit, display: Answering) -> Station:
@@ -57,7 +57,7 @@ def test_a_status_asks_nothing_and_follows_the_sun_by_the_units_clock() -> None:
     status = unit.status()
     assert display.asked == ["open"]
     assert status.unit_utc_s == MORNING + 3624.0
-    ideal = beliefs().ideal_deg(MORNING + 3624.0)
+    ideal = unit_model().ideal_deg(MORNING + 3624.0)
     assert (status.ideal1_deg, status.ideal2_deg) == ideal
     # Before anything is typed the axes are taken to stand where they are driven.
     assert (status.reading1_deg, status.target1_deg) == (ideal[0], ideal[0])
@@ -75,7 +75,7 @@ def test_what_was_typed_is_shown_until_it_is_typed_anew() -> None:
     assert later.approach == (-1, -1)
     held = replace(MOUNT)
     assert later.target1_deg == pytest.approx(
-        beliefs(held).ideal_deg(MORNING + 600.0)[0] + O1, abs=1e-9
+        unit_model(held).ideal_deg(MORNING + 600.0)[0] + O1, abs=1e-9
     )
 
 
@@ -91,7 +91,7 @@ def test_stop_says_where_the_key_is_and_nothing_else_moves_it() -> None:
 
 def test_a_point_stands_on_e_and_o_and_the_typed_readings_are_kept_as_typed() -> None:
     in_force = Coefficients(0.2, -0.35, 0.5, 0.2, 0.0008, -0.0006)
-    held = beliefs(coefficients=in_force)
+    held = unit_model(coefficients=in_force)
     set_ = displayed(held, MORNING, O1, O2, lag=(0.06, -0.05))
     p = {f"p{i}": str(v) for i, v in enumerate(in_force.as_tuple(), start=1)}
     unit, display, clock = typed_unit(
@@ -143,14 +143,14 @@ def test_given_up_at_the_reading_the_attempt_is_aborted() -> None:
 
 
 def test_the_units_clock_typed_with_a_reading_says_when_it_was() -> None:
-    early = displayed(beliefs(), MORNING - 30.0, O1, O2)
+    early = displayed(unit_model(), MORNING - 30.0, O1, O2)
     unit, _, _ = typed_unit(offset={**early, "time": "08:59:30"})
     assert unit.set_sun_offset().typed_utc_s == MORNING - 30.0
 
 
 def test_counts_are_read_through_the_nominal_drive() -> None:
     mount = replace(MOUNT, display="counts")
-    held = beliefs(mount)
+    held = unit_model(mount)
     shown = displayed(held, MORNING, O1, O2)
     unit, _, _ = typed_unit(mount, offset=shown)
     status = unit.set_sun_offset()

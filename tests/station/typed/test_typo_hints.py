@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from hand_bench import MORNING, MOUNT, beliefs, displayed
+from hand_bench import MORNING, MOUNT, displayed, unit_model
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace as with_fields
@@ -31,7 +31,7 @@ def said(
 
 @pytest.fixture
 def held() -> Model:
-    return beliefs(coefficients=IN_FORCE)
+    return unit_model(coefficients=IN_FORCE)
 
 
 @pytest.fixture
@@ -51,7 +51,7 @@ def shown(held: Model) -> dict[str, str]:
 def test_an_honest_reading_is_never_doubted(
     minutes: int, o1: float, o2: float, lag1: float, lag2: float, late_s: float, counts: bool
 ) -> None:
-    held = beliefs(COUNTS if counts else MOUNT, IN_FORCE)
+    held = unit_model(COUNTS if counts else MOUNT, IN_FORCE)
     at_s = MORNING + 60.0 * minutes
     texts = displayed(held, at_s, round(o1, 3), round(o2, 3), (lag1, lag2))
     assert said(held, texts, at_s=at_s + late_s) == ""
@@ -141,12 +141,12 @@ def test_offsets_typed_otherwise_a_moment_ago(held: Model) -> None:
 
 
 def test_beyond_a_limit() -> None:
-    low = beliefs(with_fields(MOUNT, limits2_deg=(50.0, 88.0)), IN_FORCE)
+    low = unit_model(with_fields(MOUNT, limits2_deg=(50.0, 88.0)), IN_FORCE)
     assert "beyond a software limit" in said(low, displayed(low, MORNING, O1, O2))
 
 
 def test_counts_typed_wrong() -> None:
-    held = beliefs(COUNTS, IN_FORCE)
+    held = unit_model(COUNTS, IN_FORCE)
     texts = displayed(held, MORNING, O1, O2)
     wrong = texts["ax1"].removeprefix("-")
     assert f"AX1 typed {wrong}, the sign: {texts['ax1']}?" in said(held, {**texts, "ax1": wrong})

@@ -4,9 +4,12 @@ A unit served this way believes exactly what the station tells it, so it has the
 formula and the offsets of the controller it lacks: ``reading = ideal + E(ideal; P) + O``.
 """
 
+import msgspec
+
 from solarcal.clock import Clock
 from solarcal.errors import UnitRefused
-from solarcal.mount.formula import Coefficients, Offsets, correction_deg
+from solarcal.mount.controller import ControllerModel, ideal_and_elevation_deg, ideal_axes_deg
+from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import Limits
 from solarcal.mount_description import MountDescription
@@ -17,11 +20,12 @@ from solarcal.station.software_controller.coefficient_store import (
     MemoryStore,
     StoredCorrection,
 )
-from solarcal.station.unit_sun import ideal_axes_deg
-from solarcal.sun.appendix_a import horizontal_deg
 from solarcal.timescale import format_utc
 from solarcal.unit.refusals import Code
 from solarcal.unit.tracker import Stored, UnitParameters, UnitSite
+
+TILT_DECIMALS, SCALE_DECIMALS = 6, 9
+"""Stored at least. No display limits them: six decimals of a degree are what a session records."""
 
 
 class SoftwareControllerModel:
@@ -61,7 +65,12 @@ class SoftwareControllerModel:
         self._clock = clock
         self._unit_minus_laptop_s = 0.0
         self._store = store
-        self._kept = store.load()
+        self._formula = ControllerModel(
+            self.parameters.limits,
+            max(description.tilt_decimals, TILT_DECIMALS),
+            max(description.scale_decimals, SCALE_DECIMALS),
+        )
+        self._recall()
 
     # -- clock and Sun -------------------------------------------------------------------------
 
@@ -84,8 +93,7 @@ class SoftwareControllerModel:
 
     def sun_elevation_deg(self, utc_s: float) -> float:
         """Elevation of that Sun."""
-        site = self.unit_site.site
-        return 90.0 - float(horizontal_deg(utc_s, site.latitude_deg, site.longitude_deg)[1])
+        return float(ideal_and_elevation_deg(self.geometry, self.unit_site.site, utc_s)[2])
 
     def demand_sun(self, utc_s: float, request: str) -> None:
         """Refuse what needs a Sun above the horizon.
@@ -101,50 +109,52 @@ class SoftwareControllerModel:
 
     @property
     def coefficients(self) -> Coefficients:
-        return self._kept.coefficients
+        return self._formula.coefficients
 
     @property
     def offsets(self) -> Offsets:
-        return self._kept.offsets
-
-    def corrected_deg(self, ideal1_deg: float, ideal2_deg: float) -> tuple[float, float]:
-        """ideal + E(ideal; P)."""
-        e1, e2 = correction_deg(self.coefficients, ideal1_deg, ideal2_deg)
-        return ideal1_deg + float(e1), ideal2_deg + float(e2)
+        return self._formula.offsets
 
     def target_deg(self, utc_s: float) -> tuple[float, float]:
         """The read-outs that belong to the Sun at an instant: ideal + E + O."""
-        wanted1, wanted2 = self.corrected_deg(*self.ideal_deg(utc_s))
-        return wanted1 + self.offsets.O1, wanted2 + self.offsets.O2
+        target1, target2 = self._formula.target_deg(*self.ideal_deg(utc_s))
+        return float(target1), float(target2)
 
     def set_sun_offset(self, utc_s: float, reading1_deg: float, reading2_deg: float) -> Offsets:
-        """O such that the read-outs are the Sun's at that instant; kept at once."""
+        """O such that the read-outs are the Sun's at that instant; stored at once."""
         self.demand_sun(utc_s, "Set Sun Offset")
-        wanted1, wanted2 = self.corrected_deg(*self.ideal_deg(utc_s))
-        # As many decimals as the record shows, so that what is kept is what was said.
-        offsets = Offsets(round(reading1_deg - wanted1, 6), round(reading2_deg - wanted2, 6))
-        self._keep(self.coefficients, offsets)
-        return offsets
+        offsets = self._formula.offsets_at(*self.ideal_deg(utc_s), reading1_deg, reading2_deg)
+        self._hold(self._formula.holding(offsets=offsets))
+        return self.offsets
 
     def write(self, coefficients: Coefficients, offsets: Offsets) -> Stored:
-        """Keep P and O, and what is kept now, read back from where it is kept."""
-        self._keep(coefficients, offsets)
-        self._kept = self._store.load()
+        """Store P and O, and what is stored now, read back from where it is stored."""
+        self._hold(self._formula.holding(coefficients, offsets))
+        self._recall()
         return self.stored()
 
     def use_for_now(self, coefficients: Coefficients) -> None:
         """These, and no O, until the line is closed; what is kept stays as it is."""
         self._store = MemoryStore()
-        self._keep(coefficients, Offsets())
+        self._hold(self._formula.holding(coefficients, Offsets()))
 
     def stored(self) -> Stored:
         """P and O in force. There is one memory, and it survives: both of ``Stored`` are it."""
         return Stored(self.coefficients, self.offsets, self.coefficients, self.offsets)
 
-    def _keep(self, coefficients: Coefficients, offsets: Offsets) -> None:
-        kept = StoredCorrection(
-            coefficients=coefficients, offsets=offsets, utc=format_utc(self._clock.utc_s())
+    def _hold(self, formula: ControllerModel) -> None:
+        # First stored, then in force: what the axes are driven by is never only in memory.
+        self._store.keep(
+            StoredCorrection(
+                coefficients=formula.coefficients,
+                offsets=formula.offsets,
+                utc=format_utc(self._clock.utc_s()),
+            )
         )
-        # First kept, then in force: what the axes are driven by is never only in memory.
-        self._store.keep(kept)
-        self._kept = kept
+        self._formula = formula
+
+    def _recall(self) -> None:
+        stored = self._store.load()
+        self._formula = msgspec.structs.replace(
+            self._formula, coefficients=stored.coefficients, offsets=stored.offsets
+        )

@@ -53,8 +53,7 @@ class SunSteps:
         limits = (self._limits.axis1, self._limits.axis2)
         for axis, (lag, sense) in enumerate(self._lags(utc_s, targets)):
             if self.goals_deg is None or lag >= self._half_deg or lag < -1.5 * self._half_deg:
-                ahead = targets[axis] + sense * self._half_deg
-                goals[axis] = min(max(ahead, limits[axis].low_deg), limits[axis].high_deg)
+                goals[axis] = limits[axis].clamped_deg(targets[axis] + sense * self._half_deg)
                 moved = moved or goals[axis] != self.goals_deg[axis]  # type: ignore[index]
         if not moved:
             return None

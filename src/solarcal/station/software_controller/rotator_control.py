@@ -45,15 +45,15 @@ class RotatorControl:
     thread at any time, and nothing decided before them moves anything after.
     """
 
-    def __init__(self, rotator: Rotator, axes: AzElAxes, beliefs: SoftwareControllerModel) -> None:
-        parameters = beliefs.parameters
-        self.beliefs = beliefs
+    def __init__(self, rotator: Rotator, axes: AzElAxes, model: SoftwareControllerModel) -> None:
+        parameters = model.parameters
+        self.model = model
         self.mode = Mode.MANUAL
         self.goals_deg: Pair | None = None
         self._rotator = rotator
         self._axes = axes
         self._limits = parameters.limits
-        self.steps = SunSteps(beliefs.target_deg, parameters.limits, parameters.update_range_deg)
+        self.steps = SunSteps(model.target_deg, parameters.limits, parameters.update_range_deg)
         self._references = (parameters.reference1_deg, parameters.reference2_deg)
         drives = (parameters.drive1, parameters.drive2)
         self.watches = tuple(
@@ -71,10 +71,10 @@ class RotatorControl:
 
     def look(self) -> Look:
         """Read where it stands."""
-        before_s = self.beliefs.utc_s()
+        before_s = self.model.utc_s()
         direction = self._rotator.position_deg()
         # It belongs to the middle of its exchange.
-        utc_s = 0.5 * (before_s + self.beliefs.utc_s())
+        utc_s = 0.5 * (before_s + self.model.utc_s())
         readings = self._axes.reading_deg(direction)
         for watch, reading in zip(self.watches, readings, strict=True):
             watch.seen(utc_s, reading)
@@ -128,8 +128,8 @@ class RotatorControl:
     def track(self) -> None:
         """Follow the Sun from now on."""
         self._refuse_while_checking()
-        now_s = self.beliefs.utc_s()
-        self.beliefs.demand_sun(now_s, "MODE TRACK")
+        now_s = self.model.utc_s()
+        self.model.demand_sun(now_s, "MODE TRACK")
         if self.mode not in (Mode.TRACK, Mode.LIMIT):
             self.steps.forget()
             self._become(Mode.TRACK, self._halts)
@@ -142,7 +142,7 @@ class RotatorControl:
             raise UnitRefused(Code.STOPPED, "stopped: MODE MANUAL or MODE TRACK first", "JOG")
         halts, goals = self._halts, (target1_deg, target2_deg)
         self._refuse_beyond(goals, "JOG")
-        now_s = self.beliefs.utc_s()
+        now_s = self.model.utc_s()
         under_way = self.mode is Mode.JOG and goals == self.goals_deg
         self._become(Mode.JOG, halts)
         self._jog_expires_s = now_s + JOG_EXPIRES_S
@@ -159,7 +159,7 @@ class RotatorControl:
         self._refuse_beyond(self._references, "REF START")
         self._become(Mode.REF, halts)
         self._check = RefCheckResult(self._check.number + 1, False, 0, 0, running=True)
-        now_s = self.beliefs.utc_s()
+        now_s = self.model.utc_s()
         self._send(self._references, now_s)
         self._look_again(now_s)
 
@@ -169,7 +169,7 @@ class RotatorControl:
         look = self.look()
         if not self.at_rest:
             raise UnitRefused(Code.MOVING, "axis moving", "OFFSET SET")
-        self.beliefs.set_sun_offset(look.utc_s, *look.reading_deg)
+        self.model.set_sun_offset(look.utc_s, *look.reading_deg)
         return look
 
     # -- of its own accord ---------------------------------------------------------------------
@@ -180,7 +180,7 @@ class RotatorControl:
 
     def act(self) -> None:
         """Do what is due; nothing where nothing is."""
-        now_s = self.beliefs.utc_s()
+        now_s = self.model.utc_s()
         # A clock that was set back must not keep a jog alive, or the Sun unfollowed.
         if now_s < self._next_s <= now_s + LIMIT_AGAIN_S + 2.0 * JOG_EXPIRES_S:
             return
@@ -196,7 +196,7 @@ class RotatorControl:
     def rethink(self) -> None:
         """Clock, P or O are others: where the Sun belongs is another place."""
         if self.mode in (Mode.TRACK, Mode.LIMIT):
-            self._follow(self.beliefs.utc_s())
+            self._follow(self.model.utc_s())
 
     def let_go(self) -> bool:
         """Nobody commands any more; whether somebody did."""
@@ -210,7 +210,7 @@ class RotatorControl:
         halts = self._halts
         if not self.at_rest:
             self.look()
-        within = self.steps.within(now_s) and self.beliefs.sun_elevation_deg(now_s) >= 0.0
+        within = self.steps.within(now_s) and self.model.sun_elevation_deg(now_s) >= 0.0
         if not within:
             if self.mode is Mode.TRACK:
                 self._become(Mode.LIMIT, halts)
@@ -296,16 +296,8 @@ class RotatorControl:
             raise UnitRefused(Code.BUSY, "busy (reference check)", "a command")
 
     def _refuse_beyond(self, goals: Pair, request: str) -> None:
-        for number, limits, goal in (
-            (1, self._limits.axis1, goals[0]),
-            (2, self._limits.axis2, goals[1]),
-        ):
-            if limits.distance_deg(goal) < 0.0:
-                raise UnitRefused(
-                    Code.BEYOND_LIMIT,
-                    f"axis {number}: {goal:.3f} is beyond {limits.low_deg:g}..{limits.high_deg:g}",
-                    request,
-                )
+        if beyond := self._limits.beyond(*goals):
+            raise UnitRefused(Code.BEYOND_LIMIT, beyond, request)
 
 
 def _count_deg(drive: Drive, reference_deg: float) -> float:

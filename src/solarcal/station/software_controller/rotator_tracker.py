@@ -70,9 +70,9 @@ class RotatorTracker:
         self._pace = pace if pace is not None else ThreadPace()
         self._turn = threading.RLock()
         self._control: RotatorControl | None = None
-        self._beliefs: SoftwareControllerModel | None = None
+        self._model: SoftwareControllerModel | None = None
         self._lock: UnitLock | None = None
-        self._model = ""
+        self._unit_model = ""
         self._for_now: Coefficients | None = None
         self._interrupted = False
 
@@ -88,7 +88,7 @@ class RotatorTracker:
             self._pace.end()
             if before is not None:
                 self._interrupted = before.let_go() or self._interrupted
-                self._beliefs = before.beliefs
+                self._model = before.model
             told = self._rotator.open()
             axes = AzElAxes(
                 self._description.geometry,
@@ -97,18 +97,18 @@ class RotatorTracker:
                 told.elevation,
             )
             store = self._held(told)
-            beliefs = SoftwareControllerModel(
+            model = SoftwareControllerModel(
                 self._description, self._site, self._clock, store, axes.limits, has_switches=False
             )
-            if self._beliefs is not None:
-                beliefs.set_clock_as(self._beliefs)
+            if self._model is not None:
+                model.set_clock_as(self._model)
             if self._for_now is not None:
-                beliefs.use_for_now(self._for_now)
+                model.use_for_now(self._for_now)
             if self._interrupted:
                 # It was on its way when the line went, and went on without anybody watching.
                 self._rotator.stop()
                 self._interrupted = False
-            self._control = RotatorControl(self._rotator, axes, beliefs)
+            self._control = RotatorControl(self._rotator, axes, model)
             self._control.look()
             self._pace.begin(self)
             return UnitIdentity(
@@ -121,10 +121,10 @@ class RotatorTracker:
     def _held(self, told: RotatorIdentity) -> CoefficientStore:
         """Where its P and O are kept; nobody else may have it at the same time."""
         store = self._store_of(told.model, self._serial)
-        if self._lock is None or told.model != self._model:
+        if self._lock is None or told.model != self._unit_model:
             self._release()
             self._lock = store.lock()
-            self._model = told.model
+            self._unit_model = told.model
         return store
 
     def _release(self) -> None:
@@ -153,10 +153,10 @@ class RotatorTracker:
     # -- what it is asked ----------------------------------------------------------------------
 
     def site(self) -> UnitSite:
-        return self._here.beliefs.unit_site
+        return self._here.model.unit_site
 
     def parameters(self) -> UnitParameters:
-        return self._here.beliefs.parameters
+        return self._here.model.parameters
 
     def status(self) -> Status:
         with self._turn:
@@ -166,7 +166,7 @@ class RotatorTracker:
             return self._status(control, control.watch())
 
     def stored(self) -> Stored:
-        return self._here.beliefs.stored()
+        return self._here.model.stored()
 
     def ref_check_result(self) -> RefCheckResult:
         return self._here.check_result()
@@ -175,7 +175,7 @@ class RotatorTracker:
 
     def set_clock(self, utc_s: float) -> None:
         with self._turn:
-            self._here.beliefs.set_clock(utc_s)
+            self._here.model.set_clock(utc_s)
             self._here.rethink()
 
     def set_mode(self, mode: Mode) -> None:
@@ -217,7 +217,7 @@ class RotatorTracker:
 
     def write_coefficients(self, coefficients: Coefficients, offsets: Offsets) -> Stored:
         with self._turn:
-            stored = self._here.beliefs.write(coefficients, offsets)
+            stored = self._here.model.write(coefficients, offsets)
             self._here.rethink()
             return stored
 
@@ -226,7 +226,7 @@ class RotatorTracker:
         stays as it is."""
         with self._turn:
             self._for_now = coefficients
-            self._here.beliefs.use_for_now(coefficients)
+            self._here.model.use_for_now(coefficients)
             self._here.rethink()
 
     # -- of its own accord ---------------------------------------------------------------------
@@ -247,12 +247,12 @@ class RotatorTracker:
     def next_act_s(self) -> float:
         """Laptop seconds from now until something is due; infinite where nothing is."""
         control = self._control
-        return control.next_s() - control.beliefs.utc_s() if control is not None else float("inf")
+        return control.next_s() - control.model.utc_s() if control is not None else float("inf")
 
     def in_force(self) -> tuple[Coefficients, Offsets]:
         """P and O the axes are driven by."""
-        beliefs = self._here.beliefs
-        return beliefs.coefficients, beliefs.offsets
+        model = self._here.model
+        return model.coefficients, model.offsets
 
     # -- inside --------------------------------------------------------------------------------
 
@@ -263,10 +263,10 @@ class RotatorTracker:
         return self._control
 
     def _status(self, control: RotatorControl, look: Look) -> Status:
-        beliefs, reading = control.beliefs, look.reading_deg
-        ideal = beliefs.ideal_deg(look.utc_s)
+        model, reading = control.model, look.reading_deg
+        ideal = model.ideal_deg(look.utc_s)
         goals = control.goals_deg if control.mode in (Mode.JOG, Mode.REF) else None
-        target = goals or (reading if control.mode is Mode.STOW else beliefs.target_deg(look.utc_s))
+        target = goals or (reading if control.mode is Mode.STOW else model.target_deg(look.utc_s))
         counts = control.counts(reading)
         first, second = control.watches
         return Status(
@@ -280,7 +280,7 @@ class RotatorTracker:
             counts2=counts[1],
             target1_deg=round(target[0], 6),
             target2_deg=round(target[1], 6),
-            offsets=beliefs.offsets,
+            offsets=model.offsets,
             moving=(first.moving, second.moving),
             approach=(first.approach, second.approach),
             update_phase=control.steps.phase(look.utc_s) if control.at_rest else 0.0,

@@ -2,14 +2,12 @@
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
+from solarcal.mount.controller import ControllerModel, ideal_axes_deg
 from solarcal.mount.drive import reading_deg, register
-from solarcal.mount.formula import Coefficients, Offsets, correction_deg
+from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.station.typed.forms import Values
-from solarcal.station.unit_sun import ideal_axes_deg
 from solarcal.unit.tracker import UnitParameters, UnitSite
 from solarcal.units import wrap_deg
 
@@ -72,10 +70,13 @@ class TypedControllerModel:
 
     def target_deg(self, laptop_utc_s: float, offsets: Offsets | None = None) -> Pair:
         """Where the unit drives its axes: ideal + E(P in force) + O."""
-        at1, at2 = self.ideal_deg(laptop_utc_s)
-        e1, e2 = correction_deg(self.coefficients, np.float64(at1), np.float64(at2))
-        in_force = self.offsets if offsets is None else offsets
-        return float(at1 + e1) + in_force.O1, float(at2 + e2) + in_force.O2
+        in_force = ControllerModel(
+            self.parameters.limits,
+            coefficients=self.coefficients,
+            offsets=self.offsets if offsets is None else offsets,
+        )
+        target1, target2 = in_force.target_deg(*self.ideal_deg(laptop_utc_s))
+        return float(target1), float(target2)
 
     def reading_deg(self, axis: int, shown: float) -> float:
         """Absolute read-out of axis 0 or 1 from what the display shows, AX1 on its branch."""
