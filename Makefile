@@ -1,7 +1,7 @@
 # Every target sets up what it needs from nothing but Python 3.11+, venv, make and git.
 PYTHON ?= python3
 BIN := .venv/bin
-.PHONY: demo test check bench bench-judgement fuzz soak pictures clean
+.PHONY: demo test check bench bench-judgement fuzz soak pictures man dist-check clean
 .DELETE_ON_ERROR:
 
 $(BIN)/python:
@@ -35,6 +35,14 @@ bench: .venv/.installed-dev
 # Every picture of the documentation, from a seeded emulator at fixed virtual times.
 pictures: .venv/.installed
 	$(BIN)/python -m solarcal.tui.pictures docs/pictures
+
+# The man page, from the program's own options.
+man: .venv/.installed-dev
+	$(BIN)/python -m tools.man_page
+
+# Wheel and source archive: built, looked into, the wheel installed alone and used.
+dist-check: .venv/.installed-dev
+	$(BIN)/python -m tools.dist_check
 
 # How good the answers are, on thousands of made-up trackers: a quarter of an hour.
 bench-judgement: .venv/.installed-dev

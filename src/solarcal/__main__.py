@@ -9,6 +9,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def main() -> int:
+    if "_ARGCOMPLETE" in os.environ:
+        from solarcal.cli.completion import complete
+
+        complete()
     from solarcal.cli import run_command
 
     return run_command(sys.argv[1:])

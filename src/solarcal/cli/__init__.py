@@ -47,6 +47,7 @@ COMMANDS: dict[str, str] = {
     "ports": "what is plugged in",
     "keys": "what this terminal sends, and which action it would be",
     "doctor": "is this laptop ready",
+    "completion": "print the script that makes Tab complete this program in a shell",
 }
 _MODULES = {"import": "import_"}
 _NOT_WRITTEN = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG)
@@ -57,6 +58,11 @@ class OneLineParser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"{self.prog}: {message}; `{self.prog} --help` tells the options\n")
+
+
+def command_module(name: str) -> str:
+    """Return the name of the module of a command. A module's name has no hyphen."""
+    return f"solarcal.cli.{_MODULES.get(name, name.replace('-', '_'))}"
 
 
 def build_parser(asked: str | None = None) -> argparse.ArgumentParser:
@@ -75,9 +81,7 @@ def build_parser(asked: str | None = None) -> argparse.ArgumentParser:
             "--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS
         )
         if name == asked:
-            # A module's name has no hyphen.
-            module_name = _MODULES.get(name, name.replace("-", "_"))
-            module = importlib.import_module(f"solarcal.cli.{module_name}")
+            module = importlib.import_module(command_module(name))
             module.add_arguments(command)
             command.set_defaults(run=module.run)
     return parser

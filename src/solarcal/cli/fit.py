@@ -32,7 +32,7 @@ def add_method_option(parser: argparse.ArgumentParser) -> None:
         "--method",
         choices=("linear", "robust", "exact"),
         help="robust (default): exact geometry, known physics, a physical prior; exact: the same "
-        "without prior; manual: six terms by plain least squares, as the original did",
+        "without prior; linear: six terms by plain least squares, as the original did",
     )
 
 

@@ -1,0 +1,1 @@
+"""What the project needs besides the program: its man page, its packages."""
