@@ -34,7 +34,7 @@ bench: .venv/.installed-dev
 
 # Every picture of the documentation, from a seeded emulator at fixed virtual times.
 pictures: .venv/.installed
-	$(BIN)/python -m solarcal.tui.pictures docs/pictures
+	$(BIN)/python -m tools.pictures docs/pictures
 
 # The man page, from the program's own options.
 man: .venv/.installed-dev

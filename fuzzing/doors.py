@@ -15,7 +15,6 @@ from zlib import crc32
 from solarcal.config import Settings, read_toml, toml_text
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
-from solarcal.emulator.two_mirror_scenario import load_mirror_scenario, mirror_scenario_names
 from solarcal.errors import ProtocolError, SolarcalError
 from solarcal.plain_text import is_harmless
 from solarcal.profile_form import profile_from_form
@@ -24,6 +23,7 @@ from solarcal.session.interchange import read_table
 from solarcal.session.reader import live_records, read_session
 from solarcal.station.state import view_session
 from solarcal.tui.keyboard import checked_keymap
+from solarcal.two_mirror.scenario import load_mirror_scenario, mirror_scenario_names
 from solarcal.unit.conversation import Timing
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.frames import LineBuffer, decode_reply, decode_request
@@ -384,7 +384,7 @@ def _into_set(content: bytes) -> None:
 
 
 def _mirror_scenarios() -> tuple[bytes, ...]:
-    folder = resources.files("solarcal.emulator") / "two_mirror_scenarios"
+    folder = resources.files("solarcal.two_mirror") / "scenarios"
     return tuple((folder / f"{name}.toml").read_bytes() for name in mirror_scenario_names())
 
 

@@ -170,7 +170,7 @@ def test_every_driver_is_in_the_page_on_hardware():
 
 
 def test_pictures_are_those_the_program_makes_and_all_are_used():
-    scenes = (ROOT / "src/solarcal/tui/pictures/scenes.py").read_text(encoding="utf-8")
+    scenes = (ROOT / "tools/pictures/scenes.py").read_text(encoding="utf-8")
     made = {
         name.replace("_", "-") for name in re.findall(r"^@scene\nasync def (\w+)", scenes, re.M)
     }

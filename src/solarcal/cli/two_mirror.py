@@ -124,8 +124,8 @@ def run(args: argparse.Namespace) -> int:
 def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     from solarcal.cli.two_mirror_field import base_document
     from solarcal.errors import ConfigurationError
-    from solarcal.optics.two_mirror_base import MirrorPoints, fit_base
     from solarcal.session.interchange.csv_points import read_points_csv
+    from solarcal.two_mirror.base import MirrorPoints, fit_base
 
     table = read_points_csv(args.file, geometry=None)
     if table.geometry != "azel":
@@ -171,8 +171,8 @@ def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
 
 
 def _simulate(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
-    from solarcal.cli.two_mirror_day import day_document, day_lines, day_table
-    from solarcal.emulator.two_mirror_day import simulate_day
+    from solarcal.two_mirror.day import simulate_day
+    from solarcal.two_mirror.day_report import day_document, day_lines, day_table
 
     day = simulate_day(_scenario(args), seed=args.seed)
     if args.log:
@@ -183,7 +183,7 @@ def _simulate(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
 
 
 def _tune(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
-    from solarcal.emulator.two_mirror_tuning import tune
+    from solarcal.two_mirror.tuning import tune
 
     tuning = tune(_scenario(args), seed=args.seed, axis=args.axis)
     gains = tuning.gains
@@ -217,8 +217,8 @@ def _tune(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
 
 
 def _scenario(args: argparse.Namespace) -> Any:
-    from solarcal.emulator.two_mirror_scenario import load_mirror_scenario
     from solarcal.errors import ConfigurationError
+    from solarcal.two_mirror.scenario import load_mirror_scenario
 
     if args.seed < 0:
         raise ConfigurationError(f"seed {args.seed} must not be negative")

@@ -4,14 +4,13 @@ import argparse
 from typing import Any
 
 from solarcal.errors import ConfigurationError
-from solarcal.optics.two_mirror import EulerBase
-from solarcal.optics.two_mirror_diode import QuadrantDiode, disc_gain_per_rad
-from solarcal.optics.two_mirror_fov import field_of_view
 from solarcal.report.field import two_mirror
 from solarcal.report.field.two_mirror import base_document
 from solarcal.site import Site
 from solarcal.sun import sun_position
 from solarcal.timescale import parse_utc
+from solarcal.two_mirror.diode import QuadrantDiode, disc_gain_per_rad, field_of_view
+from solarcal.two_mirror.mirrors import EulerBase
 
 __all__ = ["base_document", "fov", "point", "trace"]
 

@@ -11,13 +11,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from solarcal.errors import ProcedureRefused
-from solarcal.optics.two_mirror_control import REVERSED, GrowthWatch
 from solarcal.session.records import PointRecord
 from solarcal.station.fitting import solve
 from solarcal.station.jogging import JogView, SunOffsetJog
 from solarcal.station.point_judgement import judge_point
 from solarcal.station.procedure import Station
 from solarcal.station.technician import AutomaticTechnician, Schedule
+from solarcal.two_mirror.control import REVERSED, GrowthWatch
 from solarcal.unit.tracker import Mode, Spot
 
 GAIN = 0.6

@@ -1,23 +1,23 @@
 """Two 45-degree mirrors on an altazimuth mount: axes, the diode's correction, field of view."""
 
 from solarcal.errors import ConfigurationError
-from solarcal.optics.two_mirror import (
+from solarcal.report.field.answer import Answer, Drawing, paragraph
+from solarcal.report.instrument_plots import Ring, directions_plot, rings_drawing
+from solarcal.report.scales import Theme
+from solarcal.two_mirror.diode import (
+    SUN_RADIUS_MRAD,
+    FieldOfView,
+    QuadrantDiode,
+    Signals,
+    quadrant_errors,
+)
+from solarcal.two_mirror.mirrors import (
     EulerBase,
     axes_of,
     ray_to_sky,
     sun_axes_deg,
     tracker_matrix,
 )
-from solarcal.optics.two_mirror_diode import (
-    SUN_RADIUS_MRAD,
-    QuadrantDiode,
-    Signals,
-    quadrant_errors,
-)
-from solarcal.optics.two_mirror_fov import FieldOfView
-from solarcal.report.field.answer import Answer, Drawing, paragraph
-from solarcal.report.instrument_plots import Ring, directions_plot, rings_drawing
-from solarcal.report.scales import Theme
 
 
 def base_document(base: EulerBase) -> dict[str, float]:

@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 
 
 def _point(form: Form) -> "Answer":
-    from solarcal.optics.two_mirror import EulerBase
     from solarcal.report.field.two_mirror import point
+    from solarcal.two_mirror.mirrors import EulerBase
 
     base = EulerBase(form.number("alpha"), form.number("beta"), form.number("gamma"))
     return point(*sun_deg(form), base, latitude_deg=drawn_latitude_deg(form))
 
 
 def _trace(form: Form) -> "Answer":
-    from solarcal.optics.two_mirror_diode import QuadrantDiode, disc_gain_per_rad
     from solarcal.report.field.two_mirror import trace
+    from solarcal.two_mirror.diode import QuadrantDiode, disc_gain_per_rad
 
     found = [form.numbers(name, 3) for name in ("mirror1", "mirror2")]
     gain = form.optional("gain")
@@ -41,8 +41,8 @@ def _trace(form: Form) -> "Answer":
 
 
 def _fov(form: Form) -> "Answer":
-    from solarcal.optics.two_mirror_fov import field_of_view
     from solarcal.report.field.two_mirror import fov
+    from solarcal.two_mirror.diode import field_of_view
 
     return fov(
         field_of_view(

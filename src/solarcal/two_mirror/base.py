@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solarcal.errors import FitError
-from solarcal.optics.two_mirror import EulerBase, direction, rotation_x, rotation_y, rotation_z
+from solarcal.two_mirror.mirrors import EulerBase, direction, rotation_x, rotation_y, rotation_z
 from solarcal.units import RAD_PER_DEG, FloatArray
 
 FEWEST_POSITIONS = 3

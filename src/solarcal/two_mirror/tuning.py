@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solarcal.emulator.two_mirror_scenario import MirrorScenario
-from solarcal.emulator.two_mirror_world import MirrorWorld
 from solarcal.errors import ConfigurationError
-from solarcal.optics.two_mirror import EulerBase
-from solarcal.optics.two_mirror_control import Pid, PidGains, ziegler_nichols
-from solarcal.optics.two_mirror_diode import QuadrantDiode, quadrant_errors
 from solarcal.sun.day import daylight
+from solarcal.two_mirror.control import Pid, PidGains, ziegler_nichols
+from solarcal.two_mirror.diode import QuadrantDiode, quadrant_errors
+from solarcal.two_mirror.mirrors import EulerBase
+from solarcal.two_mirror.scenario import MirrorScenario
+from solarcal.two_mirror.world import MirrorWorld
 from solarcal.units import FloatArray
 
 KNOCK_MRAD = 1.0

@@ -6,16 +6,18 @@ import numpy as np
 import pytest
 
 from solarcal.errors import ConfigurationError
-from solarcal.optics.two_mirror import direction_components
-from solarcal.optics.two_mirror_control import (
+from solarcal.two_mirror.control import (
     GrowthWatch,
     Pid,
     PidGains,
+    ZenithPassage,
+    beside,
+    sense_of_turn,
+    spiral_deg,
     step_rate_deg_s,
     ziegler_nichols,
 )
-from solarcal.optics.two_mirror_search import beside, spiral_deg
-from solarcal.optics.two_mirror_zenith import ZenithPassage, sense_of_turn
+from solarcal.two_mirror.mirrors import direction_components
 
 SUN_DEG_S = 15.0 / 3600.0
 

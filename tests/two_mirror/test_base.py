@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from solarcal.errors import FitError
-from solarcal.optics.two_mirror import EulerBase
-from solarcal.optics.two_mirror_base import MirrorPoints, base_from_three, fit_base
 from solarcal.site import Site
 from solarcal.sun import sun_position
 from solarcal.timescale import parse_utc
+from solarcal.two_mirror.base import MirrorPoints, base_from_three, fit_base
+from solarcal.two_mirror.mirrors import EulerBase
 
 PUBLISHED = EulerBase(9.96, 0.888, 0.174)
 """10-physics.md section 6: alpha, beta, gamma at Saint-Denis, 12 September 2011."""

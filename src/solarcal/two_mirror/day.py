@@ -6,17 +6,17 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
-from solarcal.emulator.two_mirror_belief import BaseBelief, LoggedPoint
-from solarcal.emulator.two_mirror_controller import LoopMode, MirrorController
-from solarcal.emulator.two_mirror_scenario import MirrorScenario
-from solarcal.emulator.two_mirror_tuning import LoopTuning, tune
-from solarcal.emulator.two_mirror_world import MirrorWorld
 from solarcal.errors import ConfigurationError
-from solarcal.optics.two_mirror import EulerBase
-from solarcal.optics.two_mirror_base import BaseSolution
-from solarcal.optics.two_mirror_control import PidGains
-from solarcal.optics.two_mirror_diode import QuadrantDiode
 from solarcal.sun.day import daylight
+from solarcal.two_mirror.base import BaseSolution
+from solarcal.two_mirror.base_model import BaseModel, LoggedPoint
+from solarcal.two_mirror.control import PidGains
+from solarcal.two_mirror.controller import LoopMode, MirrorController
+from solarcal.two_mirror.diode import QuadrantDiode
+from solarcal.two_mirror.mirrors import EulerBase
+from solarcal.two_mirror.scenario import MirrorScenario
+from solarcal.two_mirror.tuning import LoopTuning, tune
+from solarcal.two_mirror.world import MirrorWorld
 from solarcal.units import FloatArray
 
 FIRST_ELEVATION_DEG = 0.5
@@ -122,17 +122,17 @@ def simulate_day(scenario: MirrorScenario, *, seed: int = 0) -> MirrorDay:
         truth.field_mrad,
         (useful[1] - useful[0]) / (loop.points + 1),
     )
-    stands = controller.belief.calculated_deg(first_utc_s)
+    stands = controller.base_model.calculated_deg(first_utc_s)
     world = MirrorWorld(truth, site, first_utc_s - 1.0, up[1] + 1.0, *stands, seed)
     track, found_utc_s = _run(world, controller, first_utc_s, updates, loop.period_s)
-    solution = controller.belief.solution
+    solution = controller.base_model.solution
     return MirrorDay(
         scenario=scenario,
         track=track,
-        log=tuple(controller.belief.log),
+        log=tuple(controller.base_model.log),
         solution=solution,
         calculated_mrad=(
-            calculated_mode_mrad(world, controller.belief, solution.base, useful)
+            calculated_mode_mrad(world, controller.base_model, solution.base, useful)
             if solution is not None
             else np.empty(0)
         ),
@@ -159,7 +159,7 @@ def _run(
         utc_s = first_utc_s + number * period_s
         sun = world.sun_deg(utc_s)
         rates = controller.update(utc_s, world.signals(utc_s), *world.readings_deg())
-        if found_utc_s is None and controller.belief.log:
+        if found_utc_s is None and controller.base_model.log:
             found_utc_s = utc_s
         rows[number] = (
             utc_s,
@@ -180,7 +180,7 @@ def _run(
 
 def calculated_mode_mrad(
     world: MirrorWorld,
-    belief: BaseBelief,
+    base_model: BaseModel,
     base: EulerBase,
     between_utc_s: tuple[float, float],
 ) -> FloatArray:
@@ -188,7 +188,8 @@ def calculated_mode_mrad(
     put them: no diode, no lag."""
     times = np.arange(between_utc_s[0], between_utc_s[1], CALCULATED_STEP_S)
     spots = [
-        world.spot_from(utc_s, *base.axes_deg(*belief.sun_deg(utc_s))) for utc_s in times.tolist()
+        world.spot_from(utc_s, *base.axes_deg(*base_model.sun_deg(utc_s)))
+        for utc_s in times.tolist()
     ]
     return np.array([math.hypot(*spot) for spot in spots])
 

@@ -9,9 +9,9 @@ from solarcal.tui.app import SolarcalApp
 from solarcal.tui.messages import StartOffers
 from solarcal.tui.offers import Entry, Offers, gather_offers
 from solarcal.tui.performers import PERFORMERS
-from solarcal.tui.pictures.stage import LARGE, SMALL, Day, picture, shows, until
 from solarcal.tui.screens.start import StartScreen
 from solarcal.tui.widgets.workstation_view import PLOTS, WorkstationView
+from tools.pictures.stage import LARGE, SMALL, Day, picture, shows, until
 
 Scene = Callable[[Path], Coroutine[Any, Any, str]]
 SCENES: dict[str, Scene] = {}

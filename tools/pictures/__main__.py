@@ -1,4 +1,4 @@
-"""``python -m solarcal.tui.pictures FOLDER [NAME ...]``: all pictures, or those named."""
+"""``python -m tools.pictures FOLDER [NAME ...]``: all pictures, or those named."""
 
 import asyncio
 import os
@@ -6,14 +6,14 @@ import sys
 import tempfile
 from pathlib import Path
 
-from solarcal.tui.pictures.scenes import SCENES
+from tools.pictures.scenes import SCENES
 
 
 def main() -> int:
     names = sys.argv[2:] or list(SCENES)
     unknown = [name for name in names if name not in SCENES]
     if len(sys.argv) < 2 or unknown:
-        print("usage: python -m solarcal.tui.pictures FOLDER [NAME ...]", file=sys.stderr)
+        print("usage: python -m tools.pictures FOLDER [NAME ...]", file=sys.stderr)
         print(f"names: {' '.join(SCENES)}", file=sys.stderr)
         return 2
     target = Path(sys.argv[1]).resolve()

@@ -1,4 +1,4 @@
-"""What the controller of a two-mirror tracker believes: its own Sun, and the base it learnt."""
+"""The model a two-mirror tracker's controller works with: its own Sun, and the base it fitted."""
 
 import math
 from dataclasses import dataclass
@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from solarcal.errors import FitError
-from solarcal.optics.two_mirror import EulerBase
-from solarcal.optics.two_mirror_base import BaseSolution, MirrorPoints, fit_base
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun import apparent_zenith_deg
 from solarcal.sun.appendix_a import horizontal_deg
+from solarcal.two_mirror.base import BaseSolution, MirrorPoints, fit_base
+from solarcal.two_mirror.mirrors import EulerBase
 
 RATE_SPAN_S = 20.0
 LEAST_LOG_ELEVATION_DEG = 5.0
@@ -28,7 +28,7 @@ class LoggedPoint:
     axis2_deg: float
 
 
-class BaseBelief:
+class BaseModel:
     """The Sun by the controller's formula and air, and the Euler angles as known so far.
 
     Parameters

@@ -8,7 +8,7 @@ import pytest
 from solarcal.errors import ConfigurationError
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import MountGeometry
-from solarcal.optics.two_mirror import (
+from solarcal.two_mirror.mirrors import (
     MOVING_MIRROR,
     EulerBase,
     axes_of,

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from solarcal.emulator.two_mirror_day import MirrorDay, ZenithReport
 from solarcal.session.points import PointTable
 from solarcal.timescale import format_utc
+from solarcal.two_mirror.day import MirrorDay, ZenithReport
 from solarcal.units import wrap_deg
 
 

@@ -8,20 +8,21 @@ import math
 from collections.abc import Iterator
 from enum import StrEnum
 
-from solarcal.emulator.two_mirror_belief import BaseBelief
-from solarcal.emulator.two_mirror_scenario import MirrorLoop
-from solarcal.optics.two_mirror import axes_of
-from solarcal.optics.two_mirror_control import (
+from solarcal.site import Site
+from solarcal.two_mirror.base_model import BaseModel
+from solarcal.two_mirror.control import (
     REVERSED,
     GrowthWatch,
     Pid,
     PidGains,
+    ZenithPassage,
+    beside,
+    spiral_deg,
     step_rate_deg_s,
 )
-from solarcal.optics.two_mirror_diode import QuadrantDiode, Signals, quadrant_errors
-from solarcal.optics.two_mirror_search import beside, spiral_deg
-from solarcal.optics.two_mirror_zenith import ZenithPassage
-from solarcal.site import Site
+from solarcal.two_mirror.diode import QuadrantDiode, Signals, quadrant_errors
+from solarcal.two_mirror.mirrors import axes_of
+from solarcal.two_mirror.scenario import MirrorLoop
 
 SEEN_LIGHT = 0.3
 """Less light than this part of the clear Sun's is no spot."""
@@ -77,7 +78,7 @@ class MirrorController:
         log_every_s: float,
     ) -> None:
         self.loop = loop
-        self.belief = BaseBelief(loop.believed(), site, log_every_s)
+        self.base_model = BaseModel(loop.believed(), site, log_every_s)
         self.mode = LoopMode.WAIT
         self.message = ""
         self._diode = diode
@@ -104,7 +105,7 @@ class MirrorController:
             return 0.0, 0.0
         if self.loop.control == "calculated":
             self.mode = LoopMode.CALCULATED
-            ahead = self.belief.calculated_deg(utc_s + self.loop.period_s)
+            ahead = self.base_model.calculated_deg(utc_s + self.loop.period_s)
             return self._towards(ahead, axis1_deg, axis2_deg)
         seen = sum(signals) > SEEN_LIGHT
         errors = quadrant_errors(signals) if seen else (0.0, 0.0)
@@ -138,7 +139,7 @@ class MirrorController:
             self._lost_uncentred = 0
             if self.mode is LoopMode.STEP and self.loop.control == "pid":
                 self._begin_pid(utc_s)
-            self.belief.keep_point(utc_s, to_go, axis1_deg, axis2_deg)
+            self.base_model.keep_point(utc_s, to_go, axis1_deg, axis2_deg)
         if self.mode is LoopMode.STEP:
             return self._stepped(utc_s, to_go)
         return self._pids[0].rate_deg_s(to_go[0]), self._pids[1].rate_deg_s(to_go[1])
@@ -154,13 +155,13 @@ class MirrorController:
 
     def _begin_pid(self, utc_s: float) -> None:
         self.mode = LoopMode.PID
-        for pid, rate in zip(self._pids, self.belief.rates_deg_s(utc_s), strict=True):
+        for pid, rate in zip(self._pids, self.base_model.rates_deg_s(utc_s), strict=True):
             pid.begin(rate)
 
     def _stepped(self, utc_s: float, to_go: tuple[float, float]) -> tuple[float, float]:
         """Fixed steps of the size the Sun asks for, at least a tenth of its greatest rate."""
         period_s = self.loop.period_s
-        rates = self.belief.rates_deg_s(utc_s)
+        rates = self.base_model.rates_deg_s(utc_s)
         least = 0.1 * 15.0 / 3600.0
         stepped = [
             step_rate_deg_s(
@@ -185,12 +186,12 @@ class MirrorController:
                         f"corrections meant to centre it: {REVERSED}"
                     )
             self.mode, self._waiting_s = LoopMode.WAIT, 0.0
-        ahead = self.belief.calculated_deg(utc_s + self.loop.period_s)
-        place = ahead[0] + self.belief.offset_deg[0], ahead[1] + self.belief.offset_deg[1]
+        ahead = self.base_model.calculated_deg(utc_s + self.loop.period_s)
+        place = ahead[0] + self.base_model.offset_deg[0], ahead[1] + self.base_model.offset_deg[1]
         if self.mode is LoopMode.WAIT:
             arrived = _apart_deg(place, axis1_deg, axis2_deg) < self._field_radius_deg
             self._waiting_s += self.loop.period_s if arrived else 0.0
-            if self._waiting_s < WAIT_S and not (arrived and not self.belief.log):
+            if self._waiting_s < WAIT_S and not (arrived and not self.base_model.log):
                 return self._towards(place, axis1_deg, axis2_deg)
             self.mode = LoopMode.SEARCH
             self._next_arm()
@@ -205,7 +206,7 @@ class MirrorController:
         following = next(self._spiral, None) if self._spiral is not None else None
         if following is None:
             limit_deg = self.loop.search_deg
-            if self.belief.log:
+            if self.base_model.log:
                 # It has been found before: behind a cloud it is where it is calculated, and the
                 # search must be back there soon.
                 limit_deg = min(limit_deg, KNOWN_SEARCH_DEG)
@@ -222,8 +223,8 @@ class MirrorController:
         """
         if utc_s >= self._look_again_utc_s:
             self._look_again_utc_s = utc_s + NEAR_LOOK_S
-            sun = self.belief.sun_deg(utc_s)
-            nearest = min(sun[1], self.belief.base.axes_deg(*sun)[1])
+            sun = self.base_model.sun_deg(utc_s)
+            nearest = min(sun[1], self.base_model.base.axes_deg(*sun)[1])
             self._near = nearest < self.loop.near_zenith_deg + LEAD_DEG
         return self._near
 
@@ -238,15 +239,15 @@ class MirrorController:
         if self._passage is None:
             self._passage = ZenithPassage(axis1_deg, self._path_deg(utc_s))
             self.mode = LoopMode.ZENITH
-            self._pids[1].begin(self.belief.rates_deg_s(utc_s)[1])
+            self._pids[1].begin(self.base_model.rates_deg_s(utc_s)[1])
             self._watch.forget()
-        ahead = self.belief.calculated_deg(utc_s + self.loop.period_s)
-        asked = self._passage.azimuth_deg(ahead[0] + self.belief.offset_deg[0])
+        ahead = self.base_model.calculated_deg(utc_s + self.loop.period_s)
+        asked = self._passage.azimuth_deg(ahead[0] + self.base_model.offset_deg[0])
         rate1 = self._passage.rate_deg_s(axis1_deg, asked, self.loop.period_s)
         rate1 = math.copysign(min(abs(rate1), self._fastest_deg_s[0]), rate1)
         if errors is None:
-            self._pids[1].begin(self.belief.rates_deg_s(utc_s)[1])
-            return rate1, self._limited(1, ahead[1] + self.belief.offset_deg[1] - axis2_deg)
+            self._pids[1].begin(self.base_model.rates_deg_s(utc_s)[1])
+            return rate1, self._limited(1, ahead[1] + self.base_model.offset_deg[1] - axis2_deg)
         _, to_go2 = self._diode.corrections_deg(*errors, axis1_deg, axis2_deg)
         return rate1, self._pids[1].rate_deg_s(to_go2)
 
@@ -254,7 +255,7 @@ class MirrorController:
         """Calculated azimuths from now until the Sun has left the zone, every few seconds."""
         path = []
         for number in range(2000):
-            azimuth, from_axis = self.belief.calculated_deg(utc_s + 5.0 * number)
+            azimuth, from_axis = self.base_model.calculated_deg(utc_s + 5.0 * number)
             path.append(azimuth)
             if number and from_axis > PATH_END * self.loop.near_zenith_deg:
                 break

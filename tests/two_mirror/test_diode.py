@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 
 from solarcal.errors import ConfigurationError
-from solarcal.optics.two_mirror import (
+from solarcal.two_mirror.diode import (
+    QuadrantDiode,
+    disc_gain_per_rad,
+    field_of_view,
+    quadrant_errors,
+)
+from solarcal.two_mirror.mirrors import (
     axes_of,
     direction_components,
     fixed_mirrors_matrix,
     ray_from_sky,
     tracker_matrix,
 )
-from solarcal.optics.two_mirror_diode import (
-    QuadrantDiode,
-    disc_gain_per_rad,
-    quadrant_errors,
-)
-from solarcal.optics.two_mirror_fov import field_of_view
 
 
 @pytest.mark.parametrize(

@@ -22,12 +22,12 @@ from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.timescale import format_utc
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.performers import PERFORMERS
-from solarcal.tui.pictures.screen_svg import screen_svg
 from solarcal.tui.screens.workstation import WorkstationScreen
 from solarcal.tui.themes import DEFAULT_THEME
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.link import Link
 from solarcal.unit.tracker import Emulation
+from tools.pictures.screen_svg import screen_svg
 
 SMALL, LARGE = (80, 24), (140, 45)
 SCENARIO, SEED = "tijeras-azel", 11

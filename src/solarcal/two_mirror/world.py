@@ -7,17 +7,17 @@ import math
 
 import numpy as np
 
-from solarcal.emulator.two_mirror_scenario import MirrorTruth
-from solarcal.optics.two_mirror import (
+from solarcal.site import Site, Weather, standard_pressure_hpa
+from solarcal.sun import apparent_zenith_deg
+from solarcal.sun.ephemeris import SiteEphemeris
+from solarcal.two_mirror.mirrors import (
     Components,
     EulerBase,
     direction_components,
     fixed_mirrors_matrix,
     ray_from_sky,
 )
-from solarcal.site import Site, Weather, standard_pressure_hpa
-from solarcal.sun import apparent_zenith_deg
-from solarcal.sun.ephemeris import SiteEphemeris
+from solarcal.two_mirror.scenario import MirrorTruth
 
 _MRAD = 1e3
 _NOISE_BLOCK = 4096

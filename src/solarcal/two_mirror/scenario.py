@@ -9,9 +9,9 @@ import msgspec
 from solarcal.emulator.scenario import SiteSettings
 from solarcal.emulator.settings import checked, refuse_unknown, with_setting
 from solarcal.errors import ConfigurationError
-from solarcal.optics.two_mirror import EulerBase, fixed_mirrors_matrix
 from solarcal.timescale import parse_utc
 from solarcal.toml_text import parse_toml
+from solarcal.two_mirror.mirrors import EulerBase, fixed_mirrors_matrix
 
 DEFAULT_SCENARIO = "maido"
 CONTROLS = ("step", "pid", "calculated")
@@ -167,4 +167,4 @@ def load_mirror_scenario(
 
 
 def _folder() -> resources.abc.Traversable:
-    return resources.files("solarcal.emulator") / "two_mirror_scenarios"
+    return resources.files("solarcal.two_mirror") / "scenarios"

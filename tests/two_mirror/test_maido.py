@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import solarcal.emulator
+import solarcal.two_mirror
 from solarcal.cli import run_command
-from solarcal.cli.two_mirror_day import day_lines
-from solarcal.emulator.two_mirror_controller import LoopMode
-from solarcal.emulator.two_mirror_day import MirrorDay, simulate_day
-from solarcal.emulator.two_mirror_scenario import load_mirror_scenario, mirror_scenario_names
-from solarcal.emulator.two_mirror_tuning import tune
-from solarcal.emulator.two_mirror_world import overlap, quadrant_parts
 from solarcal.errors import ConfigurationError
+from solarcal.two_mirror.controller import LoopMode
+from solarcal.two_mirror.day import MirrorDay, simulate_day
+from solarcal.two_mirror.day_report import day_lines
+from solarcal.two_mirror.scenario import load_mirror_scenario, mirror_scenario_names
+from solarcal.two_mirror.tuning import tune
+from solarcal.two_mirror.world import overlap, quadrant_parts
 
 UPRIGHT = ("truth.beta_deg=0", "truth.gamma_deg=0")
 LATE_NOVEMBER = "day=2024-11-28"
@@ -254,13 +254,13 @@ def test_the_field_lets_the_sun_through_until_it_passes_its_edge() -> None:
 @pytest.mark.parametrize(
     ("module", "stranger"),
     [
-        ("two_mirror_controller", "two_mirror_world"),
-        ("two_mirror_belief", "two_mirror_world"),
-        ("two_mirror_world", "two_mirror_controller"),
+        ("controller", "world"),
+        ("base_model", "world"),
+        ("world", "controller"),
     ],
 )
 def test_hidden_truth_and_controller_do_not_know_each_other(module: str, stranger: str) -> None:
-    source = Path(solarcal.emulator.__path__[0]) / f"{module}.py"
+    source = Path(solarcal.two_mirror.__path__[0]) / f"{module}.py"
     names = {
         name
         for node in ast.walk(ast.parse(source.read_text(encoding="utf-8")))
@@ -268,7 +268,7 @@ def test_hidden_truth_and_controller_do_not_know_each_other(module: str, strange
         for name in (node.module, *(alias.name for alias in node.names))
     }
     assert not {n for n in names if n and (stranger in n or n == "MirrorTruth")} or (
-        module == "two_mirror_world" and not any(n and stranger in n for n in names)
+        module == "world" and not any(n and stranger in n for n in names)
     )
 
 

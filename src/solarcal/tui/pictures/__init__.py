@@ -1,1 +1,0 @@
-"""The documentation's pictures, made by the program: ``python -m solarcal.tui.pictures FOLDER``."""

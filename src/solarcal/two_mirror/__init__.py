@@ -1,0 +1,1 @@
+"""Two 45-degree mirrors on an altazimuth mount: optics, a simulated world, the closed loop."""
