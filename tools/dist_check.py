@@ -32,11 +32,11 @@ def build(folder: Path) -> tuple[Path, Path]:
 
 def missing(wheel: Path, source: Path) -> list[str]:
     """Return the files that the archives should hold and do not."""
-    in_wheel = zipfile.ZipFile(wheel).namelist()
-    in_source = tarfile.open(source).getnames()
+    with zipfile.ZipFile(wheel) as packed, tarfile.open(source) as archive:
+        in_wheel, in_source = packed.namelist(), archive.getnames()
     return [
-        f"{archive.name}: {wanted}"
-        for archive, names, expected in (
+        f"{path.name}: {wanted}"
+        for path, names, expected in (
             (wheel, in_wheel, IN_THE_WHEEL),
             (source, in_source, IN_THE_SOURCE),
         )

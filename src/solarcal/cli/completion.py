@@ -23,9 +23,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the script."""
-    import argcomplete
+    from argcomplete.shell_integration import shellcode
 
-    print(argcomplete.shellcode([_PROGRAM], shell=args.shell), end="")
+    print(shellcode([_PROGRAM], shell=args.shell), end="")
     return 0
 
 
@@ -60,4 +60,4 @@ def _name_scenarios(parser: argparse.ArgumentParser, asked: str) -> None:
         if isinstance(group, argparse._SubParsersAction) and asked in group.choices:
             for action in group.choices[asked]._actions:
                 if action.dest == "scenario":
-                    action.completer = scenarios  # type: ignore[attr-defined]
+                    action.completer = scenarios
