@@ -14,8 +14,8 @@ PAGE = Path(__file__).parent.parent / "docs" / "solarcal.1"
 DESCRIPTION = (
     "Calibrates sun trackers: takes points on the Sun, estimates the six tilt-error coefficients "
     "of the controller with their uncertainty, forecasts the pointing error over the year, and "
-    "loads the coefficients, read back and compared. Without a command it opens the workstation. The "
-    "documentation is in the folder docs of the program."
+    "loads the coefficients, read back and compared. Without a command it opens the workstation. "
+    "The documentation is in the folder docs of the program."
 )
 
 
