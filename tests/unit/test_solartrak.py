@@ -29,8 +29,9 @@ def reading_parameters(seq):
 
 def test_open_says_who_answers():
     link = ScriptedLink(*OPENING)
-    identity = SolarTrakUnit(lambda: link).open()
-    assert (identity.model, identity.serial, identity.is_emulator) == (
+    unit = SolarTrakUnit(lambda: link)
+    identity = unit.open()
+    assert (identity.model, identity.serial, unit.capabilities.emulated) == (
         "SOLARTRAK-EMU",
         "0007",
         True,

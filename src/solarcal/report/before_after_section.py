@@ -3,7 +3,6 @@
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS
 from solarcal.report.columns import number
 from solarcal.report.renderables import Block, Facts, Section, Sentences, Table
-from solarcal.session.points import IMPORTED_MODEL
 from solarcal.session.records import UploadRecord
 from solarcal.station.judged_files import JudgedFiles
 from solarcal.station.sign_off import SignOff, forecast_with
@@ -14,7 +13,7 @@ def after_section(judged: JudgedFiles, after: SignOff) -> Section:
     """As found, as fitted, as uploaded; what the check points measured."""
     judgement, header = judged.of_the_controller(), judged.header
     rows = []
-    if header is not None and header.unit.model != IMPORTED_MODEL:
+    if header is not None and not header.unit.imported:
         found = forecast_with(judgement, header.coefficients, header.offsets)
         rows.append(("as found when the session began", found))
     rows.append(("with the coefficients of this certificate", judgement.forecast))

@@ -17,7 +17,7 @@ from solarcal.report.svg_figures import (
     forecast_figure,
     residual_figure,
 )
-from solarcal.session.points import IMPORTED_MODEL, PointTable
+from solarcal.session.points import PointTable
 from solarcal.session.reader import live_records
 from solarcal.session.records import ClockSet, Header
 from solarcal.station.curves import table_plot_data
@@ -33,7 +33,7 @@ def subject_section(judged: JudgedFiles, header: Header | None) -> Section:
     place = [("mount", table.geometry), ("site", _site(table, header))]
     rows = [("unit", table.unit or "not named"), *place]
     if header is not None:
-        if header.unit.model != IMPORTED_MODEL:
+        if not header.unit.imported:
             rows.append(("firmware", header.unit.firmware))
             rows.append(("update range", f"{header.unit.update_range_deg:g} deg"))
         operators = dict.fromkeys(s.header.operator for s in judged.sessions if s.header.operator)
@@ -129,7 +129,7 @@ def points_section(judged: JudgedFiles) -> Section:
     """Every attempt with its residual, and the two plots."""
     header = judged.header
     limits = None
-    if header is not None and header.unit.model != IMPORTED_MODEL:
+    if header is not None and not header.unit.imported:
         limits = header.unit.limits
     data = table_plot_data(judged.table, judged.solution, limits)
     return Section(

@@ -9,7 +9,6 @@ import msgspec
 from solarcal.config import toml_text
 from solarcal.profiles import Profile
 from solarcal.report.certificate import SourceFile
-from solarcal.session.points import IMPORTED_MODEL
 from solarcal.session.records import Header
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -58,7 +57,7 @@ def session_profile_toml(header: Header) -> str:
 
     From the session, not from the machine that writes the zip: that may be another one.
     """
-    imported = header.unit.model == IMPORTED_MODEL
+    imported = header.unit.imported
     profile = Profile(
         name=f"{header.unit.model} {header.unit.serial}"[:40].strip(),
         operator=header.operator,

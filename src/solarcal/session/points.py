@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from solarcal.sun import SunPosition
 
 IDEALS = ("apparent", "airless", "solartrak")
-IMPORTED_MODEL = "imported"
 STATUSES = ("accepted", "aborted", "rejected")
 
 EPHEMERIS_TOLERANCE_DEG = 0.05
@@ -161,7 +160,7 @@ def table_from_session(session: Session) -> PointTable:
 
 def unit_name(header: Header) -> str:
     """The unit as points files name it: model and serial number."""
-    if header.unit.model == IMPORTED_MODEL:
+    if header.unit.imported:
         return header.unit.serial
     return f"{header.unit.model} {header.unit.serial}".strip()
 
@@ -297,7 +296,7 @@ def _instant(point: PointRecord, header: Header) -> float | None:
     if point.read_utc is not None:
         return parse_utc(point.read_utc)
     # The time of an import says nothing about when its points were taken.
-    if point.ideal_deg is None or header.unit.model == IMPORTED_MODEL:
+    if point.ideal_deg is None or header.unit.imported:
         return None
     return parse_utc(point.utc)
 

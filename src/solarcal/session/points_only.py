@@ -15,7 +15,7 @@ import msgspec
 
 from solarcal.errors import ConfigurationError, SessionFileError
 from solarcal.session.lines import decode_record
-from solarcal.session.points import IMPORTED_MODEL, ideal_kind
+from solarcal.session.points import ideal_kind
 from solarcal.session.records import Header, Pair, PointStatus
 from solarcal.timescale import parse_utc
 
@@ -116,7 +116,7 @@ def _points_of(content: bytes) -> PointsOnly:
     if not len(ideal) == len(error) == len(live):
         raise NeedsFirstReader("an accepted point without angles")
     sigma = [p.sigma_deg for p in live if p.sigma_deg is not None]
-    imported = header.unit.model == IMPORTED_MODEL
+    imported = header.unit.imported
     return PointsOnly(
         header=header,
         ideal=ideal_kind(header),

@@ -19,6 +19,7 @@ from solarcal.site import Site, Weather
 FORMAT_VERSION = 1
 
 TYPED_FIRMWARE = "typed"
+IMPORTED_MODEL = "imported"
 """What stands for the firmware of a unit nobody hears: its display was read, and typed."""
 
 PointStatus = Literal["accepted", "aborted", "rejected"]
@@ -45,6 +46,16 @@ class UnitRecord(msgspec.Struct, frozen=True, kw_only=True):
     """Target and mirror, where the axes turn a mirror's normal."""
     has_switches: bool = True
     """Whether reference checks end on switches."""
+
+    @property
+    def imported(self) -> bool:
+        """No unit of ours was there: the points come from another program."""
+        return self.model == IMPORTED_MODEL
+
+    @property
+    def typed(self) -> bool:
+        """A person read its display and typed."""
+        return self.firmware == TYPED_FIRMWARE
 
 
 class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):

@@ -16,7 +16,7 @@ def disagreements(station: StationCore) -> Iterator[str]:
     site = station.session.header.site
     yield from check_unit_settings(station.unit_site, site, status.unit_utc_s - laptop_utc_s)
     sun = check_unit_sun(station.unit_site, site, status, laptop_utc_s)
-    if status.by_hand:
+    if not station.tracker.capabilities.has_link:
         yield from _typed_otherwise(station)
     if not sun.agrees:
         yield f"the unit's Sun is {sun.difference_deg:.3f} deg from ours: {sun.explanation}"

@@ -187,8 +187,16 @@ class StationCore:
         """Open the line and learn who is there. Records nothing yet."""
         identity = self.tracker.open()
         self._read_settings()
-        self._live(link=LinkState.CONNECTED, identity=identity, link_message="")
+        self._connected(identity)
         return identity
+
+    def _connected(self, identity: UnitIdentity) -> None:
+        self._live(
+            link=LinkState.CONNECTED,
+            identity=identity,
+            capabilities=self.tracker.capabilities,
+            link_message="",
+        )
 
     def _read_settings(self) -> None:
         self.unit_site = self.tracker.site()
@@ -242,7 +250,7 @@ class StationCore:
         self._read_settings()
         if self._journal is not None:
             self._record(lambda seq, utc: LinkRestored(seq=seq, utc=utc, serial=identity.serial))
-        self._live(link=LinkState.CONNECTED, identity=identity, link_message="")
+        self._connected(identity)
         return identity
 
     def poll(self) -> Status:
@@ -257,9 +265,7 @@ class StationCore:
             laptop_utc_s=laptop_utc_s,
             unit_minus_laptop_s=round(status.unit_utc_s - laptop_utc_s, 3),
             distance_to_limits_deg=(
-                guards.distance_to_limits_deg(session.header.unit.limits, status)
-                if session
-                else None
+                guards.distance_to_limits_deg(session.header.unit, status) if session else None
             ),
         )
         return status
@@ -341,7 +347,7 @@ class StationCore:
                 scale_decimals=parameters.scale_decimals,
                 site=told.site,
                 heliostat=parameters.heliostat,
-                has_switches=parameters.has_switches,
+                has_switches=self.tracker.capabilities.has_switches,
             ),
             site=site,
             geometry=told.geometry,

@@ -29,15 +29,12 @@ def unit_parameters(
     description: MountDescription,
     site: Site,
     unit_limits: Limits | None = None,
-    *,
-    has_switches: bool = True,
 ) -> UnitParameters:
     """Drives, limits and reference position.
 
     Parameters
     ----------
     unit_limits : what the unit itself tells; nothing described goes beyond it.
-    has_switches : whether its reference check ends on switches.
 
     Raises
     ------
@@ -60,7 +57,6 @@ def unit_parameters(
         reference2_deg=description.reference2_deg,
         tilt_decimals=description.tilt_decimals,
         scale_decimals=description.scale_decimals,
-        has_switches=has_switches,
     )
 
 

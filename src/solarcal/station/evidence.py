@@ -11,7 +11,6 @@ from solarcal.model.finding import Finding
 from solarcal.model.losses import Loss, Moment, undo_losses
 from solarcal.model.read_out_evidence import frozen_findings, missed_counts_finding
 from solarcal.mount.drive import reading_deg
-from solarcal.session.points import IMPORTED_MODEL
 from solarcal.session.records import PointRecord, RefCheck, UnitRecord
 from solarcal.station.branch_watch import branch_warning
 from solarcal.station.state import SessionView
@@ -38,7 +37,7 @@ def direct_findings(
     session: SessionView, solution: "MechanismSolution | None" = None
 ) -> tuple[Finding, ...]:
     """Clocks, counts, site and Sun, read-outs; a fit of the points dates missed counts."""
-    if session.header.unit.model == IMPORTED_MODEL:
+    if session.header.unit.imported:
         return ()
     taken = session.accepted
     timed = [p for p in taken if p.unit_minus_laptop_s is not None]

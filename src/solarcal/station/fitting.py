@@ -13,7 +13,6 @@ from solarcal.model.points import PointSet
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.points import (
-    IMPORTED_MODEL,
     PointTable,
     table_from_session,
 )
@@ -57,7 +56,7 @@ def sky_context(table: PointTable, header: Header | None = None) -> SkyContext:
     """Where and under what sky the points were taken: what a fit may take as known physics."""
     points = point_set(table)
     # An import's limits are placeholders.
-    from_a_unit = header is not None and header.unit.model != IMPORTED_MODEL
+    from_a_unit = header is not None and not header.unit.imported
     return SkyContext.for_points(
         points,
         site=table.site,

@@ -131,7 +131,7 @@ def point_candidate(
             round(reading[0] - ideal[0], 6),
             round(reading[1] - ideal[1], 6),
         )
-        if last.by_hand:
+        if session.header.unit.typed:
             # Read-outs are read a moment before or after, between two updates: they prove E + O,
             # which the unit itself computed at the instant of the offset.
             error = _commanded(ideal, basis.offsets, coefficients)
@@ -164,9 +164,7 @@ def point_candidate(
         offsets=last.offsets,
         coefficients=coefficients,
         approach=approach,
-        distance_to_limits_deg=round(
-            guards.distance_to_limits_deg(session.header.unit.limits, last), 5
-        ),
+        distance_to_limits_deg=round(guards.distance_to_limits_deg(session.header.unit, last), 5),
         error_deg=error,
         expected_counts=expected,
         found_counts=found,

@@ -1,8 +1,7 @@
 """What the procedure does not allow, and why: pure rules, asked before anything is done."""
 
 from solarcal.errors import ProcedureRefused
-from solarcal.mount.limits import Limits
-from solarcal.session.records import Header
+from solarcal.session.records import Header, UnitRecord
 from solarcal.unit.tracker import Mode, Status
 
 
@@ -21,9 +20,10 @@ def near_limit_threshold_deg(update_range_deg: float) -> float:
     return max(NEAR_LIMIT_DEG, 2.0 * update_range_deg)
 
 
-def distance_to_limits_deg(limits: Limits, status: Status) -> float:
+def distance_to_limits_deg(unit: UnitRecord, status: Status) -> float:
     """Distance of the read-outs to the nearest software limit of either axis."""
-    if status.by_hand:
+    limits = unit.limits
+    if unit.typed:
         # What was typed may be old; the unit stands where it drives its axes.
         return float(limits.distance_deg(status.target1_deg, status.target2_deg))
     return float(limits.distance_deg(status.reading1_deg, status.reading2_deg))
@@ -31,7 +31,7 @@ def distance_to_limits_deg(limits: Limits, status: Status) -> float:
 
 def demand_clear_of_limits(header: Header, status: Status, step: str) -> float:
     """Distance to the nearest limit; ``ProcedureRefused`` when it is too near for ``step``."""
-    distance = distance_to_limits_deg(header.unit.limits, status)
+    distance = distance_to_limits_deg(header.unit, status)
     needed = near_limit_threshold_deg(header.unit.update_range_deg)
     if distance < needed:
         raise GuardRefused(

@@ -93,15 +93,15 @@ def _ends(state: StationState) -> str:
 
 def _during(state: StationState) -> NextStep | None:
     """In the middle of something: what it waits for."""
-    by_hand = state.live.identity is not None and state.live.identity.by_hand
+    typed = not state.live.capabilities.has_link
     match state.activity:
         case Activity.REF_CHECK:
             return NextStep(f"Reference check running: watch both axes reach their {_ends(state)}.")
         case Activity.QUESTIONS | Activity.READY:
             return NextStep("A point is being taken: answer the questions.", "take_point")
-        case Activity.GATHERING if by_hand:
+        case Activity.GATHERING if typed:
             return NextStep("Type what the unit's display shows.", "take_point")
-        case Activity.UPLOADING if by_hand:
+        case Activity.UPLOADING if typed:
             return NextStep("Key the coefficients in at the unit, and type them back.")
         case Activity.GATHERING:
             return NextStep("Gathering: a few seconds, touch nothing.")

@@ -193,7 +193,7 @@ class Station(StationCore):
             if override_reason is None:
                 raise
             self._override(str(refusal), override_reason)
-            distance = guards.distance_to_limits_deg(self.session.header.unit.limits, status)
+            distance = guards.distance_to_limits_deg(self.session.header.unit, status)
         if self.session.initialised is not None:
             if start_next is None:
                 raise ProcedureRefused(

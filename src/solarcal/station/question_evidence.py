@@ -85,7 +85,7 @@ def _reference(session: SessionView, live: LiveView, spot: Spot | None) -> tuple
             missed = counts_missed(session.ref_checks, last)
             facts.append(Fact(f"Check no. {last.number} at {when}: complete."))
             facts.append(Fact(_counts_found(last, missed=missed)))
-    if status is not None and not status.referenced and not status.by_hand:
+    if status is not None and not status.referenced and live.capabilities.has_link:
         facts.append(Fact("The unit says it is NOT referenced since power-up.", against=True))
     return tuple(facts)
 
@@ -145,7 +145,7 @@ def _tracking(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[
     if status is None:
         return (Fact("The unit has not been heard yet.", against=True),)
     update_range = session.header.unit.update_range_deg
-    if status.by_hand:
+    if not live.capabilities.has_link:
         facts = [Fact("Nobody hears this unit: watch the spot through an update.")]
     else:
         facts = [

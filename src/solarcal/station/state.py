@@ -27,7 +27,7 @@ from solarcal.session.records import (
     SunOffset,
     UploadRecord,
 )
-from solarcal.unit.tracker import Status, Stored, UnitIdentity
+from solarcal.unit.tracker import Capabilities, Status, Stored, UnitIdentity
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,6 +152,7 @@ class LiveView:
 
     link: LinkState = LinkState.CLOSED
     identity: UnitIdentity | None = None
+    capabilities: Capabilities = field(default_factory=Capabilities)
     status: Status | None = None
     laptop_utc_s: float | None = None
     unit_minus_laptop_s: float | None = None

@@ -245,7 +245,7 @@ def saved_sessions(folder: Path | None = None) -> list[SavedSession]:
 def look_into(path: Path) -> SavedSession:
     """A session file in one line, or why it cannot be read."""
     from solarcal.session.reader import read_session
-    from solarcal.session.records import TYPED_FIRMWARE, Closed, PointRecord
+    from solarcal.session.records import Closed, PointRecord
 
     try:
         session = read_session(path)
@@ -262,7 +262,7 @@ def look_into(path: Path) -> SavedSession:
         last.utc,
         accepted,
         isinstance(last, Closed) or imported,
-        by_hand=session.header.unit.firmware == TYPED_FIRMWARE,
+        by_hand=session.header.unit.typed,
     )
 
 

@@ -31,22 +31,65 @@ class Mode(StrEnum):
     FAULT = "FAULT"
 
 
-class UnitIdentity(msgspec.Struct, frozen=True):
-    """Who answers. ``extensions`` holds ``X`` for an emulator; ``by_hand``: a person does.
+class Capabilities(msgspec.Struct, frozen=True):
+    """What a controller has. The defaults are those of a SolarTrak on a line.
 
-    That person reads the unit's display and types.
+    Attributes
+    ----------
+    has_link : it is read and commanded over a line; else a person reads its display and types.
+    has_controller : it follows the Sun itself; else the station is its controller.
+    has_clock : it has a clock of its own, which can be set; else it uses the laptop's.
+    has_switches : a reference check ends on switches; else it goes to the reference position.
+    has_offsets : it keeps reference offsets; else the station does.
+    stores_coefficients : it keeps P1..P6 in a memory of its own; else the station does.
+    emulated : its world is emulated too: ``Tracker.emulation`` answers.
     """
+
+    has_link: bool = True
+    has_controller: bool = True
+    has_clock: bool = True
+    has_switches: bool = True
+    has_offsets: bool = True
+    stores_coefficients: bool = True
+    emulated: bool = False
+
+    @property
+    def kept_by_station(self) -> str:
+        """What the station does for it, in words; empty where it does all itself."""
+        kept = [
+            what
+            for what, own in (
+                ("follows the Sun", self.has_controller),
+                ("keeps its clock", self.has_clock),
+                ("keeps its offsets", self.has_offsets),
+                ("keeps its coefficients", self.stores_coefficients),
+            )
+            if not own
+        ]
+        return ", ".join(kept)
+
+
+TYPED = Capabilities(has_link=False)
+"""A controller whose display a person reads."""
+
+ROTATOR = Capabilities(
+    has_controller=False,
+    has_clock=False,
+    has_switches=False,
+    has_offsets=False,
+    stores_coefficients=False,
+)
+"""A machine that turns where it is sent, no more."""
+
+
+class UnitIdentity(msgspec.Struct, frozen=True):
+    """Who answers. ``extensions`` are letters it announces."""
 
     model: str
     serial: str
     firmware: str
     protocol: int = 1
     extensions: frozenset[str] = frozenset()
-    by_hand: bool = False
-
-    @property
-    def is_emulator(self) -> bool:
-        return "X" in self.extensions
 
 
 class UnitSite(msgspec.Struct, frozen=True):
@@ -76,8 +119,6 @@ class UnitParameters(msgspec.Struct, frozen=True):
     target: Target | None = None
     """A heliostat's; ``None`` where the unit follows the Sun itself."""
     mirror: MirrorOffset = MirrorOffset()
-    has_switches: bool = True
-    """Whether a reference check ends on switches; else it only goes to the reference position."""
     """A heliostat's REDUCED offsets, in units of the target's distance."""
 
     @property
@@ -94,8 +135,8 @@ class Status(msgspec.Struct, frozen=True):
     ``update_phase`` runs from 0 just after an update to 1 when the next one is due.
     ``memories_differ``: what is in force has not been stored permanently.
 
-    ``by_hand``: nobody hears this unit. Its clock and Sun are computed, its read-outs and offsets
-    are those typed last, at ``typed_utc_s`` of the laptop's clock (``None``: not typed yet).
+    Of a unit without a link, clock and Sun are computed; read-outs and offsets are those typed
+    last, at ``typed_utc_s`` of the laptop's clock (``None``: not typed yet).
     """
 
     mode: Mode
@@ -115,7 +156,6 @@ class Status(msgspec.Struct, frozen=True):
     referenced: bool
     unlocked_s: float
     memories_differ: bool = False
-    by_hand: bool = False
     typed_utc_s: float | None = None
 
 
@@ -210,6 +250,11 @@ class Tracker(Protocol):
     Methods that write or move ask the unit for its unlock first; ``stop`` and ``stow`` never need
     one and may be called from another thread while another call is waiting.
     """
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """What this controller has; known once it is open."""
+        ...
 
     @property
     def emulation(self) -> Emulation | None: ...

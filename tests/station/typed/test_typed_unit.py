@@ -45,7 +45,8 @@ def test_opening_asks_once_and_tells_who_it_is() -> None:
     unit, display, _ = typed_unit()
     identity = unit.open()
     assert display.asked == ["open"]
-    assert (identity.model, identity.serial, identity.by_hand) == ("SolarTrak", "4711", True)
+    assert (identity.model, identity.serial) == ("SolarTrak", "4711")
+    assert not unit.capabilities.has_link
     assert isinstance(unit, ReadByHand)
     assert isinstance(unit, Traced)
     assert unit.recent_traffic()[0].startswith("16:00:00  open: p1 0")

@@ -10,9 +10,9 @@ from solarcal.mount.drive import RotaryDrive
 from solarcal.mount.limits import AxisLimits, Limits
 from solarcal.session.interchange.csv_head import instant_text
 from solarcal.session.journal import Journal
-from solarcal.session.points import IMPORTED_MODEL, PointTable
+from solarcal.session.points import PointTable
 from solarcal.session.reader import Session
-from solarcal.session.records import Answers, Header, PointRecord, UnitRecord
+from solarcal.session.records import IMPORTED_MODEL, Answers, Header, PointRecord, UnitRecord
 from solarcal.site import Site
 from solarcal.timescale import format_utc
 

@@ -37,7 +37,6 @@ class SoftwareControllerModel:
     clock : the laptop's.
     store : where P and O are kept.
     unit_limits : limits the unit itself tells; ``None`` where it tells none.
-    has_switches : whether the unit's reference check ends on switches.
 
     Raises
     ------
@@ -52,13 +51,9 @@ class SoftwareControllerModel:
         clock: Clock,
         store: CoefficientStore,
         unit_limits: Limits | None = None,
-        *,
-        has_switches: bool = True,
     ) -> None:
         self.unit_site: UnitSite = unit_site(description, site)
-        self.parameters: UnitParameters = unit_parameters(
-            description, site, unit_limits, has_switches=has_switches
-        )
+        self.parameters: UnitParameters = unit_parameters(description, site, unit_limits)
         self.geometry = MountGeometry(
             description.geometry, site.latitude_deg, self.unit_site.ax1_centre_deg
         )

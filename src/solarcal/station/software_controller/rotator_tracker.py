@@ -8,6 +8,8 @@ where they were last sent. After a lost line nothing moves before it is told to 
 import threading
 from collections.abc import Callable
 
+import msgspec
+
 from solarcal.clock import Clock
 from solarcal.errors import ConfigurationError, LinkError, ProtocolError, SolarcalError
 from solarcal.mount.formula import Coefficients, Offsets
@@ -21,6 +23,8 @@ from solarcal.station.software_controller.motion import Pace, ThreadPace
 from solarcal.station.software_controller.rotator_control import Look, RotatorControl
 from solarcal.unit.rotator import Rotator, RotatorIdentity
 from solarcal.unit.tracker import (
+    ROTATOR,
+    Capabilities,
     Emulation,
     Mode,
     RefCheckResult,
@@ -80,6 +84,10 @@ class RotatorTracker:
     def emulation(self) -> Emulation | None:
         return self._emulation
 
+    @property
+    def capabilities(self) -> Capabilities:
+        return msgspec.structs.replace(ROTATOR, emulated=self._emulation is not None)
+
     # -- the line ------------------------------------------------------------------------------
 
     def open(self) -> UnitIdentity:
@@ -98,7 +106,7 @@ class RotatorTracker:
             )
             store = self._held(told)
             model = SoftwareControllerModel(
-                self._description, self._site, self._clock, store, axes.limits, has_switches=False
+                self._description, self._site, self._clock, store, axes.limits
             )
             if self._model is not None:
                 model.set_clock_as(self._model)

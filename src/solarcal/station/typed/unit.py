@@ -33,6 +33,8 @@ from solarcal.station.typed.plausibility import (
 )
 from solarcal.timescale import format_utc
 from solarcal.unit.tracker import (
+    TYPED,
+    Capabilities,
     Emulation,
     Mode,
     RefCheckResult,
@@ -85,11 +87,15 @@ class TypedUnit:
     def emulation(self) -> Emulation | None:
         return None
 
+    @property
+    def capabilities(self) -> Capabilities:
+        return TYPED
+
     def open(self) -> UnitIdentity:
         """Ask what the unit holds and what its clock says; once."""
         if not self._known and not self._answers:
             self._ask_open()
-        return UnitIdentity(MODEL, self._mount.unit_name or "by hand", TYPED_FIRMWARE, by_hand=True)
+        return UnitIdentity(MODEL, self._mount.unit_name or "by hand", TYPED_FIRMWARE)
 
     def close(self) -> None:
         """There is no line."""
@@ -291,7 +297,6 @@ class TypedUnit:
             referenced=self._ref_check.complete,
             unlocked_s=0.0,
             memories_differ=self._permanent != (held.coefficients, held.offsets),
-            by_hand=True,
             typed_utc_s=typed_utc_s,
         )
 

@@ -8,5 +8,4 @@ if TYPE_CHECKING:
 
 def by_hand(app: "SolarcalApp") -> bool:
     """Whether the connected unit is one whose display is read by a person."""
-    identity = app.state.live.identity
-    return identity is not None and identity.by_hand
+    return not app.state.live.capabilities.has_link

@@ -63,8 +63,10 @@ class LinkDialog(Dialog):
             state_words = "no line: what the unit's display shows is typed"
         lines = [f"State     {state_words}"]
         if who is not None:
-            emulated = ", an EMULATOR" if who.is_emulator else ""
+            emulated = ", an EMULATOR" if live.capabilities.emulated else ""
             lines.append(f"Unit      {who.model} {who.serial}, firmware {who.firmware}{emulated}")
+        if kept := live.capabilities.kept_by_station:
+            lines.append(f"Station   {kept}")
         line = self.station_app.line
         if line is not None and line.choice.port:
             lines.append(f"Port      {line.choice.port} ({line.choice.driver})")

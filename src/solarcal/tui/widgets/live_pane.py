@@ -53,7 +53,7 @@ def _unit(session: SessionView, live: LiveView) -> list[list[Part]]:
     status = live.status
     if status is None:
         return _recorded(session)
-    if status.by_hand:
+    if not live.capabilities.has_link:
         return _typed(session.header, status, live.laptop_utc_s)
     return _axes(session.header, status)
 

@@ -37,7 +37,7 @@ class TitleLine(HeadLine):
             LinkState.LOST: "✖ LINK LOST",
             LinkState.CLOSED: "○ no link",
         }[live.link]
-        if live.identity is not None and live.identity.by_hand:
+        if not live.capabilities.has_link:
             mode, link = "STOP is at the unit", "✎ TYPED BY HAND"
         name = "solarcal REPLAY" if replay else "solarcal"
         self.show(

@@ -13,6 +13,7 @@ from solarcal.unit.link import Link
 from solarcal.unit.parameters import ABSENT, PARAMETER_NAMES, parameters_from_texts
 from solarcal.unit.refusals import Code
 from solarcal.unit.tracker import (
+    Capabilities,
     EmulatedSky,
     Emulation,
     Mode,
@@ -27,6 +28,9 @@ from solarcal.unit.tracker import (
 )
 
 PROTOCOL_VERSION = 1
+
+EMULATOR = "X"
+"""The extension an emulated unit announces."""
 
 T = TypeVar("T")
 A = TypeVar("A")
@@ -70,9 +74,13 @@ class SolarTrakUnit:
     @property
     def emulation(self) -> Emulation | None:
         """The emulator's own requests; None where the unit does not announce them."""
-        if self._identity is None or not self._identity.is_emulator:
-            return None
-        return _SolarTrakEmulation(self)
+        return _SolarTrakEmulation(self) if self.capabilities.emulated else None
+
+    @property
+    def capabilities(self) -> Capabilities:
+        return Capabilities(
+            emulated=self._identity is not None and EMULATOR in self._identity.extensions
+        )
 
     def open(self) -> UnitIdentity:
         self.close()
@@ -182,7 +190,7 @@ class SolarTrakUnit:
         """Ask ``X verb``; never sent to a unit that does not announce X."""
         request = f"X {verb}"
         talk = self._talk
-        if self._identity is None or not self._identity.is_emulator:
+        if not self.capabilities.emulated:
             raise UnitRefused(Code.NOT_ANNOUNCED, "this unit is no emulator", request)
         answer_s = self._timing.advance_s if verb == "ADVANCE" else None
         return self._read(request, reader, talk.ask("X", verb, *arguments, answer_s=answer_s))
