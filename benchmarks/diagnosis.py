@@ -14,17 +14,16 @@ from benchmarks.judgement_trackers import (
     measured,
     random_mechanism,
 )
-from solarcal.model.clock_evidence import ClockSetting, clock_findings
-from solarcal.model.diagnosis import KINDS, diagnose
+from solarcal.model.evidence.clocks import ClockSetting, clock_findings
+from solarcal.model.evidence.counts import Loss, missed_counts_finding, undo_losses
+from solarcal.model.evidence.residuals import KINDS, diagnose
 from solarcal.model.extended_mechanism import AIR, COLLIMATION, SAG, SQUARENESS, ExtendedMechanism
 from solarcal.model.f_tests import f_probability
 from solarcal.model.finding import Finding
 from solarcal.model.known_physics import SkyContext
-from solarcal.model.losses import Loss, undo_losses
 from solarcal.model.merging import Merged, merge_sessions
 from solarcal.model.methods import fit_exact
 from solarcal.model.points import PointSet
-from solarcal.model.read_out_evidence import missed_counts_finding
 from solarcal.model.residual_tests import cause_sigmas
 from solarcal.mount.mechanism import Mechanism
 from solarcal.sun.refraction import apparent_zenith_deg

@@ -20,10 +20,10 @@ from benchmarks.diagnosis import (
     missed_counts_found,
     rate,
 )
-from solarcal.model.diagnosis import diagnose
+from solarcal.model.evidence.counts import Loss, undo_losses
+from solarcal.model.evidence.residuals import diagnose
 from solarcal.model.finding import Finding
 from solarcal.model.known_physics import SkyContext
-from solarcal.model.losses import Loss, undo_losses
 from solarcal.model.methods import fit_exact
 from solarcal.model.points import PointSet
 from solarcal.mount.geometry import MountGeometry

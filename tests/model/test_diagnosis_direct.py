@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from benchmarks.diagnosis import drift_found
-from solarcal.model.clock_evidence import ClockSetting, clock_findings, laptop_finding
-from solarcal.model.losses import Loss, Moment
-from solarcal.model.read_out_evidence import frozen_findings, missed_counts_finding
+from solarcal.model.evidence.clocks import ClockSetting, clock_findings, laptop_finding
+from solarcal.model.evidence.counts import Loss, Moment, missed_counts_finding
+from solarcal.model.evidence.read_outs import frozen_findings
 
 HOURS = 3600.0 * np.arange(10.0)
 

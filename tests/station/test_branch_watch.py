@@ -6,11 +6,11 @@ import pytest
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
+from solarcal.model.evidence.branches import branch_warning
+from solarcal.model.evidence.direct import evidence
 from solarcal.session.journal import Journal
 from solarcal.session.records import Header
-from solarcal.station.branch_watch import branch_warning
 from solarcal.station.emulated_clock import EmulatedClock
-from solarcal.station.evidence import evidence
 from solarcal.station.headless import calibrate
 from solarcal.station.procedure import Station
 from solarcal.station.technician import Schedule

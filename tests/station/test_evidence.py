@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from emulated_station import emulated_station
 
+from solarcal.model.evidence.direct import direct_findings, evidence
 from solarcal.session.records import RefCheck, Void
 from solarcal.station.diagnosing import diagnose_session, diagnose_table, solve_merged
-from solarcal.station.evidence import direct_findings, evidence
 from solarcal.station.fitting import session_table, solve
 from solarcal.station.judging import judge_session
 from solarcal.station.state import SessionView, view_session

@@ -9,6 +9,8 @@ import pytest
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
+from solarcal.model.evidence.branches import branch_warning
+from solarcal.model.evidence.direct import evidence
 from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.limits import AxisLimits, Limits
 from solarcal.optics.aiming import Heliostat
@@ -17,9 +19,7 @@ from solarcal.session.interchange import read_table
 from solarcal.session.interchange.csv_points import write_points_csv
 from solarcal.session.journal import Journal
 from solarcal.session.points import ephemeris_warnings
-from solarcal.station.branch_watch import branch_warning
 from solarcal.station.curves import session_plot_data
-from solarcal.station.evidence import evidence
 from solarcal.station.fitting import session_table, solve, solve_table
 from solarcal.station.headless import calibrate
 from solarcal.station.technician import Schedule

@@ -3,11 +3,11 @@
 import msgspec
 import pytest
 
+from solarcal.model.evidence.unit_state import check_unit_settings, check_unit_sun
 from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.formula import Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.site import Site
-from solarcal.station.unit_sun import check_unit_settings, check_unit_sun
 from solarcal.timescale import parse_utc
 from solarcal.unit.tracker import Mode, Status, UnitSite
 

@@ -9,12 +9,12 @@ import pytest
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink, serve_pty, serve_tcp
+from solarcal.model.evidence.direct import evidence
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Offsets
 from solarcal.session.journal import Journal
 from solarcal.station.connect import open_tracker
 from solarcal.station.diagnosing import diagnose_session
 from solarcal.station.documents import fit_document
-from solarcal.station.evidence import evidence
 from solarcal.station.fitting import session_table, solve
 from solarcal.station.headless import Calibration, calibrate
 from solarcal.station.replay import Replay

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from solarcal.model.cross_checks import LAST_POINTS, CrossChecks, cross_check
+from solarcal.model.evidence.weighing import weigh
 from solarcal.model.finding import Finding
 from solarcal.model.forecast import TOLERANCE_DEG, Forecast
 from solarcal.model.mechanism_solution import MechanismSolution
-from solarcal.model.seen_evidence import weigh
 from solarcal.model.shims import SHIM_FIRST_DEG, BaseTilt, Shim, base_tilt, shim_heights, wind
 from solarcal.model.solution import Solution
 

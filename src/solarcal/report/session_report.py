@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from solarcal.model.evidence.direct import evidence
 from solarcal.model.finding import Finding
 from solarcal.model.judgement import Judgement
 from solarcal.plain_text import one_line
@@ -41,7 +42,6 @@ from solarcal.session.records import (
 )
 from solarcal.station.curves import session_plot_data, table_plot_data
 from solarcal.station.diagnosing import diagnose_session
-from solarcal.station.evidence import evidence
 from solarcal.station.judged_files import JudgedFiles
 from solarcal.station.judging import judge_session
 from solarcal.station.state import SessionView

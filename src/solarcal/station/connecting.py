@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 
+from solarcal.model.evidence.unit_state import check_unit_settings, check_unit_sun
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.station.core import StationCore
-from solarcal.station.unit_sun import check_unit_settings, check_unit_sun
 
 
 def disagreements(station: StationCore) -> Iterator[str]:

@@ -9,7 +9,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from solarcal.model.diagnosis import diagnose
+from solarcal.model.evidence.counts import real_losses
+from solarcal.model.evidence.direct import direct_findings
+from solarcal.model.evidence.residuals import diagnose
 from solarcal.model.finding import Finding
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.merging import Merged, merge_sessions
@@ -18,7 +20,6 @@ from solarcal.model.prior import Prior
 from solarcal.model.solution import Solution
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header
-from solarcal.station.evidence import direct_findings, real_losses
 from solarcal.station.fitting import point_set, session_table, sky_context
 from solarcal.station.known_lean import prior_of
 from solarcal.station.state import SessionView

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from solarcal.model.evidence.direct import direct_findings
 from solarcal.model.finding import Finding
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.model.solution import Solution
@@ -22,7 +23,6 @@ from solarcal.station.diagnosing import (
     session_evidence,
     solve_merged,
 )
-from solarcal.station.evidence import direct_findings
 from solarcal.station.fitting import solve_table
 from solarcal.station.state import view_session
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from solarcal.errors import ProcedureRefused
+from solarcal.model.evidence.unit_state import check_unit_sun
 from solarcal.model.fit import FEWEST_POINTS
 from solarcal.mount.controller import commanded_error_deg
 from solarcal.mount.drive import register
@@ -24,7 +25,6 @@ from solarcal.station import guards
 from solarcal.station.fitting import solve
 from solarcal.station.state import SessionView
 from solarcal.station.typed.forms import ReadByHand
-from solarcal.station.unit_sun import check_unit_sun
 from solarcal.sun import sun_position
 from solarcal.timescale import format_utc, parse_utc
 from solarcal.unit.tracker import Status

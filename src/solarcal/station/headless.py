@@ -7,18 +7,18 @@ from pathlib import Path
 import msgspec
 
 from solarcal.errors import ConfigurationError, LinkError
+from solarcal.model.evidence.branches import branch_warning
+from solarcal.model.evidence.unit_state import check_unit_settings, check_unit_sun
 from solarcal.model.fit import Solution
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.session.journal import Journal
 from solarcal.session.records import Header, UploadRecord
 from solarcal.site import Site
-from solarcal.station.branch_watch import branch_warning
 from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.fitting import solve
 from solarcal.station.procedure import Station
 from solarcal.station.state import SessionView
 from solarcal.station.technician import AutomaticTechnician, Schedule
-from solarcal.station.unit_sun import check_unit_settings, check_unit_sun
 from solarcal.unit.tracker import Tracker, Truth
 
 

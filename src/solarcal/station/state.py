@@ -12,92 +12,10 @@ from enum import StrEnum
 import msgspec
 
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.mount.geometry import MountGeometry
-from solarcal.session.reader import live_records
-from solarcal.session.records import (
-    Answers,
-    CheckRecord,
-    ClockSet,
-    FitRecord,
-    Header,
-    Initialised,
-    PointRecord,
-    Record,
-    RefCheck,
-    SunOffset,
-    UploadRecord,
-)
+from solarcal.session.records import Answers, CheckRecord, PointRecord, UploadRecord
+from solarcal.session.view import SessionView as SessionView
+from solarcal.session.view import view_session as view_session
 from solarcal.unit.tracker import Capabilities, Status, Stored, UnitIdentity
-
-
-@dataclass(frozen=True, slots=True)
-class SessionView:
-    """What a session's records say so far, voided ones left out."""
-
-    header: Header
-    records: tuple[Record, ...] = ()
-    initialised: Initialised | None = None
-    clock_sets: tuple[ClockSet, ...] = ()
-    ref_checks: tuple[RefCheck, ...] = ()
-    sun_offsets: tuple[SunOffset, ...] = ()
-    points: tuple[PointRecord, ...] = ()
-    checks: tuple[CheckRecord, ...] = ()
-    uploads: tuple[UploadRecord, ...] = ()
-    fits: tuple[FitRecord, ...] = ()
-
-    @property
-    def geometry(self) -> MountGeometry:
-        return MountGeometry(
-            self.header.geometry, self.header.site.latitude_deg, self.header.ax1_centre_deg
-        )
-
-    @property
-    def accepted(self) -> tuple[PointRecord, ...]:
-        return tuple(p for p in self.points if p.status == "accepted")
-
-    @property
-    def fit_recorded(self) -> bool:
-        """Whether the newest fit record is of the points accepted now."""
-        accepted = self.accepted
-        if not accepted or not self.fits:
-            return not accepted
-        newest = self.fits[-1]
-        return newest.points == len(accepted) and newest.seq > accepted[-1].seq
-
-    @property
-    def fresh_sun_offset(self) -> SunOffset | None:
-        """The newest Set Sun Offset no stored point or check stands on yet."""
-        if not self.sun_offsets:
-            return None
-        newest = self.sun_offsets[-1]
-        used = [p.seq for p in self.points if p.status == "accepted"]
-        used += [c.seq for c in self.checks if c.status == "accepted"]
-        written = [u.seq for u in self.uploads]
-        return newest if newest.seq > max([*used, *written, -1]) else None
-
-
-def view_session(header: Header, records: tuple[Record, ...]) -> SessionView:
-    """Fold the records of a session into what they say."""
-    kinds: dict[type, list[Record]] = {}
-    for record in live_records(records):
-        kinds.setdefault(type(record), []).append(record)
-
-    def of(kind: type) -> tuple:  # type: ignore[type-arg]
-        return tuple(kinds.get(kind, ()))
-
-    initialised = of(Initialised)
-    return SessionView(
-        header=header,
-        records=records,
-        initialised=initialised[-1] if initialised else None,
-        clock_sets=of(ClockSet),
-        ref_checks=of(RefCheck),
-        sun_offsets=of(SunOffset),
-        points=of(PointRecord),
-        checks=of(CheckRecord),
-        uploads=of(UploadRecord),
-        fits=of(FitRecord),
-    )
 
 
 class LinkState(StrEnum):

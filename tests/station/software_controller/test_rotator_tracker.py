@@ -4,11 +4,11 @@ import pytest
 from rotator_bench import RotatorBench
 
 from solarcal.errors import ConfigurationError, LinkError, ProcedureRefused, UnitRefused
+from solarcal.model.evidence.unit_state import check_unit_sun
 from solarcal.mount.drive import RotaryDrive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import AxisLimits
 from solarcal.station.software_controller.coefficient_store import FileStore
-from solarcal.station.unit_sun import check_unit_sun
 from solarcal.unit.refusals import Code
 from solarcal.unit.tracker import Mode
 

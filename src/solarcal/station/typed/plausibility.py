@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from solarcal.errors import ConfigurationError
+from solarcal.model.evidence.unit_state import AGREEMENT_DEG, check_unit_sun
 from solarcal.mount.formula import Offsets
 from solarcal.station.typed.controller_model import Pair, TypedControllerModel
 from solarcal.station.typed.forms import Doubt, decimals, number, plain_text, time_of_day_s
 from solarcal.station.typed.typo_hints import Fit, difference_named, reading_doubts
-from solarcal.station.unit_sun import AGREEMENT_DEG, check_unit_sun
 from solarcal.unit.tracker import Mode, Status
 from solarcal.units import wrap_deg
 

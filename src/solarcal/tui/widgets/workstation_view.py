@@ -13,6 +13,7 @@ from textual.events import Resize
 from textual.reactive import reactive
 from textual.widgets import Static
 
+from solarcal.model.evidence.direct import evidence
 from solarcal.model.fit import Solution
 from solarcal.model.judgement import Judgement
 from solarcal.report.columns import wrapped
@@ -26,7 +27,6 @@ from solarcal.report.tables import (
     upload_table,
 )
 from solarcal.station.curves import session_plot_data
-from solarcal.station.evidence import evidence
 from solarcal.station.state import SessionView, StationState
 from solarcal.tui.widgets.ansi_plot import AnsiPlot, Draw
 from solarcal.tui.widgets.coefficients_pane import CoefficientsPane

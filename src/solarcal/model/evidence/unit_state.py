@@ -8,13 +8,23 @@ disagreement is a wrong setting, and the one that explains it is searched for an
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from solarcal.model.finding import Finding
 from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.geometry import MountGeometry
+from solarcal.session.records import PointRecord
+from solarcal.session.view import SessionView
 from solarcal.site import Site
-from solarcal.unit.tracker import Status, UnitSite
+from solarcal.timescale import parse_utc
+from solarcal.unit.tracker import Mode, Status, UnitSite
 
 AGREEMENT_DEG = 0.002
 """The wire carries milliseconds and 1e-5 deg; anything above this is another Sun."""
+
+SITE_AGREEMENT_DEG = 0.005
+"""A site wrong by this much moves the Sun by as much."""
+
+SUN_AGREEMENT_DEG = 0.01
+"""The clocks were compared minutes after the angles were read: 2 s of drift lie between at most."""
 
 MATCH_DEG = 0.02
 """A hypothesis that brings the difference below this explains it."""
@@ -123,3 +133,91 @@ def check_unit_settings(
             f"{abs(unit_minus_laptop_s) / 240.0:.3f} deg of Sun"
         )
     return tuple(said)
+
+
+def unit_evidence(session: SessionView) -> list[Finding]:
+    """Site and Sun of the unit, as far as the records have them."""
+    header = session.header
+    told, ours = header.unit.site, header.site
+    said = [
+        Finding(
+            kind="unit_sun",
+            subject="unit site",
+            sentence=f"the unit's {name} is {theirs:.4f}, ours {here:.4f}{remark}",
+            number=theirs - here,
+            direct=True,
+        )
+        for name, theirs, here, remark in (
+            (
+                "latitude",
+                told.latitude_deg,
+                ours.latitude_deg,
+                ": the other hemisphere"
+                if abs(told.latitude_deg + ours.latitude_deg) < 2.0 * SITE_AGREEMENT_DEG
+                else "",
+            ),
+            ("longitude", told.longitude_deg, ours.longitude_deg, " (positive east)"),
+        )
+        if abs(theirs - here) > SITE_AGREEMENT_DEG
+    ]
+    if header.sun_model != "solartrak":
+        return said
+    strange: dict[str, list[tuple[int, float]]] = {}
+    for point in session.accepted:
+        status = _status_at(point)
+        if status is not None and point.read_utc is not None:
+            told_site = UnitSite(
+                told,
+                header.unit.zone_west_h,
+                header.geometry,
+                header.ax1_centre_deg,
+                header.unit.heliostat,
+            )
+            sun = check_unit_sun(told_site, ours, status, parse_utc(point.read_utc))
+            if sun.difference_deg > SUN_AGREEMENT_DEG:
+                strange.setdefault(sun.explanation, []).append((point.seq, sun.difference_deg))
+    for words, points in strange.items():
+        worst = max(off for _, off in points)
+        said.append(
+            Finding(
+                kind="unit_sun",
+                subject="unit Sun",
+                sentence=f"the unit's Sun was {worst:.3f} deg from ours for the clock and site it "
+                f"reports, at {len(points)} point{'s' if len(points) > 1 else ''}: {words}",
+                number=worst,
+                direct=True,
+                labels=tuple(seq for seq, _ in points),
+            )
+        )
+    return said
+
+
+def _status_at(point: PointRecord) -> Status | None:
+    """What the unit said when a point's angles were read, as far as the point has kept it."""
+    if (
+        point.unit_minus_laptop_s is None
+        or point.read_utc is None
+        or point.ideal_deg is None
+        or point.reading_deg is None
+        or point.counts is None
+        or point.offsets is None
+    ):
+        return None
+    return Status(
+        mode=Mode.TRACK,
+        unit_utc_s=parse_utc(point.read_utc) + point.unit_minus_laptop_s,
+        ideal1_deg=point.ideal_deg[0],
+        ideal2_deg=point.ideal_deg[1],
+        reading1_deg=point.reading_deg[0],
+        reading2_deg=point.reading_deg[1],
+        counts1=point.counts[0],
+        counts2=point.counts[1],
+        target1_deg=point.reading_deg[0],
+        target2_deg=point.reading_deg[1],
+        offsets=point.offsets,
+        moving=(0, 0),
+        approach=point.approach or (0, 0),
+        update_phase=0.0,
+        referenced=True,
+        unlocked_s=0.0,
+    )

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.model.degeneracy import clock_utc, degeneracies
+from solarcal.model.evidence.counts import Loss, undo_losses
 from solarcal.model.exact_errors import errors_and_slopes, own_sine
 from solarcal.model.extended_mechanism import (
     AIR,
@@ -21,7 +22,6 @@ from solarcal.model.extended_mechanism import (
 )
 from solarcal.model.finding import Finding, Kind, listed
 from solarcal.model.forecast import TOLERANCE_DEG
-from solarcal.model.losses import Loss, undo_losses
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import fit_exact
 from solarcal.model.residual_tests import BadPoint, Cause, ResidualTests, run_residual_tests

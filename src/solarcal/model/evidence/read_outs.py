@@ -1,4 +1,4 @@
-"""What reference checks and read-outs say by themselves: missed counts, frozen read-outs."""
+"""Read-outs that contradict the motion of the Sun, or themselves."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -6,53 +6,11 @@ from itertools import pairwise
 import numpy as np
 
 from solarcal.model.finding import Finding, points_named
-from solarcal.model.losses import Loss, Moment
+from solarcal.session.view import SessionView
 from solarcal.units import FloatArray
 
-FEWEST_COUNTS = 5
-"""A switch is found again to a few counts."""
-SMALLEST_LOSS_DEG = 0.01
 MOVED_DEG = 0.5
 """An axis that had to move this far between two points cannot have stood still."""
-
-
-def missed_counts_finding(
-    check_number: int, counts: int, loss: Loss, moment: Moment | None = None
-) -> Finding | None:
-    """What a reference check after the first one found; None where that is nothing.
-
-    ``moment``: what the points say of when.
-    """
-    if abs(counts) < FEWEST_COUNTS or abs(loss.reading_deg) <= SMALLEST_LOSS_DEG:
-        return None
-    sentence = (
-        f"reference check {check_number} found {counts:+d} counts on axis {loss.axis} "
-        f"({loss.reading_deg:+.3f} deg): counts were missed since the check before"
-    )
-    concerned = loss.labels
-    if moment is not None and not moment.sure and loss.labels:
-        likely = (
-            f"after point {loss.labels[-1]}"
-            if moment.first_after is None
-            else f"before point {moment.first_after}"
-        )
-        sentence += f", perhaps {likely}, but the points hardly tell when: doubt "
-        sentence += points_named(concerned)
-    elif moment is not None and moment.first_after is not None:
-        concerned = loss.labels[loss.labels.index(moment.first_after) :]
-        sentence += f", most likely before point {moment.first_after}; {points_named(concerned)} "
-        sentence += f"read{'s' if len(concerned) == 1 else ''} wrong by as much"
-    elif moment is not None and loss.labels:
-        sentence += f", most likely after point {loss.labels[-1]}"
-        concerned = ()
-    return Finding(
-        kind="missed_counts",
-        subject=f"axis {loss.axis}",
-        sentence=sentence,
-        number=loss.reading_deg,
-        direct=True,
-        labels=concerned,
-    )
 
 
 def frozen_findings(
@@ -99,3 +57,15 @@ def _runs(values: FloatArray) -> list[tuple[int, int]]:
     changes = np.flatnonzero(np.diff(values) != 0.0) + 1
     edges = [0, *changes.tolist(), len(values)]
     return list(pairwise(edges))
+
+
+def read_out_evidence(session: SessionView) -> tuple[Finding, ...]:
+    """The read-outs of the accepted points."""
+    whole = [p for p in session.accepted if p.reading_deg is not None and p.ideal_deg is not None]
+    if len(whole) < 2:
+        return ()
+    return frozen_findings(
+        [p.seq for p in whole],
+        np.array([p.reading_deg for p in whole]),
+        np.array([p.ideal_deg for p in whole]),
+    )

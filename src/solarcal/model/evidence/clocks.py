@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from solarcal.model.finding import Finding
-from solarcal.timescale import SECONDS_PER_DAY
+from solarcal.session.view import SessionView
+from solarcal.timescale import SECONDS_PER_DAY, parse_utc
 from solarcal.units import FloatArray
 
 CLOCK_SCATTER_S = 0.05
@@ -219,4 +220,28 @@ def laptop_finding(tick_minus_laptop_s: float | None, sigma_s: float | None) -> 
         sigma=sigma,
         unit="s",
         direct=True,
+    )
+
+
+def clock_evidence(session: SessionView) -> tuple[Finding, ...]:
+    """The unit's clock at the points and settings of a session."""
+    timed = [p for p in session.accepted if p.unit_minus_laptop_s is not None]
+    return clock_findings(
+        [parse_utc(p.utc) for p in timed],
+        [p.unit_minus_laptop_s for p in timed if p.unit_minus_laptop_s is not None],
+        [ClockSetting(parse_utc(c.utc), c.before_s, c.after_s) for c in session.clock_sets],
+        [p.seq for p in timed],
+    )
+
+
+def laptop_evidence(session: SessionView) -> tuple[Finding, ...]:
+    """The laptop's own clock, as far as a time signal was entered."""
+    if not session.accepted:
+        return ()
+    ticks = [c for c in session.clock_sets if c.tick_minus_laptop_s is not None]
+    newest = ticks[-1] if ticks else None
+    return (
+        laptop_finding(
+            newest.tick_minus_laptop_s if newest else None, newest.tick_sigma_s if newest else None
+        ),
     )

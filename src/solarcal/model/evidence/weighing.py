@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from collections.abc import Set as AbstractSet
 from typing import NamedTuple
 
-from solarcal.model.clock_evidence import SECONDS_PER_SUN_DEG
+from solarcal.model.evidence.clocks import SECONDS_PER_SUN_DEG
 from solarcal.model.finding import Finding
 
 

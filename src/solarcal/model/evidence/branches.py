@@ -4,19 +4,30 @@ from functools import lru_cache
 
 import numpy as np
 
+from solarcal.model.finding import Finding
 from solarcal.mount.geometry import MountGeometry, crosses_branch
 from solarcal.mount.limits import AxisLimits, Limits
 from solarcal.optics.aiming import Heliostat
 from solarcal.session.records import Header
+from solarcal.session.view import SessionView
 from solarcal.site import Site
 from solarcal.sun.appendix_a import horizontal_deg
-from solarcal.timescale import SECONDS_PER_DAY, format_utc
+from solarcal.timescale import SECONDS_PER_DAY, format_utc, parse_utc
 from solarcal.units import FloatArray, wrap_deg
 
 LOWEST_DEG = 5.0
 """Points lower than this are never taken."""
 
 _STEP_S = 60.0
+
+
+def branch_evidence(session: SessionView) -> tuple[Finding, ...]:
+    """Whether one range of axis 1 can hold the day of the first point."""
+    taken = session.accepted
+    warning = branch_warning(session.header, parse_utc(taken[0].utc)) if taken else None
+    if warning is None:
+        return ()
+    return (Finding(kind="branch", subject="axis 1", sentence=warning, direct=True),)
 
 
 def branch_warning(header: Header, utc_s: float) -> str | None:
