@@ -22,7 +22,7 @@ from solarcal.profiles import Profile
 from solarcal.session.interchange import read_table
 from solarcal.session.reader import live_records, read_session
 from solarcal.station.state import view_session
-from solarcal.tui.keyboard import checked_keymap
+from solarcal.tui.keys import checked_keymap
 from solarcal.two_mirror.scenario import load_mirror_scenario, mirror_scenario_names
 from solarcal.unit.conversation import Timing
 from solarcal.unit.drivers.solartrak import SolarTrakUnit

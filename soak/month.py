@@ -30,9 +30,9 @@ from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.timescale import SECONDS_PER_DAY
+from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.performers import PERFORMERS
-from solarcal.tui.screens.workstation import WorkstationScreen
+from solarcal.tui.workstation.screen import WorkstationScreen
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 
 READING_S = 300.0
@@ -101,13 +101,13 @@ class Month:
 
 
 class _Worker:
-    """Steps through the app's own conductor, waited for."""
+    """Steps through the app's own worker, waited for."""
 
     def __init__(self, app: SolarcalApp, month: Month) -> None:
         self.app, self.month = app, month
 
     async def do(self, name: str, step: Callable[[Station], object]) -> None:
-        assert self.app.conductor is not None
+        assert self.app.worker is not None
         done: queue.Queue[BaseException | None] = queue.Queue()
 
         def watched(station: Station) -> None:
@@ -118,7 +118,7 @@ class _Worker:
                 raise
             done.put(None)
 
-        self.app.conductor.submit(name, watched)
+        self.app.worker.submit(name, watched)
         while done.empty():
             await asyncio.sleep(0.002)
         error = done.get()
@@ -144,7 +144,7 @@ async def live_a_month(folder: Path, days: int, say: Callable[[str], object] = p
     station.open_session(create)
     technician = AutomaticTechnician(station, emulation.spot, Schedule(points=POINTS_A_DAY))
     morning_s = station.clock.utc_s()
-    app = SolarcalApp(PERFORMERS)
+    app = SolarcalApp(ACTION_HANDLERS)
     async with app.run_test(size=(120, 40)) as pilot:
         app.adopt(station)
         await app.push_screen(WorkstationScreen())
@@ -167,8 +167,8 @@ async def live_a_month(folder: Path, days: int, say: Callable[[str], object] = p
                 )
         finally:
             tracemalloc.stop()
-            if app.conductor is not None:
-                app.conductor.close()
+            if app.worker is not None:
+                app.worker.close()
     station.close()
     month.points = sum(
         point.status == "accepted"
@@ -198,7 +198,7 @@ async def _live_a_day(
     last_point_s = morning_s + POINTS_A_DAY * POINT_S
     slot_s = morning_s
     while (slot_s := slot_s + READING_S) < morning_s + SECONDS_PER_DAY:
-        now_s = worker.app.conductor.station.clock.utc_s()  # type: ignore[union-attr]
+        now_s = worker.app.worker.station.clock.utc_s()  # type: ignore[union-attr]
         on_the_hour = (slot_s - morning_s) % POINT_S == 0.0 and slot_s <= last_point_s
         if slot_s < now_s and not on_the_hour:
             continue  # a point was being taken

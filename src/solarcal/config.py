@@ -6,6 +6,7 @@ profile form; ``keymap.toml`` is the user's alone and only read.
 
 import json
 import os
+import re
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -41,6 +42,11 @@ def config_dir() -> Path:
     """Folder of profiles, settings and keymap; ``SOLARCAL_CONFIG`` names another."""
     named = os.environ.get("SOLARCAL_CONFIG")
     return Path(named) if named else Path(platformdirs.user_config_dir(APP, False))
+
+
+def file_stem(text: str) -> str:
+    """A scenario's name or a serial number as the beginning of a file name."""
+    return re.sub(r"[^A-Za-z0-9-]+", "-", Path(text).stem).strip("-") or "session"
 
 
 def new_session_path(name: str, utc: str) -> Path:

@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from solarcal.cli import COMMANDS, build_parser
-from solarcal.tui.bindings import ACTIONS
-from solarcal.tui.keyboard import shown_key
+from solarcal.tui.keys import ACTIONS, shown_key
 from solarcal.unit.drivers import DRIVERS
 
 ROOT = Path(__file__).parents[2]

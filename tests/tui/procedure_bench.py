@@ -16,8 +16,8 @@ from solarcal.session.journal import Journal
 from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.station.technician import AutomaticTechnician, Schedule
+from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.performers import PERFORMERS
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.link import Link
 
@@ -104,15 +104,15 @@ async def workstation(
     station: Station, size: tuple[int, int] = SMALL
 ) -> AsyncIterator[tuple[SolarcalApp, Pilot[int]]]:
     """The app with this station adopted; closed again whatever happens."""
-    app = SolarcalApp(PERFORMERS)
+    app = SolarcalApp(ACTION_HANDLERS)
     async with app.run_test(size=size) as pilot:
         app.adopt(station)
         await pilot.pause()
         try:
             yield app, pilot
         finally:
-            if app.conductor is not None:
-                app.conductor.close()
+            if app.worker is not None:
+                app.worker.close()
 
 
 def on_loop(test: Callable[..., Coroutine[Any, Any, None]]) -> Callable[..., None]:

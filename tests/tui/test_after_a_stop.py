@@ -10,8 +10,8 @@ from solarcal.emulator.server import InProcessLink
 from solarcal.session.journal import Journal
 from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.procedure import Station
-from solarcal.tui.conductor import Conductor
 from solarcal.tui.messages import StepDone, StepFailed
+from solarcal.tui.station_worker import StationWorker
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.tracker import Mode
 
@@ -48,22 +48,22 @@ async def test_stopped_before_the_first_reference_check_the_day_can_begin() -> N
 def test_what_was_asked_for_before_a_stop_does_not_undo_it() -> None:
     station, told = morning(), []
     station.ref_check()
-    conductor = Conductor(station, told.append)
+    worker = StationWorker(station, told.append)
     entered, go_on, all_done = threading.Event(), threading.Event(), threading.Event()
 
     def slow(_: Station) -> None:
         entered.set()
         go_on.wait(30.0)
 
-    conductor.submit("slow", slow)
-    conductor.start()
+    worker.submit("slow", slow)
+    worker.start()
     assert entered.wait(30.0)
-    conductor.submit("track", lambda s: s.track(), moves=True)
-    conductor.submit("last", lambda _: all_done.set())
-    conductor.stop_motion()
+    worker.submit("track", lambda s: s.track(), moves=True)
+    worker.submit("last", lambda _: all_done.set())
+    worker.stop_motion()
     go_on.set()
     assert all_done.wait(30.0)
-    conductor.close()
+    worker.close()
     assert station.poll().mode is Mode.STOP
     failed = [str(message.error) for message in told if isinstance(message, StepFailed)]
     assert failed == ["track: not done, STOP was pressed"]
@@ -72,24 +72,24 @@ def test_what_was_asked_for_before_a_stop_does_not_undo_it() -> None:
 def test_a_stop_that_passes_a_command_on_the_line_has_the_last_word() -> None:
     station, told = morning(), []
     station.ref_check()
-    conductor = Conductor(station, told.append)
+    worker = StationWorker(station, told.append)
     stopped = threading.Event()
 
     def tell(message: object) -> None:
         if isinstance(message, StepDone) and message.name == "stop":
             stopped.set()
 
-    conductor._post = tell
+    worker._post = tell
 
     def passed(s: Station) -> None:
-        conductor.stop_motion()
+        worker.stop_motion()
         assert stopped.wait(30.0)
         s.track()
 
-    conductor.submit("track", passed, moves=True)
+    worker.submit("track", passed, moves=True)
     all_done = threading.Event()
-    conductor.submit("last", lambda _: all_done.set())
-    conductor.start()
+    worker.submit("last", lambda _: all_done.set())
+    worker.start()
     assert all_done.wait(30.0)
-    conductor.close()
+    worker.close()
     assert station.poll().mode is Mode.STOP

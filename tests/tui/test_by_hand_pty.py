@@ -5,9 +5,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
-from hand_screens import MOUNT, TRUTH
 from msgspec.structs import replace
 from pty_bench import ALT_F3, ALT_F7, CTRL_S, DOWN, ENTER, ESC, F6, Terminal, in_real_time
+from typed_screens import MOUNT, TRUTH
 
 from solarcal.config import write_toml
 from solarcal.mount.formula import Offsets, correction_deg

@@ -3,10 +3,10 @@
 import re
 
 import pytest
-from hand_screens import NOON, displayed, fill, type_in, workstation_by_hand
 from procedure_bench import LARGE, SMALL, on_loop, screen_words, settled_text, shows, until
 from test_procedure_goldens import compare, only_dialog
 from textual.pilot import Pilot
+from typed_screens import NOON, displayed, fill, type_in, workstation_by_hand
 
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import PointRecord, Typed
@@ -118,7 +118,7 @@ async def test_stop_says_where_it_is_on_every_screen_and_asks_nothing() -> None:
 async def test_the_status_asks_nothing_and_shows_how_old_the_typed_is() -> None:
     async with workstation_by_hand(offset_set=True) as (app, pilot, station, clock):
         clock.wait(630.0)
-        app.station_conductor().submit("look", lambda station: station.poll())
+        app.station_worker().submit("look", lambda station: station.poll())
         await shows(pilot, "typed as read at 17:00:00 UTC, 12 min ago")
     words = [record.form for record in recorded(station, Typed)]
     assert words == ["open", "clock", "reference", "offset"]

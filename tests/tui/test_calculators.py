@@ -10,20 +10,20 @@ from textual.widgets import OptionList
 from solarcal.config import Settings, load_settings
 from solarcal.profiles import Profile
 from solarcal.site import Site
+from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.calculators.catalogue import BY_ID, CALCULATORS
 from solarcal.tui.calculators.form import Form, FormError
 from solarcal.tui.calculators.form_rows import ChoiceBox, FormRow
-from solarcal.tui.performers import PERFORMERS
-from solarcal.tui.screens.calculator import CalculatorScreen
-from solarcal.tui.screens.calculators import CalculatorsScreen, open_calculator
+from solarcal.tui.calculators.list import CalculatorsScreen, open_calculator
+from solarcal.tui.calculators.screen import CalculatorScreen
 
 TIJERAS = Profile(site=Site(35.05, -106.48, 1900.0, "Tijeras"))
 JUNE = "2026-06-10T17:00:00Z"
 
 
 def app_with(profile=TIJERAS, settings=None, remember=False):
-    return SolarcalApp(PERFORMERS, profile=profile, settings=settings, remember=remember)
+    return SolarcalApp(ACTION_HANDLERS, profile=profile, settings=settings, remember=remember)
 
 
 async def opened(app, pilot, name, **typed):

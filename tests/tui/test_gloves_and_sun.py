@@ -15,12 +15,12 @@ from procedure_bench import (
 from textual.widgets import Input
 
 from solarcal.session.journal import Journal
+from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.palette import Palette
-from solarcal.tui.performers import PERFORMERS
 from solarcal.tui.themes import SUNLIGHT
 from solarcal.tui.widgets.footer import StopKey
-from solarcal.tui.widgets.too_small import TooSmall
+from solarcal.tui.widgets.lines import TooSmall
 from solarcal.unit.tracker import Mode
 
 
@@ -68,7 +68,7 @@ async def test_no_other_step_begins_over_a_dialog() -> None:
 
 @on_loop
 async def test_every_action_has_a_target_at_80_columns() -> None:
-    from solarcal.tui.screens.workstation import WorkstationScreen
+    from solarcal.tui.workstation.screen import WorkstationScreen
 
     station, _ = bench()
     async with workstation(station, SMALL) as (app, pilot):
@@ -99,11 +99,11 @@ async def test_too_small_a_terminal_is_said_and_can_still_be_stopped() -> None:
 @on_loop
 async def test_a_form_follows_the_keymap_and_page_down_scrolls_its_result() -> None:
     from solarcal.tui.calculators.catalogue import BY_ID
-    from solarcal.tui.screens.calculator import CalculatorScreen
-    from solarcal.tui.screens.calculators import CalculatorsScreen
+    from solarcal.tui.calculators.list import CalculatorsScreen
+    from solarcal.tui.calculators.screen import CalculatorScreen
     from solarcal.tui.widgets.text_lines import TextLines
 
-    app = SolarcalApp(PERFORMERS, keymap={"next_plot": "j", "calculators": "y"})
+    app = SolarcalApp(ACTION_HANDLERS, keymap={"next_plot": "j", "calculators": "y"})
     async with app.run_test(size=SMALL) as pilot:
         await app.push_screen(CalculatorScreen(BY_ID["energy"]))
         await shows(pilot, "j View", "y List", "Sun towards")
@@ -137,7 +137,7 @@ async def test_the_file_named_at_the_end_is_the_one_the_session_went_on_in(tmp_p
 @on_loop
 async def test_stop_shows_and_obeys_the_users_letter_in_a_dialog() -> None:
     station, _ = bench()
-    app = SolarcalApp(PERFORMERS, keymap={"stop": "z", "note": "s"})
+    app = SolarcalApp(ACTION_HANDLERS, keymap={"stop": "z", "note": "s"})
     async with app.run_test(size=SMALL) as pilot:
         app.adopt(station)
         await pilot.press("f5")
@@ -147,5 +147,5 @@ async def test_stop_shows_and_obeys_the_users_letter_in_a_dialog() -> None:
         assert station.poll().mode is Mode.TRACK
         await pilot.press("z")
         await shows(pilot, "STOPPED")
-        assert app.conductor is not None
-        app.conductor.close()
+        assert app.worker is not None
+        app.worker.close()

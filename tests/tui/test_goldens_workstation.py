@@ -16,10 +16,10 @@ from procedure_bench import (
 )
 
 from solarcal.config import Choice, Settings
+from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.performers import PERFORMERS
-from solarcal.tui.screens.workstation import WorkstationScreen
-from solarcal.tui.widgets.workstation_view import WorkstationView
+from solarcal.tui.workstation.screen import WorkstationScreen
+from solarcal.tui.workstation.view import WorkstationView
 
 SIZES = [pytest.param(SMALL, id="80x24"), pytest.param(LARGE, id="140x45")]
 
@@ -53,7 +53,7 @@ async def test_start_offers_ports_emulated_trackers_and_sessions(size, monkeypat
     monkeypatch.setattr(
         "solarcal.emulator.scenario.scenario_names", lambda: ["tijeras-azel", "tilted-tower"]
     )
-    app = SolarcalApp(PERFORMERS, settings=Settings(last=Choice(scenario="tijeras-azel")))
+    app = SolarcalApp(ACTION_HANDLERS, settings=Settings(last=Choice(scenario="tijeras-azel")))
     async with app.run_test(size=size) as pilot:
         await shows(pilot, "Last time", "/dev/ttyUSB7", "tilted-tower")
         await shows_golden(pilot, name_of("start", size))
@@ -79,7 +79,7 @@ async def test_workstation(points, size, sessions):
 async def test_replay_in_the_middle(size, sessions):
     folder, _ = sessions
     start = Choice(replay=str(folder / "calibration-12.jsonl"))
-    app = SolarcalApp(PERFORMERS, start=start)
+    app = SolarcalApp(ACTION_HANDLERS, start=start)
     async with app.run_test(size=size) as pilot:
         await shows(pilot, "REPLAY")
         for _ in range(6):
@@ -98,6 +98,6 @@ async def test_link_lost(size, tmp_path):
         app.push_screen(WorkstationScreen())
         await shows(pilot, "LINK OK", "time stands")
         cable.pulled = True
-        app.station_conductor().submit("status", lambda s: s.poll())
+        app.station_worker().submit("status", lambda s: s.poll())
         await shows(pilot, "LINK LOST", "reconnects by itself")
         await shows_golden(pilot, name_of("link-lost", size))

@@ -11,11 +11,18 @@ from solarcal.cli import run_command
 from solarcal.cli.keys import read_keys
 from solarcal.config import config_dir
 from solarcal.errors import ConfigurationError
+from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.bindings import ACTIONS, BY_ID
-from solarcal.tui.keyboard import action_for, bound_actions, checked_keymap, modified_f3, shown_key
-from solarcal.tui.performers import PERFORMERS
-from solarcal.tui.screens.workstation import WorkstationScreen
+from solarcal.tui.keys import (
+    ACTIONS,
+    BY_ID,
+    action_for,
+    bound_actions,
+    checked_keymap,
+    modified_f3,
+    shown_key,
+)
+from solarcal.tui.workstation.screen import WorkstationScreen
 
 ALT_F3 = "\x1b[1;3R"
 
@@ -71,7 +78,7 @@ def test_no_key_has_two_actions_and_every_action_does_something():
     keys = [key for action in ACTIONS for key in action.keys]
     assert len(keys) == len(set(keys))
     assert "escape" not in keys
-    assert set(BY_ID) - {"stop"} == set(PERFORMERS)
+    assert set(BY_ID) - {"stop"} == set(ACTION_HANDLERS)
 
 
 def test_no_action_needs_a_modifier_but_the_way_out():
@@ -109,7 +116,7 @@ def test_stop_keeps_f12_and_ctrl_s_whatever_the_keymap_says():
 
 
 async def test_the_keymap_rules_the_program_and_its_help(tmp_path):
-    app = SolarcalApp(PERFORMERS, keymap=checked_keymap({"help": "z"}))
+    app = SolarcalApp(ACTION_HANDLERS, keymap=checked_keymap({"help": "z"}))
     async with app.run_test(size=(100, 50)) as pilot:
         await pilot.press("z")
         await shows(pilot, "THE PROCEDURE", "z Help")

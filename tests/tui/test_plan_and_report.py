@@ -24,13 +24,13 @@ from solarcal.model.verdict import Verdict
 from solarcal.station.fitting import solve
 from solarcal.station.plan_wishes import HALF_HOUR_S
 from solarcal.tui import fitting
+from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.conducted import MISSED_S
-from solarcal.tui.performers import PERFORMERS
-from solarcal.tui.screens.plan import PlanScreen
-from solarcal.tui.screens.workstation import WorkstationScreen
+from solarcal.tui.plan.half_hours import HalfHours
+from solarcal.tui.plan.screen import PlanScreen
+from solarcal.tui.station_app import MISSED_S
 from solarcal.tui.widgets.footer import StopKey
-from solarcal.tui.widgets.half_hours import HalfHours
+from solarcal.tui.workstation.screen import WorkstationScreen
 
 SIZES = [pytest.param(SMALL, id="80x24"), pytest.param(LARGE, id="140x45")]
 
@@ -217,11 +217,11 @@ async def test_after_a_reconnection_the_speed_is_read_again():
         await judged_speed(app, pilot)
         station.tracker.emulation.set_speed(5.0)
         cable.pulled = True
-        app.station_conductor().submit("status", lambda s: s.poll())
+        app.station_worker().submit("status", lambda s: s.poll())
         await shows(pilot, "LINK LOST")
         app.emulated_speed = 120.0
         cable.pulled = False
-        app.station_conductor().reconnect_now()
+        app.station_worker().reconnect_now()
         await until(pilot, lambda: app.emulated_speed == 5.0)
 
 
@@ -256,7 +256,7 @@ async def test_in_the_middle_of_a_point_ctrl_q_asks_over_its_dialog():
 @pytest.mark.parametrize("size", SIZES)
 async def test_toasts_never_lie_over_stop(size):
     station, _ = bench()
-    app = SolarcalApp(PERFORMERS)
+    app = SolarcalApp(ACTION_HANDLERS)
     async with app.run_test(size=size, notifications=True) as pilot:
         app.adopt(station)
         app.push_screen(WorkstationScreen())
@@ -268,4 +268,4 @@ async def test_toasts_never_lie_over_stop(size):
         text = screen_text(app).split("\n")
         assert "STOP" in text[stop.y]
         assert "F12" in text[stop.y + 1]
-        app.conductor.close()
+        app.worker.close()

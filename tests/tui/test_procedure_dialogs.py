@@ -23,16 +23,16 @@ from solarcal.session.journal import Journal
 from solarcal.session.reader import live_records, read_session
 from solarcal.session.records import Closed, Note, Override, Void
 from solarcal.station.state import LinkState
-from solarcal.tui.bindings import ACTIONS
+from solarcal.tui.action_handlers import ACTION_HANDLERS
+from solarcal.tui.keys import ACTIONS
 from solarcal.tui.opening import OpenLine
-from solarcal.tui.performers import PERFORMERS
 from solarcal.unit.tracker import Mode
 
 SCREEN_KEYS = ("f2", "f3", "f5", "f6", "f7", "f8", "f9", "f10", "x", "n")
 
 
 def test_every_action_of_the_table_does_something() -> None:
-    assert set(PERFORMERS) == {action.id for action in ACTIONS} - {"stop"}
+    assert set(ACTION_HANDLERS) == {action.id for action in ACTIONS} - {"stop"}
 
 
 @pytest.mark.parametrize("size", [SMALL, LARGE])
@@ -55,7 +55,7 @@ async def test_every_screen_fits_and_shows_stop_and_the_way_out(size: tuple[int,
 async def test_without_a_unit_the_keys_say_so() -> None:
     from solarcal.tui.app import SolarcalApp
 
-    app = SolarcalApp(PERFORMERS)
+    app = SolarcalApp(ACTION_HANDLERS)
     async with app.run_test(size=SMALL) as pilot:
         app.action_perform("ref_check")
         await until(pilot, lambda: any("no unit" in n.message for n in app._notifications))
@@ -245,7 +245,7 @@ async def test_a_lost_link_is_said_in_a_dialog_and_nothing_typed_is_lost() -> No
         await shows(pilot, "LINK LOST")
         assert "half a sent" in screen_words(app)
         cable.pulled = False
-        app.station_conductor().reconnect_now()
+        app.station_worker().reconnect_now()
         await shows(pilot, "The link is back", "half a sent")
         await pilot.press(*"ence", "enter")
         await until(pilot, lambda: len(app.screen_stack) == 1)

@@ -22,7 +22,7 @@ from procedure_bench import (
     workstation,
 )
 
-from solarcal.tui.screens.sun_offset import SunOffsetDialog
+from solarcal.tui.offset.dialog import SunOffsetDialog
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 
 GOLDENS = Path(__file__).parent / "goldens"

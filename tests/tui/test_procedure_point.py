@@ -167,7 +167,7 @@ async def test_a_link_lost_at_a_question_aborts_the_attempt_and_says_so() -> Non
         await shows(pilot, "LINK LOST")
         await until(pilot, lambda: station.state.attempt is None)
         cable.pulled = False
-        app.station_conductor().reconnect_now()
+        app.station_worker().reconnect_now()
         await shows(pilot, "The attempt was aborted", "Try again")
         await pilot.press("r")
         await shows(pilot, "1. Did")

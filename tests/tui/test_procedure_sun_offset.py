@@ -5,8 +5,8 @@ from procedure_bench import Cable, bench, on_loop, screen_words, shows, until, w
 from textual.pilot import Pilot
 
 from solarcal.station.procedure import Station
-from solarcal.tui.screens.sun_offset import SunOffsetDialog
-from solarcal.tui.widgets.sunspot import Sunspot
+from solarcal.tui.offset.dialog import SunOffsetDialog
+from solarcal.tui.offset.spot import Sunspot
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.tracker import Mode, Spot
 
@@ -110,7 +110,7 @@ async def test_a_lost_link_stops_the_jog_and_nothing_moves_when_it_is_back() -> 
         await shows(pilot, "LINK LOST")
         cable.emulator.advance(20.0)
         cable.pulled = False
-        app.station_conductor().reconnect_now()
+        app.station_worker().reconnect_now()
         await shows(pilot, "The link is back")
         first = station.poll()
         await until(pilot, lambda: "at rest" in screen_words(app))

@@ -89,7 +89,7 @@ async def test_a_link_lost_while_uploading_is_said_and_the_unit_read_anew() -> N
         await pilot.press("y")
         await shows(pilot, "LINK LOST")
         cable.pulled = False
-        app.station_conductor().reconnect_now()
+        app.station_worker().reconnect_now()
         await shows(pilot, "Upload?")
         await pilot.press("y")
         await shows(pilot, "read back EQUAL")

@@ -4,9 +4,9 @@ import pytest
 from procedure_bench import SMALL, bench, screen_text, settled_text, shows, take_points, until
 
 from solarcal.config import Choice
+from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.performers import PERFORMERS
-from solarcal.tui.screens.replay import ReplayScreen
+from solarcal.tui.replay.screen import ReplayScreen
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +18,7 @@ def recorded(tmp_path_factory):
 
 
 def replaying(path, speed=None):
-    return SolarcalApp(PERFORMERS, start=Choice(replay=str(path), speed=speed))
+    return SolarcalApp(ACTION_HANDLERS, start=Choice(replay=str(path), speed=speed))
 
 
 async def opened(pilot):

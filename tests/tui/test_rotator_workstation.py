@@ -9,7 +9,7 @@ from solarcal.mount.formula import Offsets
 from solarcal.session.journal import Journal
 from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.procedure import Station
-from solarcal.tui.screens.sun_offset import SunOffsetDialog
+from solarcal.tui.offset.dialog import SunOffsetDialog
 from solarcal.unit.tracker import Emulation, Mode
 
 

@@ -16,9 +16,9 @@ from solarcal.session.disk import Disk
 from solarcal.session.journal import Journal
 from solarcal.session.records import Header
 from solarcal.station.state import LinkState
+from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.bindings import ACTIONS
-from solarcal.tui.performers import PERFORMERS
+from solarcal.tui.keys import ACTIONS
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.frames import decode_request
 from solarcal.unit.link import Link
@@ -99,7 +99,7 @@ async def test_what_a_unit_and_a_technician_are_called_is_never_markup(tmp_path:
             await shows(pilot, words)
             await pilot.press("escape")
             await until(pilot, lambda at=at: len(app.screen_stack) == at)
-    app = SolarcalApp(PERFORMERS)
+    app = SolarcalApp(ACTION_HANDLERS)
     async with app.run_test(size=SMALL, notifications=True) as pilot:
         app.notify("the unit refused [/x]: [red]")
         await shows(pilot, "refused [/x]: [red]")
@@ -141,8 +141,8 @@ async def test_a_full_disk_is_said_and_the_workstation_goes_on_when_there_is_roo
         await until(pilot, lambda: station.state.live.link is LinkState.LOST)
         cable.pulled = False
         disk.full = False
-        assert app.conductor is not None
-        app.conductor.reconnect_now()
+        assert app.worker is not None
+        app.worker.reconnect_now()
         await until(pilot, lambda: station.state.live.link is LinkState.CONNECTED)
-        app.conductor.submit("note", lambda station: station.note("back"))
+        app.worker.submit("note", lambda station: station.note("back"))
         await until(pilot, lambda: len(station.session.records) >= 2)

@@ -13,15 +13,15 @@ from solarcal.profiles import Profile, load_profile, save_profile
 from solarcal.session.journal import Journal
 from solarcal.session.reader import read_session
 from solarcal.session.records import Closed
+from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.opening import finished, open_line, saved_sessions
-from solarcal.tui.performers import PERFORMERS
-from solarcal.tui.screens.start import StartScreen
-from solarcal.tui.screens.workstation import WorkstationScreen
+from solarcal.tui.start.screen import StartScreen
+from solarcal.tui.workstation.screen import WorkstationScreen
 
 
 def app_with(**settings):
-    return SolarcalApp(PERFORMERS, settings=Settings(**settings), remember=True)
+    return SolarcalApp(ACTION_HANDLERS, settings=Settings(**settings), remember=True)
 
 
 async def offers(pilot):
@@ -119,7 +119,7 @@ async def test_leaving_in_the_middle_of_a_calibration_offers_to_go_on():
     async with app.run_test(size=(80, 24)) as pilot:
         app.open_choice(Choice(scenario="tijeras-azel"))
         await until(pilot, lambda: isinstance(app.screen, WorkstationScreen))
-        app.conductor.submit("initialise", lambda s: s.initialise(confirmed=True))
+        app.worker.submit("initialise", lambda s: s.initialise(confirmed=True))
         await until(pilot, lambda: app.state.session.initialised is not None)
         assert finished(app.state.session) == ""
         await pilot.press("ctrl+q")
@@ -136,7 +136,7 @@ async def test_a_port_that_is_not_there_is_said_in_one_line_and_can_be_tried_aga
         await until(pilot, lambda: not app._opening)
         assert isinstance(app.screen, StartScreen)
         assert app.screen.query_one(Input).value == "/dev/nosuch"
-        assert app.conductor is None
+        assert app.worker is None
     assert list(sessions_dir().glob("*")) == []
 
 
@@ -298,7 +298,7 @@ def test_going_on_is_refused_when_another_program_has_the_file():
 
 
 async def test_d_chooses_how_the_next_unit_is_talked_to():
-    app = SolarcalApp(PERFORMERS)
+    app = SolarcalApp(ACTION_HANDLERS)
     async with app.run_test(size=(80, 24)) as pilot:
         await shows(pilot, "Driver [d]: solartrak", "device, socket:// or rfc2217://host:port")
         await pilot.press("d")
@@ -310,13 +310,13 @@ async def test_d_chooses_how_the_next_unit_is_talked_to():
 
 async def test_the_profiles_driver_is_chosen_already():
     save_profile(Profile(name="roof", driver="rotctld", port="nowhere:1"))
-    app = SolarcalApp(PERFORMERS, profile=load_profile("roof"))
+    app = SolarcalApp(ACTION_HANDLERS, profile=load_profile("roof"))
     async with app.run_test(size=(80, 24)) as pilot:
         await shows(pilot, "Driver [d]: rotctld", "nowhere:1 as in the profile")
 
 
 async def test_an_emulated_rotator_is_opened_like_any_unit():
     start = Choice(scenario="tijeras-azel", driver="rotctld", start_utc="2026-06-03T16:00:00Z")
-    app = SolarcalApp(PERFORMERS, start=start)
+    app = SolarcalApp(ACTION_HANDLERS, start=start)
     async with app.run_test(size=(80, 24)) as pilot:
         await shows(pilot, "Emulated Rotator 0001 azel", "LINK OK")

@@ -14,14 +14,14 @@ from procedure_bench import (
 )
 
 from solarcal.session.records import FitRecord, LinkLost, LinkRestored
-from solarcal.tui.bindings import ACTIONS
+from solarcal.tui.keys import ACTIONS
 from solarcal.tui.palette import ActionProvider
-from solarcal.tui.screens.workstation import FOOTER, WorkstationScreen
-from solarcal.tui.widgets.ansi_plot import strips_of_ansi
 from solarcal.tui.widgets.footer import ActionFooter, FooterKey, StopKey
-from solarcal.tui.widgets.gauges import limit_bar, phase_bar
-from solarcal.tui.widgets.sparkline import sparkline
-from solarcal.tui.widgets.workstation_view import TABS, WorkstationView
+from solarcal.tui.widgets.plot import strips_of_ansi
+from solarcal.tui.workstation.coefficients_pane import sparkline
+from solarcal.tui.workstation.live_pane import limit_bar, phase_bar
+from solarcal.tui.workstation.screen import FOOTER, WorkstationScreen
+from solarcal.tui.workstation.view import TABS, WorkstationView
 from solarcal.unit.tracker import Mode
 
 
@@ -156,11 +156,11 @@ async def test_a_lost_line_is_said_recorded_and_comes_back_by_itself(station_and
     async with workstation(station, SMALL) as (app, pilot):
         await on_workstation(app, pilot)
         cable.pulled = True
-        app.conductor.submit("status", lambda s: s.poll())
+        app.worker.submit("status", lambda s: s.poll())
         await shows(pilot, "LINK LOST", "reconnects by itself")
         assert isinstance(station.session.records[-1], LinkLost)
         cable.pulled = False
-        app.conductor.reconnect_now()
+        app.worker.reconnect_now()
         await shows(pilot, "LINK OK")
         assert isinstance(station.session.records[-1], LinkRestored)
 
@@ -172,7 +172,7 @@ async def test_a_new_point_is_fitted_and_the_fit_kept_once(station_and_cable):
     async with workstation(station, SMALL) as (app, pilot):
         await on_workstation(app, pilot)
         victim = station.session.accepted[0].seq
-        app.conductor.submit("void", lambda s: s.void(victim, "test"))
+        app.worker.submit("void", lambda s: s.void(victim, "test"))
         await until(pilot, lambda: len(app.state.session.fits) == len(fits) + 1)
         await pilot.press("3")
         await shows(pilot, "2 points, rank")

@@ -5,12 +5,12 @@ from pathlib import Path
 from typing import Any
 
 from solarcal.config import Choice, Settings
+from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.messages import StartOffers
-from solarcal.tui.offers import Entry, Offers, gather_offers
-from solarcal.tui.performers import PERFORMERS
-from solarcal.tui.screens.start import StartScreen
-from solarcal.tui.widgets.workstation_view import PLOTS, WorkstationView
+from solarcal.tui.messages import MenuEntriesFound
+from solarcal.tui.start.menu_entries import Entry, MenuEntries, menu_entries
+from solarcal.tui.start.screen import StartScreen
+from solarcal.tui.workstation.view import PLOTS, WorkstationView
 from tools.pictures.stage import LARGE, SMALL, Day, picture, shows, until
 
 Scene = Callable[[Path], Coroutine[Any, Any, str]]
@@ -26,18 +26,18 @@ def scene(make: Scene) -> Scene:
 
 
 class _PicturedStart(StartScreen):
-    """Offers made up here: what is plugged into this computer is nobody's business."""
+    """MenuEntries made up here: what is plugged into this computer is nobody's business."""
 
     def _look_up(self) -> None:
         port: Entry = ("/dev/ttyUSB0     USB serial adapter (FTDI)", Choice(port="/dev/ttyUSB0"))
-        scenarios = gather_offers(Settings()).scenarios
-        self.post_message(StartOffers(Offers([], [port], scenarios, [])))
+        scenarios = menu_entries(Settings()).scenarios
+        self.post_message(MenuEntriesFound(MenuEntries([], [port], scenarios, [])))
 
 
 @scene
 async def start(folder: Path) -> str:
     del folder
-    app = SolarcalApp(PERFORMERS)
+    app = SolarcalApp(ACTION_HANDLERS)
     async with app.run_test(size=SMALL) as pilot:
         app.push_screen(_PicturedStart())
         await shows(pilot, "/dev/ttyUSB0", "Emulated trackers")
@@ -168,7 +168,7 @@ async def link_lost(folder: Path) -> str:
         day.cable.pulled = True
         app = pilot.app
         assert isinstance(app, SolarcalApp)
-        app.station_conductor().submit("status", lambda station: station.poll())
+        app.station_worker().submit("status", lambda station: station.poll())
         await shows(pilot, "LINK LOST", "reconnects by itself")
         return await picture(pilot, "The cable was pulled")
 
@@ -226,7 +226,7 @@ async def recompute(folder: Path) -> str:
 @scene
 async def replay(folder: Path) -> str:
     path = Day(folder, MORNING).prepared().taken(8).path
-    app = SolarcalApp(PERFORMERS, start=Choice(replay=str(path)))
+    app = SolarcalApp(ACTION_HANDLERS, start=Choice(replay=str(path)))
     async with app.run_test(size=SMALL) as pilot:
         await shows(pilot, "REPLAY")
         for _ in range(6):
@@ -240,7 +240,7 @@ async def replay(folder: Path) -> str:
 @scene
 async def calculators(folder: Path) -> str:
     del folder
-    app = SolarcalApp(PERFORMERS)
+    app = SolarcalApp(ACTION_HANDLERS)
     async with app.run_test(size=SMALL) as pilot:
         await pilot.press("f11")
         await shows(pilot, "Sunspot device")

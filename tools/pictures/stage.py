@@ -20,10 +20,10 @@ from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.timescale import format_utc
+from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.performers import PERFORMERS
-from solarcal.tui.screens.workstation import WorkstationScreen
 from solarcal.tui.themes import DEFAULT_THEME
+from solarcal.tui.workstation.screen import WorkstationScreen
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.link import Link
 from solarcal.unit.tracker import Emulation
@@ -129,7 +129,7 @@ class Day:
         self, size: tuple[int, int] = SMALL, theme: str = DEFAULT_THEME
     ) -> AsyncIterator[Pilot[int]]:
         """The workstation at this station, its fit shown."""
-        app = SolarcalApp(PERFORMERS, settings=Settings(theme=theme))
+        app = SolarcalApp(ACTION_HANDLERS, settings=Settings(theme=theme))
         async with app.run_test(size=size) as pilot:
             app.adopt(self.station)
             app._path = self.path
@@ -144,8 +144,8 @@ class Day:
             try:
                 yield pilot
             finally:
-                if app.conductor is not None:
-                    app.conductor.close()
+                if app.worker is not None:
+                    app.worker.close()
 
 
 async def until(pilot: Pilot[int], true: Callable[[], object]) -> None:

@@ -1,8 +1,6 @@
 """``solarcal calibrate --driver typed --input FILE``: by hand, from a field book."""
 
 import argparse
-import sys
-from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from solarcal.cli.output import print_json, say
@@ -11,42 +9,10 @@ if TYPE_CHECKING:
     from solarcal.station.typed.field_book_calibration import HandCalibration
 
 
-def book_lines(path: str) -> tuple[Iterable[str], str]:
-    """The lines of a field book, ``-`` for standard input, and what messages call it.
-
-    Raises
-    ------
-    InputFileError
-        The file cannot be read; of standard input while its lines are taken.
-    """
-    from solarcal.errors import InputFileError
-
-    if path == "-":
-        return _standard_input(), "standard input"
-    try:
-        with open(path, encoding="utf-8") as file:
-            return file.read().splitlines(), path
-    except (OSError, ValueError) as error:
-        raise InputFileError(f"{path} cannot be read: {_reason(error)}") from None
-
-
-def _standard_input() -> Iterator[str]:
-    from solarcal.errors import InputFileError
-
-    try:
-        yield from sys.stdin
-    except (OSError, ValueError) as error:
-        raise InputFileError(f"standard input cannot be read: {_reason(error)}") from None
-
-
-def _reason(error: OSError | ValueError) -> str:
-    return getattr(error, "strerror", None) or "it is no UTF-8 text"
-
-
 def run_book(args: argparse.Namespace) -> int:
     """Do what the book says; print the session and what to key in."""
-    from solarcal.cli.calibrate import file_stem, journal_creator
-    from solarcal.cli.unit_options import asked_driver, named_profile
+    from solarcal.cli.unit_options import asked_driver, book_lines, journal_creator, named_profile
+    from solarcal.config import file_stem
     from solarcal.errors import ConfigurationError
     from solarcal.model.methods import DEFAULT_METHOD
     from solarcal.profiles import Profile

@@ -1,8 +1,7 @@
 """``solarcal calibrate``: the whole manual procedure by the automatic technician."""
 
 import argparse
-import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,12 +13,11 @@ from solarcal.cli.unit_options import (
     add_driver_options,
     asked_tracker,
     asks_for_unit,
+    journal_creator,
     port,
 )
 
 if TYPE_CHECKING:
-    from solarcal.session.journal import Journal
-    from solarcal.session.records import Header
     from solarcal.station.headless import Calibration
     from solarcal.unit.tracker import Tracker
 
@@ -76,19 +74,6 @@ def start_utc_s(args: argparse.Namespace) -> float | None:
     return parse_utc(args.start) if args.start else None
 
 
-def journal_creator(output: Path | None, name: str) -> "Callable[[Header], Journal]":
-    """Where the session goes: the file asked for, or a new one in the sessions folder."""
-
-    def create(header: "Header") -> "Journal":
-        from solarcal.config import new_session_path
-        from solarcal.session.journal import Journal
-
-        path = output or new_session_path(name, header.utc)
-        return Journal.create(path, header)
-
-    return create
-
-
 def run_calibration(
     args: argparse.Namespace, tracker: "Tracker", name: str, noise_deg: float | None
 ) -> "Calibration":
@@ -120,6 +105,8 @@ def run_calibration(
 @contextmanager
 def tracker_for(args: argparse.Namespace) -> "Iterator[tuple[Tracker, str, float | None]]":
     """The unit asked for, its name for files, and the eye noise if we made it ourselves."""
+    from solarcal.config import file_stem
+
     if asks_for_unit(args):
         with asked_tracker(args) as tracker:
             yield tracker, "unit", args.noise_deg
@@ -138,10 +125,6 @@ def tracker_for(args: argparse.Namespace) -> "Iterator[tuple[Tracker, str, float
         yield emulated.tracker, file_stem(args.scenario or DEFAULT_SCENARIO), emulated.noise_deg
     finally:
         emulated.tracker.close()
-
-
-def file_stem(scenario: str) -> str:
-    return re.sub(r"[^A-Za-z0-9-]+", "-", Path(scenario).stem) or "session"
 
 
 def calibration_document(calibration: "Calibration") -> dict[str, Any]:

@@ -10,7 +10,6 @@ from solarcal.cli.calibrate import (
     add_emulator_arguments,
     add_schedule_arguments,
     calibration_document,
-    file_stem,
     run_calibration,
     start_utc_s,
 )
@@ -67,6 +66,7 @@ def run(args: argparse.Namespace) -> int:
 
 def run_headless(args: argparse.Namespace) -> int:
     """A full day's calibration over a real pseudo-terminal, with tables and plot."""
+    from solarcal.config import file_stem
     from solarcal.emulator.emulation import Emulator
     from solarcal.emulator.scenario import load_scenario
     from solarcal.emulator.server import serve_pty
@@ -98,6 +98,7 @@ def run_headless(args: argparse.Namespace) -> int:
 
 def _calibrated_in_process(args: argparse.Namespace) -> "Calibration":
     """An emulated rotator's day; it is spoken to within this process."""
+    from solarcal.config import file_stem
     from solarcal.emulated_units import emulated_unit
 
     unit = emulated_unit(

@@ -16,6 +16,8 @@ back_from_target_deg``. ``shift``: ``angle_deg``.
 import argparse
 from typing import TYPE_CHECKING
 
+from solarcal.cli.output import print_answer, require
+
 if TYPE_CHECKING:
     from solarcal.mount.geometry import MountGeometry
     from solarcal.optics.aiming import Heliostat
@@ -91,21 +93,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Compute and print."""
-    from solarcal.cli import heliostat_aim, heliostat_target
-
     calculators = {
-        "aim": heliostat_aim.aim,
-        "drift": heliostat_aim.drift,
-        "target": heliostat_target.target,
-        "circle": heliostat_target.circle,
-        "shift": heliostat_target.shift,
+        "aim": aim,
+        "drift": drift,
+        "target": target,
+        "circle": circle,
+        "shift": shift,
     }
     return calculators[args.what](args)
 
 
 def asked_site(args: argparse.Namespace) -> "Site":
     """The place of --lat, --lon and --elevation."""
-    from solarcal.cli.output import require
     from solarcal.site import Site
 
     return Site(require(args.lat, "--lat"), require(args.lon, "--lon"), args.elevation)
@@ -123,8 +122,6 @@ def asked_geometry(args: argparse.Namespace) -> "MountGeometry":
 
 def asked_sun_deg(args: argparse.Namespace) -> tuple[float, float]:
     """Azimuth and zenith angle: given, or the apparent ones for place and time."""
-    from solarcal.cli.output import require
-
     if args.sun is not None:
         return require(args.sun[0], "--sun AZIMUTH"), require(args.sun[1], "--sun ZENITH")
     from solarcal.cli.sun import asked_utc_s
@@ -140,7 +137,6 @@ def asked_sun_deg(args: argparse.Namespace) -> tuple[float, float]:
 
 def asked_heliostat(args: argparse.Namespace) -> "Heliostat":
     """Target and mirror offset of the options."""
-    from solarcal.cli.output import require
     from solarcal.errors import ConfigurationError
     from solarcal.optics.aiming import Heliostat
     from solarcal.optics.heliostat import Target
@@ -153,3 +149,72 @@ def asked_heliostat(args: argparse.Namespace) -> "Heliostat":
     distance = require(args.distance, "--distance") if offset else args.distance
     azimuth_deg, zenith_deg = args.target
     return Heliostat(Target(azimuth_deg, zenith_deg, 1.0 if distance is None else distance), offset)
+
+
+def aim(args: argparse.Namespace) -> int:
+    """The normal for a Sun and a target, with everything the offset does to it."""
+    from solarcal.report.field.heliostat_aim import aim as answer
+
+    return print_answer(
+        answer(
+            asked_sun_deg(args),
+            asked_heliostat(args),
+            asked_geometry(args),
+            distance_known=args.distance is not None,
+            latitude_deg=args.lat or 45.0,
+        ),
+        args.json,
+    )
+
+
+def drift(args: argparse.Namespace) -> int:
+    """What an uncorrected mirror offset does to the beam over a day."""
+    from solarcal.cli.sun import asked_day_utc_s
+    from solarcal.report.field.heliostat_aim import drift as answer
+
+    site, heliostat = asked_site(args), asked_heliostat(args)
+    require(args.distance, "--distance")
+    at_utc_s = asked_day_utc_s(args.at, site)
+    return print_answer(answer(site, heliostat, at_utc_s, args.refraction), args.json)
+
+
+def target(args: argparse.Namespace) -> int:
+    """The target's direction from normals read while the beam was on it."""
+    from solarcal.errors import ConfigurationError
+    from solarcal.report.field import heliostat_aim, heliostat_target
+    from solarcal.timescale import parse_utc
+
+    geometry = asked_geometry(args)
+    rows = [(row[0], row[1], row[2], row[3]) for row in args.seen]
+    for iso, first, second in args.seen_at:
+        sun = heliostat_aim.apparent_sun(parse_utc(iso), asked_site(args), args.refraction)
+        try:
+            normal = float(first), float(second)
+        except ValueError:
+            raise ConfigurationError(
+                f"--seen-at {iso} {first} {second}: the normal's angles must be numbers"
+            ) from None
+        rows.append((float(sun.azimuth_deg), float(sun.zenith_deg), *normal))
+    if not rows:
+        raise ConfigurationError(
+            "targeting needs --seen SUN_AZ SUN_ZEN N1 N2 or --seen-at ISO N1 N2, once at least"
+        )
+    if args.axes:
+        rows = [heliostat_target.from_axes(row, geometry) for row in rows]
+    return print_answer(heliostat_target.target(rows, latitude_deg=args.lat or 45.0), args.json)
+
+
+def circle(args: argparse.Namespace) -> int:
+    """Both roots of a mirror on a circle."""
+    from solarcal.report.field.heliostat_target import circle as answer
+
+    distance, radius = require(args.distance, "--distance"), require(args.radius, "--radius")
+    return print_answer(answer(require(args.angle, "--angle"), distance, radius), args.json)
+
+
+def shift(args: argparse.Namespace) -> int:
+    """By how much a translation turns the line of sight."""
+    from solarcal.report.field.heliostat_target import shift as answer
+
+    by, distance = require(args.by, "--by"), require(args.distance, "--distance")
+    return print_answer(answer(by, distance), args.json)

@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print the table; in a terminal then listen."""
     from solarcal.config import load_keymap
-    from solarcal.tui.keyboard import bound_actions, checked_keymap
+    from solarcal.tui.keys import bound_actions, checked_keymap
 
     actions = bound_actions(checked_keymap(load_keymap()))
     if args.json:
@@ -64,7 +64,7 @@ def read_keys(data: bytes, actions: "tuple[object, ...]") -> Iterator[tuple[str,
     from textual import events
     from textual._xterm_parser import XTermParser
 
-    from solarcal.tui.keyboard import action_for, modified_f3
+    from solarcal.tui.keys import action_for, modified_f3
 
     parser = XTermParser()
     told = [*parser.feed(data.decode("utf-8", errors="replace")), *parser.feed("")]

@@ -71,7 +71,7 @@ def characters() -> Check:
 
 
 def keys() -> Check:
-    from solarcal.tui.keyboard import checked_keymap
+    from solarcal.tui.keys import checked_keymap
 
     try:
         keymap = checked_keymap(load_keymap())

@@ -99,14 +99,14 @@ def run_workstation(
     """The Textual program, until it is left; its exit code."""
     from solarcal.config import load_keymap, load_settings
     from solarcal.profiles import load_profile
+    from solarcal.tui.action_handlers import ACTION_HANDLERS
     from solarcal.tui.app import SolarcalApp
-    from solarcal.tui.keyboard import checked_keymap
-    from solarcal.tui.performers import PERFORMERS
+    from solarcal.tui.keys import checked_keymap
     from solarcal.tui.terminal_watch import end_with_terminal
 
     settings = load_settings()
     app = SolarcalApp(
-        PERFORMERS,
+        ACTION_HANDLERS,
         settings=settings,
         profile=profile or load_profile(settings.profile),
         keymap=checked_keymap(load_keymap()),

@@ -7,9 +7,9 @@ sees; a real unit is refused.
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from solarcal.cli.calibrate import add_emulator_arguments, journal_creator, tracker_for
+from solarcal.cli.calibrate import add_emulator_arguments, tracker_for
 from solarcal.cli.output import say
-from solarcal.cli.unit_options import add_driver_options
+from solarcal.cli.unit_options import add_driver_options, journal_creator
 
 if TYPE_CHECKING:
     from solarcal.unit.tracker import Tracker

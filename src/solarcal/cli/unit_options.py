@@ -1,12 +1,16 @@
 """The options by which every command finds its unit, and the way they lead to a tracker."""
 
 import argparse
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from solarcal.profiles import Profile
+    from solarcal.session.journal import Journal
+    from solarcal.session.records import Header
     from solarcal.unit.tracker import Tracker
 
 SLOWEST_BAUD, FASTEST_BAUD = 300, 4_000_000
@@ -89,8 +93,6 @@ def named_profile(args: argparse.Namespace) -> "Profile | None":
     ConfigurationError
         There is none of that name, or it cannot be used.
     """
-    from pathlib import Path
-
     from solarcal.errors import ConfigurationError
     from solarcal.profiles import load_profile, load_site_file, profile_names
 
@@ -119,7 +121,6 @@ def open_asked(args: argparse.Namespace) -> "Tracker":
     profile = named_profile(args)
     book = None
     if args.input:
-        from solarcal.cli.by_book import book_lines
         from solarcal.station.typed.field_book import BookClock, FieldBook
 
         book = FieldBook(*book_lines(args.input), BookClock())
@@ -142,3 +143,48 @@ def asked_tracker(args: argparse.Namespace) -> "Iterator[Tracker]":
         yield tracker
     finally:
         tracker.close()
+
+
+def book_lines(path: str) -> tuple[Iterable[str], str]:
+    """The lines of a field book, ``-`` for standard input, and what messages call it.
+
+    Raises
+    ------
+    InputFileError
+        The file cannot be read; of standard input while its lines are taken.
+    """
+    from solarcal.errors import InputFileError
+
+    if path == "-":
+        return _standard_input(), "standard input"
+    try:
+        with open(path, encoding="utf-8") as file:
+            return file.read().splitlines(), path
+    except (OSError, ValueError) as error:
+        raise InputFileError(f"{path} cannot be read: {_reason(error)}") from None
+
+
+def _standard_input() -> Iterator[str]:
+    from solarcal.errors import InputFileError
+
+    try:
+        yield from sys.stdin
+    except (OSError, ValueError) as error:
+        raise InputFileError(f"standard input cannot be read: {_reason(error)}") from None
+
+
+def _reason(error: OSError | ValueError) -> str:
+    return getattr(error, "strerror", None) or "it is no UTF-8 text"
+
+
+def journal_creator(output: Path | None, name: str) -> "Callable[[Header], Journal]":
+    """Where the session goes: the file asked for, or a new one in the sessions folder."""
+
+    def create(header: "Header") -> "Journal":
+        from solarcal.config import new_session_path
+        from solarcal.session.journal import Journal
+
+        path = output or new_session_path(name, header.utc)
+        return Journal.create(path, header)
+
+    return create

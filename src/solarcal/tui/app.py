@@ -16,19 +16,24 @@ from textual.screen import Screen
 from solarcal.config import Choice, Settings, save_settings
 from solarcal.errors import ConfigurationError, SolarcalError
 from solarcal.profiles import Profile
-from solarcal.tui.bindings import ACTIONS, QUIT_EVERYWHERE, STOP_EVERYWHERE, Action
-from solarcal.tui.conducted import ConductedApp
-from solarcal.tui.keyboard import bound_actions, modified_f3
+from solarcal.tui.action_handlers import ActionHandler
+from solarcal.tui.base import StationModal
+from solarcal.tui.keys import (
+    ACTIONS,
+    QUIT_EVERYWHERE,
+    STOP_EVERYWHERE,
+    Action,
+    bound_actions,
+    modified_f3,
+)
 from solarcal.tui.messages import LineFailed, LineOpened, StepFailed
-from solarcal.tui.performers import Performer
-from solarcal.tui.screens.base import StationModal
-from solarcal.tui.screens.start import StartScreen
+from solarcal.tui.start.screen import StartScreen
+from solarcal.tui.station_app import StationApp
 from solarcal.tui.themes import DEFAULT_THEME, OWN_THEMES, SUNLIGHT, axis_colours
 
 if TYPE_CHECKING:
-    from solarcal.tui.messages import FormAsked
     from solarcal.tui.opening import OpenLine
-    from solarcal.tui.typed_display import ScreenDisplay
+    from solarcal.tui.typed_form.form_asked import FormAsked, ScreenDisplay
 
 PRESS_STOP_S = 8.0
 """How long it covers a part of the screen that STOP is at the unit; the log goes on saying it."""
@@ -43,12 +48,12 @@ def _action_provider() -> "type[Provider]":
     return ActionProvider
 
 
-class SolarcalApp(ConductedApp):
-    """Choices become an open line, keys become what a performer does.
+class SolarcalApp(StationApp):
+    """Choices become an open line, keys become what a handler does.
 
     Parameters
     ----------
-    performers : what each action does.
+    handlers : what each action does.
     settings, profile, keymap : the user's; defaults without them.
     start : open this at once instead of asking.
     output, trace : the first session file; a transcript of the line.
@@ -56,7 +61,7 @@ class SolarcalApp(ConductedApp):
 
     Attributes
     ----------
-    line : the open line, else ``None``; and what ``ConductedApp`` has.
+    line : the open line, else ``None``; and what ``StationApp`` has.
     """
 
     TITLE = "solarcal"
@@ -72,7 +77,7 @@ class SolarcalApp(ConductedApp):
 
     def __init__(
         self,
-        performers: dict[str, Performer],
+        handlers: dict[str, ActionHandler],
         *,
         settings: Settings | None = None,
         profile: Profile | None = None,
@@ -87,7 +92,7 @@ class SolarcalApp(ConductedApp):
         self.settings = settings or Settings()
         self.profile = profile or Profile()
         self.actions: tuple[Action, ...] = bound_actions(keymap or {})
-        self._performers = performers
+        self._handlers = handlers
         self._start = start
         self._output, self._trace = output, trace
         self._remember = remember
@@ -151,9 +156,9 @@ class SolarcalApp(ConductedApp):
         if self._start is not None:
             self.open_choice(self._start)
 
-    def other_theme(self) -> str:
-        """The one for the sun, or on it the dark one it took the place of."""
-        return SUNLIGHT.name if self.theme != SUNLIGHT.name else self._theme_before
+    def change_theme(self) -> None:
+        """To the one for the sun, or from it to the dark one it took the place of."""
+        self.theme = SUNLIGHT.name if self.theme != SUNLIGHT.name else self._theme_before
 
     def _theme_chosen(self, name: str) -> None:
         if name != SUNLIGHT.name:
@@ -189,7 +194,7 @@ class SolarcalApp(ConductedApp):
 
     def _open_replay(self, choice: Choice) -> None:
         from solarcal.station.replay import Replay
-        from solarcal.tui.screens.replay import ReplayScreen
+        from solarcal.tui.replay.screen import ReplayScreen
 
         try:
             replay = Replay.open(Path(choice.replay))
@@ -215,13 +220,13 @@ class SolarcalApp(ConductedApp):
     def display_reader(self) -> "ScreenDisplay":
         """Where somebody who reads a unit's display is asked."""
         if self._reader is None:
-            from solarcal.tui.typed_display import ScreenDisplay
+            from solarcal.tui.typed_form.form_asked import ScreenDisplay
 
             self._reader = ScreenDisplay(self.post_message)
         return self._reader
 
     def on_form_asked(self, message: "FormAsked") -> None:
-        from solarcal.tui.screens.display_form import DisplayFormScreen
+        from solarcal.tui.typed_form.screen import DisplayFormScreen
 
         if self._leaving:
             message.asked.answer(None)
@@ -233,7 +238,7 @@ class SolarcalApp(ConductedApp):
         self._tell_start(str(message.error), error=True)
 
     def on_line_opened(self, message: LineOpened) -> None:
-        from solarcal.tui.screens.workstation import WorkstationScreen
+        from solarcal.tui.workstation.screen import WorkstationScreen
 
         self._opening = False
         self.line = message.line
@@ -256,14 +261,18 @@ class SolarcalApp(ConductedApp):
             if isinstance(screen, StartScreen):
                 screen.tell(sentence, error=error)
 
+    def leave_soon(self) -> None:
+        """Begin to leave; the screens stay until file and line are closed."""
+        self.run_worker(self.leave(), exit_on_error=True)
+
     async def leave(self) -> None:
         """Close file and line, and end the program. Whatever was acknowledged is in the file."""
         self._leaving = True
-        conductor, line = self.conductor, self.line
+        worker, line = self.worker, self.line
         if self._reader is not None:
             self._reader.close()
-        if conductor is not None:
-            await asyncio.to_thread(conductor.close)
+        if worker is not None:
+            await asyncio.to_thread(worker.close)
         self._fitter.close()
         if line is not None:
             try:
@@ -287,27 +296,27 @@ class SolarcalApp(ConductedApp):
         if action_id == "stop":
             self._stop()
             return
-        performer = self._performers.get(action_id)
-        if performer is None:
+        handler = self._handlers.get(action_id)
+        if handler is None:
             return
         try:
-            performer(self)
+            handler(self)
         except SolarcalError as error:
             self.notify(str(error), severity="warning")
             self.post_message(StepFailed(action_id, error))
 
     def _stop(self) -> None:
-        from solarcal.tui.screens.by_hand import by_hand
+        from solarcal.tui.base import is_typed
 
-        if by_hand(self) or (self._reader is not None and self._reader.asking):
+        if is_typed(self) or (self._reader is not None and self._reader.asking):
             self.notify(
                 "There is no line to it: this program cannot stop it.",
                 title="PRESS STOP ON THE UNIT",
                 severity="error",
                 timeout=PRESS_STOP_S,
             )
-        if self.conductor is not None:
-            self.conductor.stop_motion()
+        if self.worker is not None:
+            self.worker.stop_motion()
 
     async def action_quit(self) -> None:
         """Textual's own way out takes ours."""
@@ -339,5 +348,5 @@ def _prewarm() -> None:
     import solarcal.report.plots
     import solarcal.sun.precise
     import solarcal.tui.opening
-    import solarcal.tui.screens.workstation
-    import solarcal.tui.widgets.workstation_view  # noqa: F401
+    import solarcal.tui.workstation.screen
+    import solarcal.tui.workstation.view  # noqa: F401

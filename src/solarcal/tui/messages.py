@@ -1,4 +1,4 @@
-"""What the conductor tells the screens. Posted from its thread; Textual's queue makes that safe."""
+"""What the worker tells the screens. Posted from its thread; Textual's queue makes that safe."""
 
 from typing import TYPE_CHECKING
 
@@ -10,9 +10,8 @@ if TYPE_CHECKING:
     from solarcal.model.fit import Solution
     from solarcal.model.judgement import Judgement
     from solarcal.station.state import SessionView, StationState
-    from solarcal.tui.offers import Offers
     from solarcal.tui.opening import OpenLine
-    from solarcal.tui.typed_display import AskedForm
+    from solarcal.tui.start.menu_entries import MenuEntries
 
 
 class StateChanged(Message):
@@ -85,14 +84,6 @@ class Progress(Message):
         return isinstance(message, Progress) and message.name == self.name
 
 
-class FormAsked(Message):
-    """The thread of the station waits for what a unit's display shows."""
-
-    def __init__(self, asked: "AskedForm") -> None:
-        super().__init__()
-        self.asked = asked
-
-
 class LineOpened(Message):
     """A unit is connected and its session open."""
 
@@ -109,9 +100,9 @@ class LineFailed(Message):
         self.error = error
 
 
-class StartOffers(Message):
+class MenuEntriesFound(Message):
     """What there is to choose from has been looked up."""
 
-    def __init__(self, offers: "Offers") -> None:
+    def __init__(self, offers: "MenuEntries") -> None:
         super().__init__()
         self.offers = offers

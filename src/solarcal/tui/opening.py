@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from solarcal.clock import Clock, SystemClock
-from solarcal.config import Choice, new_session_path, sessions_dir
+from solarcal.config import Choice, file_stem, new_session_path, sessions_dir
 from solarcal.errors import ConfigurationError, SolarcalError
 from solarcal.plain_text import harmless
 from solarcal.profiles import Profile
@@ -162,12 +162,6 @@ def _journal_creator(choice: Choice, station: "Station", output: Path | None) ->
         return Journal.create(path, header)
 
     return create
-
-
-def file_stem(text: str) -> str:
-    """A scenario's name or a serial number as the beginning of a file name."""
-    kept = "".join(c if c.isascii() and (c.isalnum() or c == "-") else "-" for c in Path(text).stem)
-    return kept.strip("-") or "session"
 
 
 def _emulated_unit(choice: Choice) -> "Tracker":

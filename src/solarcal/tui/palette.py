@@ -5,18 +5,15 @@ STOP is on it too, where it is on every screen: the list ends above it.
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import TYPE_CHECKING, cast
 
 from textual.app import ComposeResult
 from textual.command import CommandPalette, DiscoveryHit, Hit, Hits, Provider
 from textual.containers import Horizontal
 from textual.theme import ThemeProvider
 
+from solarcal.tui.base import workstation_of
 from solarcal.tui.themes import OWN_THEMES
 from solarcal.tui.widgets.footer import StopKey
-
-if TYPE_CHECKING:
-    from solarcal.tui.app import SolarcalApp
 
 
 class Palette(CommandPalette):
@@ -49,9 +46,9 @@ class ActionProvider(Provider):
 
     def _entries(self) -> Iterator[tuple[str, str, Callable[[], object]]]:
         from solarcal.tui.calculators.catalogue import CALCULATORS
-        from solarcal.tui.screens.calculators import open_calculator
+        from solarcal.tui.calculators.list import open_calculator
 
-        app = cast("SolarcalApp", self.app)
+        app = workstation_of(self.screen)
         for action in app.actions:
             run = partial(app.action_perform, action.id)
             yield f"{action.label}   {action.shown}", action.tooltip, run

@@ -1,6 +1,6 @@
 """The rows of a calculator's form: a text field or a choice, with label and unit."""
 
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 from textual import events
 from textual.app import ComposeResult
@@ -9,11 +9,9 @@ from textual.content import Content
 from textual.message import Message
 from textual.widgets import Input, Static
 
+from solarcal.tui.base import Workstation
 from solarcal.tui.calculators.form import FormField
-from solarcal.tui.keyboard import action_for
-
-if TYPE_CHECKING:
-    from solarcal.tui.app import SolarcalApp
+from solarcal.tui.keys import action_for
 
 TYPED = frozenset("0123456789+-.,eE :;TZtz/")
 """What numbers, times and dates are made of."""
@@ -40,7 +38,7 @@ class FigureInput(Input):
         # Input's own handler would put the letter in, and no binding sees a key a field takes.
         event.prevent_default()
         event.stop()
-        action = action_for(event.key, cast("SolarcalApp", self.app).actions)
+        action = action_for(event.key, cast(Workstation, self.app).actions)
         if action is not None and action.id in COMMANDS:
             await self.run_action(COMMANDS[action.id])
 

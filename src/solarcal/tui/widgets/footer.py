@@ -2,15 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
 
 from textual.app import ComposeResult
 from textual.containers import Grid, Horizontal
 from textual.content import Content
 from textual.widgets import Static
 
-if TYPE_CHECKING:
-    from solarcal.tui.app import SolarcalApp
+from solarcal.tui.base import workstation_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +60,7 @@ class StopKey(Static):
         self.tooltip = "Stop every motion now, without asking"
 
     def on_mount(self) -> None:
-        keys = self._keys or cast("SolarcalApp", self.app).stop_keys()
+        keys = self._keys or workstation_of(self).stop_keys()
         self.update(f"▌ STOP ▐\n{keys}")
 
     async def on_click(self) -> None:

@@ -1,0 +1,151 @@
+"""What each action of the workstation does: the screen it opens, or why it does not.
+
+The modules of the screens are imported when their key is first pressed, so that the first paint
+does not wait for them.
+"""
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from solarcal.errors import ProcedureRefused
+from solarcal.tui.base import Workstation
+
+if TYPE_CHECKING:
+    from solarcal.model.judgement import Judgement
+    from solarcal.station.procedure import Station
+    from solarcal.unit.tracker import Emulation
+
+ActionHandler = Callable[[Workstation], None]
+
+_OPENERS = {
+    "link": "dialogs.link:open_screen",
+    "initialise": "dialogs.initialise:open_screen",
+    "ref_check": "dialogs.ref_check:open_screen",
+    "sun_offset": "offset.dialog:open_screen",
+    "take_point": "point.dialog:open_screen",
+    "upload": "dialogs.upload:open_screen",
+    "recompute": "replay.recompute:open_screen",
+    "clock": "dialogs.clock:open_screen",
+    "plan": "plan.screen:open_screen",
+    "report": "dialogs.report:open_screen",
+    "void": "dialogs.void_note:open_void",
+    "note": "dialogs.void_note:open_note",
+    "calculators": "calculators.list:open_list",
+}
+"""Action id to module of ``solarcal.tui`` and its function."""
+
+
+def _opener(place: str) -> ActionHandler:
+    module, _, function = place.partition(":")
+
+    def perform(app: Workstation) -> None:
+        getattr(import_module(f"solarcal.tui.{module}"), function)(app)
+
+    return perform
+
+
+SPEEDS = (1.0, 2.0, 5.0, 10.0, 30.0, 60.0, 120.0)
+LOW_SUN_SKIP_S = 1800.0
+"""How far to skip while the Sun is too low and no point is due."""
+
+
+def open_help(app: Workstation) -> None:
+    from solarcal.tui.help import HelpScreen
+
+    if not isinstance(app.screen, HelpScreen):
+        app.push_screen(HelpScreen())
+
+
+def next_plot(app: Workstation) -> None:
+    from solarcal.tui.replay.screen import ReplayScreen
+    from solarcal.tui.workstation.screen import WorkstationScreen
+
+    if isinstance(app.screen, (WorkstationScreen, ReplayScreen)):
+        app.screen.next_plot()
+
+
+def change_theme(app: Workstation) -> None:
+    """Between the theme for the sun and the one chosen before it."""
+    app.change_theme()
+
+
+def leave(app: Workstation) -> None:
+    """Out; asks first while something is going on."""
+    from solarcal.station.state import Activity
+    from solarcal.tui.dialogs.leave import LeaveScreen
+
+    if isinstance(app.screen, LeaveScreen):
+        return
+    if app.state.activity is Activity.IDLE or app.worker is None:
+        app.leave_soon()
+        return
+
+    def answered(yes: bool | None) -> None:
+        if yes:
+            app.leave_soon()
+
+    app.push_screen(LeaveScreen(str(app.state.activity)), answered)
+
+
+def _emulation(station: "Station") -> "Emulation":
+    emulation = station.tracker.emulation
+    if emulation is None:
+        raise ProcedureRefused("time can only be hurried on an emulated tracker")
+    return emulation
+
+
+def _change_speed(app: Workstation, step: int) -> None:
+    now = app.emulated_speed
+    if now is None:
+        raise ProcedureRefused("time can only be hurried on an emulated tracker")
+    nearest = min(range(len(SPEEDS)), key=lambda index: abs(SPEEDS[index] - now))
+    wanted = SPEEDS[min(max(nearest + step, 0), len(SPEEDS) - 1)]
+    # The next press may come before the unit has answered this one.
+    app.emulated_speed = wanted
+    app.station_worker().submit("speed", lambda s: _emulation(s).set_speed(wanted))
+
+
+def faster(app: Workstation) -> None:
+    _change_speed(app, +1)
+
+
+def slower(app: Workstation) -> None:
+    _change_speed(app, -1)
+
+
+def skip(app: Workstation) -> None:
+    """Let an emulator's time pass until the next point is due."""
+    if app.emulated_speed is None:
+        raise ProcedureRefused("time can only be skipped on an emulated tracker")
+    judgement = app.judgement
+    app.station_worker().submit("skip", lambda station: _skip(station, judgement))
+
+
+def _skip(station: "Station", judgement: "Judgement | None") -> float:
+    from solarcal.station import guards
+    from solarcal.station.next_step import next_step
+
+    emulation = _emulation(station)
+    elevation = station.sun_elevation_deg()
+    step = next_step(station.state, elevation, judgement)
+    wait_s = step.countdown_s(station.clock.utc_s())
+    if wait_s is None and elevation < guards.MIN_ELEVATION_DEG:
+        wait_s = LOW_SUN_SKIP_S
+    if not wait_s:
+        raise ProcedureRefused(f"there is nothing to wait for. {step.sentence}")
+    emulation.advance(round(wait_s, 3))
+    station.poll()
+    return wait_s
+
+
+ACTION_HANDLERS: dict[str, ActionHandler] = {
+    **{name: _opener(place) for name, place in _OPENERS.items()},
+    "help": open_help,
+    "next_plot": next_plot,
+    "theme": change_theme,
+    "faster": faster,
+    "slower": slower,
+    "skip": skip,
+    "quit": leave,
+}

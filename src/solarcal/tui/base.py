@@ -1,0 +1,150 @@
+"""What a screen may use of the program, what the program calls on a screen, and its STOP."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar, cast
+
+from textual.binding import Binding, BindingType
+from textual.dom import DOMNode
+from textual.message_pump import MessagePump
+from textual.screen import ModalScreen, Screen
+
+from solarcal.errors import SolarcalError
+from solarcal.tui.messages import FitReady, Progress
+from solarcal.tui.widgets.lines import say_if_too_small
+
+if TYPE_CHECKING:
+    from textual.geometry import Size
+    from textual.notifications import SeverityLevel
+
+    from solarcal.config import Choice, Settings
+    from solarcal.model.judgement import Judgement
+    from solarcal.profiles import Profile
+    from solarcal.station.plan_wishes import PlanWishes
+    from solarcal.station.state import StationState
+    from solarcal.tui.keys import Action
+    from solarcal.tui.opening import OpenLine
+    from solarcal.tui.station_worker import StationWorker
+
+Result = TypeVar("Result")
+
+
+class Workstation(Protocol):
+    """All that screens and action handlers use of the app.
+
+    Attributes
+    ----------
+    worker : talks to the station while a line is open, else ``None``.
+    line : the open line, else ``None``.
+    fit : the newest fit; ``judgement`` is ``None`` while newer points are being fitted.
+    emulated_speed : virtual seconds a second of an emulated unit, ``None`` for a real one.
+    """
+
+    worker: "StationWorker | None"
+    line: "OpenLine | None"
+    fit: FitReady | None
+    emulated_speed: float | None
+    wishes: "PlanWishes | None"
+    settings: "Settings"
+    profile: "Profile"
+    actions: "tuple[Action, ...]"
+
+    @property
+    def state(self) -> "StationState": ...
+    @property
+    def judgement(self) -> "Judgement | None": ...
+    @property
+    def session_name(self) -> str: ...
+    @property
+    def session_path(self) -> Path | None: ...
+    @property
+    def screen(self) -> Screen[Any]: ...
+    @property
+    def screen_stack(self) -> list[Screen[Any]]: ...
+
+    def station_worker(self) -> "StationWorker": ...
+    def wish(self, wishes: "PlanWishes") -> None: ...
+    def remember(self, settings: "Settings") -> None: ...
+    def open_choice(self, choice: "Choice") -> None: ...
+    def action_perform(self, action_id: str) -> None: ...
+    def keys_of(self, action_id: str | None) -> str: ...
+    def stop_keys(self) -> str: ...
+    def change_theme(self) -> None: ...
+    def search_themes(self) -> None: ...
+    def leave_soon(self) -> None: ...
+    def deliver_screenshot(self) -> str | None: ...
+    def notify(
+        self,
+        message: str,
+        *,
+        title: str = "",
+        severity: "SeverityLevel" = "information",
+        timeout: float | None = None,
+    ) -> None: ...
+    def push_screen(
+        self, screen: Screen[Any], callback: Callable[[Any], None] | None = None
+    ) -> object: ...
+    def switch_screen(self, screen: Screen[Any]) -> object: ...
+
+
+def workstation_of(node: MessagePump) -> Workstation:
+    """The app a screen or widget runs in. The only place that says which app it is."""
+    return cast(Workstation, node.app)
+
+
+def is_typed(app: Workstation) -> bool:
+    """Whether the connected unit is one whose display is read by a person."""
+    return not app.state.live.capabilities.has_link
+
+
+class _StationHooks(DOMNode):
+    """Hooks the app calls on every screen of the stack, on the event loop."""
+
+    @property
+    def workstation(self) -> Workstation:
+        return workstation_of(self)
+
+    def on_screen_resume(self) -> None:
+        # An older one may have been covered while the terminal changed.
+        say_if_too_small(self.screen, self.screen.app.size)
+
+    def show_size(self, size: "Size") -> None:
+        """The terminal is this large now."""
+        say_if_too_small(self.screen, size)
+
+    def show_state(self, state: "StationState") -> None:
+        """The station's newest state."""
+
+    def show_fit(self, fit: FitReady) -> None:
+        """The newest fit of the session."""
+
+    def show_progress(self, progress: Progress) -> None:
+        """How far a long step is."""
+
+    def step_started(self, name: str) -> None:
+        """A station command has begun."""
+
+    def step_done(self, name: str, result: object) -> None:
+        """A station command has returned."""
+
+    def step_failed(self, name: str, error: SolarcalError) -> None:
+        """A station command was refused or failed."""
+
+
+class StationScreen(_StationHooks, Screen[None]):
+    """A full screen."""
+
+
+class StationModal(_StationHooks, ModalScreen[Result]):
+    """A dialog. ``escape`` leaves it and changes nothing; STOP works here too."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("s", "app.perform('stop')", "STOP", show=False, id="stop"),
+        Binding("escape", "leave", "Back", show=False),
+    ]
+
+    def palette_refused(self) -> None:
+        """The palette was asked for, and does not open over a dialog."""
+
+    def action_leave(self) -> None:
+        self.dismiss(None)

@@ -1,0 +1,286 @@
+"""A field calculator: its form, its result, its drawings."""
+
+import textwrap
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal
+from textual.message import Message
+from textual.timer import Timer
+from textual.widgets import Input
+
+from solarcal.errors import SolarcalError
+from solarcal.report.field.answer import Answer, Drawing
+from solarcal.tui.base import StationScreen
+from solarcal.tui.calculators.form import Calculator, Form, FormError
+from solarcal.tui.calculators.form_rows import ChoiceBox, FormRow, FormRows
+from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
+from solarcal.tui.widgets.lines import HeadLine, LogLine
+from solarcal.tui.widgets.plot import AnsiPlot
+from solarcal.tui.widgets.text_lines import TextLines
+
+TYPING_PAUSE_S = 0.3
+"""How long nothing must be typed before what stands there is computed."""
+
+
+class CalculatorScreen(StationScreen):
+    """Computes on a thread whenever the form has changed; what was typed is remembered.
+
+    ``v`` shows, one after the other, everything, each drawing alone and the text alone.
+    """
+
+    DEFAULT_CSS = """
+    CalculatorScreen { overflow: hidden; }
+    CalculatorScreen #title { background: $primary; color: $background; text-style: bold; }
+    CalculatorScreen #top { height: 1fr; min-height: 10; }
+    CalculatorScreen #result {
+        height: auto; max-height: 40%; min-height: 4; border-top: solid $faint;
+    }
+    CalculatorScreen.-drawing FormRows, CalculatorScreen.-drawing #result { display: none; }
+    CalculatorScreen.-text #top { display: none; }
+    CalculatorScreen.-text #result { height: 1fr; max-height: 100%; border-top: none; }
+    CalculatorScreen.-wide FormRows { width: 52; }
+    CalculatorScreen.-wide FormRows .label { width: 24; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("v", "view", "View", show=False, id="next_plot"),
+        Binding("pagedown", "scroll_result(1)", "Result down", show=False),
+        Binding("pageup", "scroll_result(-1)", "Result up", show=False),
+        Binding("ctrl+r", "defaults", "Defaults", show=False),
+        # Priority: what is typed right after the arrow belongs into the next field.
+        Binding("down", "next_field", "Next field", show=False, priority=True),
+        Binding("up", "previous_field", "Previous field", show=False, priority=True),
+        Binding("enter", "compute", "Compute", show=False),
+        Binding("escape", "back", "Back", show=False),
+    ]
+
+    class Computed(Message):
+        """What the form asked for has been computed, or cannot be."""
+
+        def __init__(self, number: int, outcome: Answer | SolarcalError) -> None:
+            super().__init__()
+            self.number = number
+            self.outcome = outcome
+
+    def __init__(self, calculator: Calculator) -> None:
+        super().__init__()
+        self.calculator = calculator
+        self.answer: Answer | None = None
+        self._asked = 0
+        self._pause: Timer | None = None
+        self._view = 0
+        self._typed: dict[str, str] = {}
+
+    def compose(self) -> ComposeResult:
+        view, the_list = (self._letter(name) for name in ("next_plot", "calculators"))
+        yield HeadLine(id="title")
+        with Horizontal(id="top"):
+            yield FormRows(self.calculator.fields, self._first_values())
+            yield AnsiPlot(id="drawing")
+        yield TextLines(id="result")
+        yield LogLine(id="log")
+        yield ActionFooter(
+            [
+                FooterEntry("↵", "Compute", "screen.compute"),
+                FooterEntry(view, "View", "screen.view"),
+                FooterEntry("PgDn", "More", "screen.scroll_result(1)"),
+                FooterEntry("^R", "Reset", "screen.defaults"),
+                FooterEntry(the_list, "List", "app.perform('calculators')"),
+                FooterEntry("F1", "Help", "app.perform('help')"),
+                FooterEntry("Esc", "Back", "screen.back"),
+            ]
+        )
+
+    def on_mount(self) -> None:
+        one = self.calculator
+        self.query_one("#title", HeadLine).show([f"{one.group}: {one.title}"], [one.purpose])
+        self.query_one(FormRow).entry.focus()
+        self.action_compute()
+
+    def on_unmount(self) -> None:
+        if self._typed:
+            self._remember()
+
+    def on_resize(self) -> None:
+        self.set_class(self.app.size.width >= 120, "-wide")
+        if self.answer is not None:
+            self.call_after_refresh(self._show_answer)
+
+    # -- what stands in the fields -----------------------------------------------------------
+
+    def _defaults(self) -> dict[str, str]:
+        """Of the form, with the place of the open session or of the profile."""
+        values = {field.name: field.default for field in self.calculator.fields}
+        session = self.workstation.state.session
+        site = session.header.site if session is not None else self.workstation.profile.site
+        if site is not None and "lon" in values:
+            values |= {
+                "lat": f"{site.latitude_deg:g}",
+                "lon": f"{site.longitude_deg:g}",
+                "elevation": f"{site.elevation_m:g}",
+            }
+        return values
+
+    def _first_values(self) -> dict[str, str]:
+        values = self._defaults()
+        kept = self.workstation.settings.calculators.get(self.calculator.id, {})
+        return values | {name: text for name, text in kept.items() if name in values}
+
+    def _remember(self) -> None:
+        """Keep what differs from the defaults: those may change with the profile."""
+        app, defaults = self.workstation, self._defaults()
+        kept = {name: text for name, text in self._typed.items() if text != defaults[name]}
+        settings = app.settings.with_calculator(self.calculator.id, kept)
+        if settings != app.settings:
+            app.remember(settings)
+
+    # -- computing ---------------------------------------------------------------------------
+
+    def on_input_changed(self, event: Input.Changed) -> None:
+        event.stop()
+        self._compute_soon()
+
+    def on_choice_box_changed(self, event: ChoiceBox.Changed) -> None:
+        event.stop()
+        self._compute_soon()
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        event.stop()
+        self.action_compute()
+        self._remember()
+
+    def _compute_soon(self) -> None:
+        self._typed = self.query_one(FormRows).values()
+        if self._pause is not None:
+            self._pause.stop()
+        self._pause = self.set_timer(TYPING_PAUSE_S, self.action_compute)
+
+    def action_compute(self) -> None:
+        """Compute what stands in the form."""
+        if self._pause is not None:
+            self._pause.stop()
+            self._pause = None
+        self._asked += 1
+        number = self._asked
+        self._typed = self.query_one(FormRows).values()
+        form = Form(self.calculator.fields, self._typed, self._now_utc_s())
+
+        def compute() -> None:
+            outcome: Answer | SolarcalError
+            try:
+                outcome = self.calculator.compute(form)
+            except SolarcalError as error:
+                outcome = error
+            self.post_message(self.Computed(number, outcome))
+
+        self.run_worker(compute, thread=True, exit_on_error=True)
+
+    def _now_utc_s(self) -> float:
+        """The session's time where a unit is connected: an emulated one has its own."""
+        from solarcal.clock import SystemClock
+
+        app = self.workstation
+        laptop = app.state.live.laptop_utc_s if app.worker is not None else None
+        return SystemClock().utc_s() if laptop is None else laptop
+
+    def on_calculator_screen_computed(self, message: Computed) -> None:
+        if message.number != self._asked:
+            return
+        outcome, log, rows = (
+            message.outcome,
+            self.query_one("#log", LogLine),
+            self.query_one(FormRows),
+        )
+        if isinstance(outcome, Answer):
+            self.answer = outcome
+            rows.mark_wrong(None)
+            log.say(
+                f"Arrow keys: fields, choices. PgDn: more of the result. "
+                f"{self._letter('next_plot')}: enlarge. Esc: back."
+            )
+        else:
+            # A result that belongs to other values must not stay.
+            self.answer = None
+            rows.mark_wrong(outcome.field if isinstance(outcome, FormError) else None)
+            missing = isinstance(outcome, FormError) and outcome.missing
+            log.say(f"{outcome}; type it" if missing else str(outcome), error=not missing)
+        self._show_answer()
+
+    # -- showing -----------------------------------------------------------------------------
+
+    @property
+    def drawings(self) -> tuple[Drawing, ...]:
+        return self.answer.drawings if self.answer is not None else ()
+
+    def _show_answer(self) -> None:
+        views = self._views()
+        self._view %= len(views)
+        view = views[self._view]
+        self.set_class(view.startswith("drawing"), "-drawing")
+        self.set_class(view == "text", "-text")
+        at = int(view.removeprefix("drawing")) if view.startswith("drawing") else 0
+        plot = self.query_one("#drawing", AnsiPlot)
+        if self.drawings:
+            draw = self.drawings[at].draw
+            plot.show(
+                lambda width, height, colour, theme: draw(
+                    width, height, colour, "light" if theme == "light" else "phosphor"
+                )
+            )
+        else:
+            plot.show(lambda *size: "")
+        width = max(20, self.app.size.width - 1)
+        lines = self.answer.lines if self.answer is not None else ["no result"]
+        self.query_one(TextLines).show([part for line in lines for part in _fitted(line, width)])
+
+    def _views(self) -> list[str]:
+        return ["all", *(f"drawing{number}" for number in range(len(self.drawings))), "text"]
+
+    def _letter(self, action_id: str) -> str:
+        return min(self.workstation.keys_of(action_id).split(), key=len)
+
+    def action_scroll_result(self, pages: int) -> None:
+        """The form keeps the focus."""
+        result = self.query_one(TextLines)
+        result.scroll_relative(y=pages * max(1, result.size.height - 1), animate=False)
+
+    def action_view(self) -> None:
+        self._view += 1
+        self._show_answer()
+        if self.has_class("-text"):
+            self.query_one(TextLines).focus()
+        elif not self.has_class("-drawing"):
+            self.query_one(FormRow).entry.focus()
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Where the form is away the arrow keys scroll the text."""
+        del parameters
+        return not (action.endswith("_field") and self._view)
+
+    def action_next_field(self) -> None:
+        self.focus_next()
+
+    def action_previous_field(self) -> None:
+        self.focus_previous()
+
+    def action_defaults(self) -> None:
+        """Everything as it was at first."""
+        self.query_one(FormRows).fill(self._defaults())
+        self.action_compute()
+
+    def action_back(self) -> None:
+        """From an enlarged view to everything, from there out."""
+        if self._view:
+            self._view = -1
+            self.action_view()
+        else:
+            self.dismiss(None)
+
+
+def _fitted(line: str, width: int) -> list[str]:
+    """A line as it is, or folded where the screen is too narrow for it."""
+    if len(line) <= width:
+        return [line]
+    indent = " " * (len(line) - len(line.lstrip()) + 2)
+    return textwrap.wrap(line, width, subsequent_indent=indent, replace_whitespace=False)

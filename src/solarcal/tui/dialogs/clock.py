@@ -1,0 +1,162 @@
+"""The clocks: is the laptop's right, how far is the unit's off, and set it."""
+
+import threading
+from collections.abc import Iterable
+from typing import ClassVar
+
+from textual.widget import Widget
+from textual.widgets import Input, Static
+
+from solarcal.errors import ConfigurationError, SolarcalError
+from solarcal.session.records import ClockSet
+from solarcal.station.laptop_clock import LaptopClock, laptop_clock
+from solarcal.station.procedure import Station
+from solarcal.station.state import StationState
+from solarcal.timescale import format_utc
+from solarcal.tui.base import Workstation
+from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, open_dialog
+from solarcal.tui.widgets.field import Field
+
+STEP = "clock"
+SECONDS_PER_SUN_DEG = 240.0
+REACTION_SIGMA_S = 0.2
+"""Of somebody who presses a key at the pip."""
+
+
+def open_screen(app: Workstation) -> None:
+    open_dialog(app, ClockDialog())
+
+
+class ClockDialog(PacedDialog):
+    """Unit minus laptop before and after; a radio or GPS time tick may correct the laptop."""
+
+    HEADING = "Clocks"
+    KEYS: ClassVar[tuple[DialogKey, ...]] = (
+        DialogKey("set", "Set the unit's clock", "enter,y", "Enter y"),
+        DialogKey("pip", "A full minute: NOW", "m", "m"),
+    )
+
+    DEFAULT_CSS = """
+    ClockDialog #clocks { height: auto; margin-bottom: 1; }
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._laptop: LaptopClock | None = None
+
+    def body(self) -> Iterable[Widget]:
+        yield Static("", id="clocks", markup=False)
+        yield Field("tick-minus-laptop", "Time tick minus laptop", "s   (empty: no tick)")
+        yield Field("tick-sigma", "its uncertainty", "s")
+
+    def on_mount(self) -> None:
+        super().on_mount()
+        emulation = self.worker.station.tracker.emulation
+        if emulation is not None:
+            self._laptop = LaptopClock(None, "The laptop's clock here is the emulator's.")
+            self.show_state(self.workstation.state)
+        else:
+            # The tools may take seconds to answer, or never.
+            threading.Thread(target=self._ask_system, name="laptop clock", daemon=True).start()
+        self.say(
+            "24 s of clock error are 0.1 deg of Sun. Tab reaches the fields; or press m at the "
+            "pip of a full minute."
+        )
+
+    def _ask_system(self) -> None:
+        answer = laptop_clock()
+        self.app.call_from_thread(self._heard, answer)
+
+    def _heard(self, answer: LaptopClock) -> None:
+        self._laptop = answer
+        if self.is_mounted:
+            self.state_changed(self.workstation.state)
+
+    def state_changed(self, state: StationState) -> None:
+        live = state.live
+        lines = []
+        if live.laptop_utc_s is not None and live.status is not None:
+            lines += [
+                f"Laptop  {_shown(live.laptop_utc_s)} UTC",
+                f"Unit    {_shown(live.status.unit_utc_s)} UTC",
+            ]
+        if live.unit_minus_laptop_s is not None:
+            off = live.unit_minus_laptop_s
+            lines.append(
+                f"Unit - laptop  {off:+.3f} s = {off / SECONDS_PER_SUN_DEG:+.4f} deg of Sun"
+            )
+        if state.session is not None and state.session.clock_sets:
+            last = state.session.clock_sets[-1]
+            lines.append(
+                f"Last set {last.utc[11:19]} UTC: {last.before_s:+.3f} s before, "
+                f"{last.after_s:+.3f} s after"
+            )
+        if self._laptop is not None:
+            mark = {True: "OK  ", False: "!! ", None: "?  "}[self._laptop.synchronised]
+            lines.append(mark + self._laptop.sentence)
+        self.query_one("#clocks", Static).update("\n".join(lines))
+
+    def action_pip(self) -> None:
+        """A time signal marks the full minute this instant."""
+        laptop_s = self.worker.station.clock.utc_s()
+        tick_s = 60.0 * round(laptop_s / 60.0) - laptop_s
+        self.query_one("#tick-minus-laptop", Field).input.value = f"{tick_s:.2f}"
+        self.query_one("#tick-sigma", Field).input.value = f"{REACTION_SIGMA_S:g}"
+        self.say(f"Signal - laptop {tick_s:+.2f} s. Set the unit's clock to use it.")
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        tick, sigma = (
+            self.query_one("#tick-minus-laptop", Field),
+            self.query_one("#tick-sigma", Field),
+        )
+        if event.input is tick.input and tick.value:
+            sigma.input.focus()
+        else:
+            self.action_set()
+
+    def action_set(self) -> None:
+        try:
+            tick_s, sigma_s = self._tick()
+        except ConfigurationError as error:
+            self.say(str(error), "warning")
+            return
+        self.set_focus(None)
+        self.offer()
+        self.submit(STEP, lambda station: _set(station, tick_s, sigma_s))
+
+    def _tick(self) -> tuple[float | None, float | None]:
+        tick, sigma = (
+            self.query_one("#tick-minus-laptop", Field),
+            self.query_one("#tick-sigma", Field),
+        )
+        if not tick.value:
+            return None, None
+        if not sigma.value:
+            raise ConfigurationError("a time tick needs its uncertainty, in seconds")
+        tick_s, sigma_s = tick.number(), sigma.number()
+        if not sigma_s > 0.0:
+            raise ConfigurationError("the uncertainty of a time tick is greater than zero")
+        return tick_s, sigma_s
+
+    def step_done(self, name: str, result: object) -> None:
+        super().step_done(name, result)
+        if name == STEP and isinstance(result, ClockSet):
+            self.offer("set", "pip")
+            self.say(
+                f"Set and recorded: unit - laptop was {result.before_s:+.3f} s, "
+                f"is {result.after_s:+.3f} s.",
+                "good",
+            )
+
+    def step_failed(self, name: str, error: SolarcalError) -> None:
+        super().step_failed(name, error)
+        if name == STEP:
+            self.offer("set", "pip")
+
+
+def _set(station: Station, tick_s: float | None, sigma_s: float | None) -> ClockSet:
+    return station.set_unit_clock(tick_s, sigma_s)
+
+
+def _shown(utc_s: float) -> str:
+    return format_utc(utc_s).replace("T", " ").removesuffix("Z")

@@ -1,0 +1,274 @@
+"""What the dialogs of the procedure share: a frame, a message line, keys as large targets."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+from textual.app import ComposeResult
+from textual.binding import Binding
+from textual.containers import Horizontal, Vertical
+from textual.content import Content
+from textual.widget import Widget
+from textual.widgets import Static
+
+from solarcal.errors import SolarcalError
+from solarcal.station.procedure import Station
+from solarcal.station.state import LinkState, StationState
+from solarcal.tui.base import StationModal, Workstation, is_typed
+from solarcal.tui.station_worker import StationWorker, Step
+
+
+@dataclass(frozen=True, slots=True)
+class DialogKey:
+    """One thing a dialog can be told. ``action`` is the screen's; the first key is shown."""
+
+    action: str
+    label: str
+    keys: str
+    shown: str
+    button: bool = True
+
+    def binding(self) -> Binding:
+        return Binding(self.keys, self.action, self.label, show=False)
+
+
+class KeyButton(Static):
+    """Shows a key and what it does; a click does it too. Never takes the focus from a field."""
+
+    DEFAULT_CSS = """
+    KeyButton {
+        width: auto; height: 3; padding: 0 1; margin-right: 1; border: round $primary;
+        border-title-color: $accent; border-title-style: bold; content-align: center middle;
+    }
+    KeyButton:hover { background: $primary; color: $background; }
+    KeyButton.-stop { border: heavy $error; color: $error; text-style: bold; }
+    KeyButton.-stop:hover { background: $error; color: $background; }
+    """
+
+    def __init__(self, shown: str, label: str, action: str, *, stop: bool = False) -> None:
+        # A frame's title needs the room for the key and its corners.
+        super().__init__(Content(label.center(len(shown) + 2)))
+        self.border_title = shown
+        self.runs = action
+        self.set_class(stop, "-stop")
+
+    async def on_click(self) -> None:
+        await self.app.run_action(self.runs, default_namespace=self.screen)
+
+
+Tone = Literal["plain", "good", "warning", "error"]
+
+MARKS: dict[Tone, str] = {"plain": "", "good": "OK  ", "warning": "!  ", "error": "!! "}
+"""Nothing is said by colour alone."""
+
+STYLES: dict[Tone, str] = {
+    "plain": "", "good": "$success", "warning": "bold $warning", "error": "bold $error",
+}  # fmt: skip
+
+
+class Dialog(StationModal[None]):
+    """A step of the procedure.
+
+    Subclasses give ``HEADING``, ``KEYS`` and ``body``. A lost link is said here; what to do
+    about it, if anything, in ``link_lost``.
+    """
+
+    AUTO_FOCUS = ""
+    HEADING: ClassVar[str] = ""
+    KEYS: ClassVar[tuple[DialogKey, ...]] = ()
+    LEAVE: ClassVar[str] = "Leave"
+
+    DEFAULT_CSS = """
+    Dialog { align: center middle; }
+    Dialog > #dialog {
+        width: 80; max-width: 100%; height: auto; max-height: 100%;
+        border: heavy $primary; border-title-style: bold; border-title-color: $accent;
+        padding: 0 1; background: $surface;
+    }
+    Dialog #body { height: auto; }
+    Dialog #said { height: auto; min-height: 1; max-height: 4; }
+    Dialog #keys { height: 3; }
+    Dialog #keys KeyButton.-stop { dock: right; margin-right: 0; }
+    """
+
+    def __init_subclass__(cls) -> None:
+        # Textual reads BINDINGS when the class is made: they must be there before.
+        cls.BINDINGS = [key.binding() for key in cls.KEYS]
+        super().__init_subclass__()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._lost = False
+
+    def compose(self) -> ComposeResult:
+        with Vertical(id="dialog") as dialog:
+            dialog.border_title = self.HEADING
+            with Vertical(id="body"):
+                yield from self.body()
+            yield Static("", id="said", markup=False)
+            with Horizontal(id="keys"):
+                for key in self.KEYS:
+                    if key.button:
+                        yield self._button(key)
+                yield KeyButton("Esc", self.LEAVE, "screen.leave")
+                keys = self.workstation.stop_keys().removesuffix(" ^S")
+                yield KeyButton(keys, self.stop_label(), "app.perform('stop')", stop=True)
+
+    def body(self) -> Iterable[Widget]:
+        """What stands between the heading and the line that speaks."""
+        return ()
+
+    def on_mount(self) -> None:
+        self.show_state(self.workstation.state)
+
+    def stop_label(self) -> str:
+        """What the STOP button says: where this program cannot stop a unit, that."""
+        return "STOP: at the unit" if is_typed(self.workstation) else "STOP"
+
+    # -- speaking ----------------------------------------------------------------------------
+
+    def say(self, sentence: str, tone: Tone = "plain") -> None:
+        self.query_one("#said", Static).update(
+            Content.assemble((MARKS[tone] + sentence, STYLES[tone]))
+        )
+
+    def offer(self, *actions: str) -> None:
+        """Show the buttons of these actions; a key whose button is away does nothing."""
+        for key in self.KEYS:
+            if key.button:
+                self._find(key).display = key.action in actions
+        self._offered = frozenset(actions)
+
+    def offered(self, action: str) -> bool:
+        return action in getattr(self, "_offered", {key.action for key in self.KEYS})
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """A key belongs to the phase the dialog is in."""
+        del parameters
+        if any(key.action == action and key.button for key in self.KEYS):
+            return self.offered(action)
+        return True
+
+    def _find(self, key: DialogKey) -> KeyButton:
+        return self.query_one(f"#key-{_identifier(key.action)}", KeyButton)
+
+    def _button(self, key: DialogKey) -> KeyButton:
+        button = KeyButton(key.shown, key.label, f"screen.{key.action}")
+        button.id = f"key-{_identifier(key.action)}"
+        return button
+
+    def palette_refused(self) -> None:
+        self.say("Leave this first (Esc): the palette begins other steps.", "warning")
+
+    # -- the station -------------------------------------------------------------------------
+
+    @property
+    def worker(self) -> StationWorker:
+        return self.workstation.station_worker()
+
+    def submit(self, name: str, step: Step, *, moves: bool = False) -> None:
+        self.worker.submit(name, step, moves=moves)
+
+    def show_state(self, state: StationState) -> None:
+        lost = state.live.link is LinkState.LOST
+        if lost and not self._lost:
+            self.say(
+                f"LINK LOST: {state.live.link_message}. It reconnects by itself; "
+                "what you typed is kept.",
+                "error",
+            )
+            self.link_lost()
+        elif self._lost and not lost:
+            self.say("The link is back; the unit was read again.", "good")
+            self.link_restored()
+        self._lost = lost
+        self.state_changed(state)
+
+    def state_changed(self, state: StationState) -> None:
+        """The station's newest state."""
+
+    def link_lost(self) -> None:
+        """The line is gone."""
+
+    def link_restored(self) -> None:
+        """The line is back, identity and settings are read again."""
+
+    def step_done(self, name: str, result: object) -> None:
+        if name == "stop":
+            self.say("STOPPED. Nothing moves until it is told to again.", "warning")
+
+    def step_failed(self, name: str, error: SolarcalError) -> None:
+        # Of a lost line the state tells, once.
+        if not self._lost:
+            self.say(str(error), "error")
+
+
+def _identifier(action: str) -> str:
+    return "".join(c if c.isalnum() else "-" for c in action).strip("-")
+
+
+def open_dialog(app: Workstation, dialog: Dialog) -> None:
+    """Push a dialog of the procedure, once; without a unit the reason is said instead."""
+    app.station_worker()
+    if not any(type(screen) is type(dialog) for screen in app.screen_stack):
+        app.push_screen(dialog)
+
+
+PACE = "speed"
+"""The step's name; its result is the speed as it is then."""
+
+LIFE = 1.0
+FASTEST = 10.0
+"""Beyond this a jog target expires before it is renewed, and nobody can watch a gathering."""
+
+SPEED_KEYS = (
+    DialogKey("faster", "emulator faster", "plus", "+", button=False),
+    DialogKey("slower", "emulator slower", "minus", "-", button=False),
+)
+
+
+class PacedDialog(Dialog):
+    """Sets a faster emulator to x1 while open, and back unless it was changed meanwhile.
+
+    The keys for an emulator's speed work here too, within reason.
+    """
+
+    def __init_subclass__(cls) -> None:
+        cls.KEYS = (*cls.KEYS, *SPEED_KEYS)
+        super().__init_subclass__()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._before: float | None = None
+
+    def on_mount(self) -> None:
+        super().on_mount()
+        speed = self.workstation.emulated_speed
+        if speed is not None and speed > LIFE:
+            self._before = speed
+            self._pace(LIFE)
+
+    def on_unmount(self) -> None:
+        app = self.workstation
+        if self._before is not None and app.emulated_speed == LIFE and app.worker is not None:
+            self._pace(self._before)
+
+    def action_faster(self) -> None:
+        speed = self.workstation.emulated_speed
+        if speed is not None and speed >= FASTEST:
+            self.say(f"No faster than x{FASTEST:g} while this is open.", "warning")
+        else:
+            self.workstation.action_perform("faster")
+
+    def action_slower(self) -> None:
+        self.workstation.action_perform("slower")
+
+    def _pace(self, speed: float) -> None:
+        # At once, so that a key pressed before the unit has answered counts from here.
+        self.workstation.emulated_speed = speed
+        self.submit(PACE, lambda station: _set_speed(station, speed))
+
+
+def _set_speed(station: Station, speed: float) -> float | None:
+    emulation = station.tracker.emulation
+    return emulation.set_speed(speed) if emulation is not None else None

@@ -1,0 +1,94 @@
+"""The line to the unit: how it is, who answers, reconnect now, what went over it."""
+
+from collections.abc import Iterable
+from typing import ClassVar
+
+from textual.widget import Widget
+from textual.widgets import Static
+
+from solarcal.session.records import LinkLost, LinkRestored
+from solarcal.station.state import LinkState, StationState
+from solarcal.tui.base import Workstation, is_typed
+from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
+from solarcal.tui.widgets.text_lines import TextLines
+from solarcal.unit.tracker import Traced
+
+TRAFFIC_EVERY_S = 0.5
+
+
+def open_screen(app: Workstation) -> None:
+    open_dialog(app, LinkDialog())
+
+
+class LinkDialog(Dialog):
+    HEADING = "Link"
+    KEYS: ClassVar[tuple[DialogKey, ...]] = (
+        DialogKey("reconnect", "Reconnect now", "enter,r", "Enter r"),
+    )
+
+    DEFAULT_CSS = """
+    LinkDialog #link { height: auto; margin-bottom: 1; }
+    LinkDialog #traffic { height: 9; border-top: solid $primary; }
+    """
+
+    def body(self) -> Iterable[Widget]:
+        yield Static("", id="link", markup=False)
+        yield TextLines(id="traffic", follow=True)
+
+    def on_mount(self) -> None:
+        super().on_mount()
+        traffic = self.query_one("#traffic")
+        traffic.border_title = (
+            "Typed last"
+            if is_typed(self.workstation)
+            else "Last over the line (> sent, < received)"
+        )
+        self.set_interval(TRAFFIC_EVERY_S, self._show_traffic)
+        self._show_traffic()
+
+    def action_reconnect(self) -> None:
+        if self._lost:
+            self.say("Trying now ...")
+            self.worker.reconnect_now()
+        else:
+            self.say("The link is up; nothing to reconnect.")
+
+    def state_changed(self, state: StationState) -> None:
+        live = state.live
+        who = live.identity
+        state_words = _words(live.link)
+        if is_typed(self.workstation):
+            state_words = "no line: what the unit's display shows is typed"
+        lines = [f"State     {state_words}"]
+        if who is not None:
+            emulated = ", an EMULATOR" if live.capabilities.emulated else ""
+            lines.append(f"Unit      {who.model} {who.serial}, firmware {who.firmware}{emulated}")
+        if kept := live.capabilities.kept_by_station:
+            lines.append(f"Station   {kept}")
+        line = self.workstation.line
+        if line is not None and line.choice.port:
+            lines.append(f"Port      {line.choice.port} ({line.choice.driver})")
+        session = state.session
+        if session is not None:
+            lost = sum(isinstance(r, LinkLost) for r in session.records)
+            back = sum(isinstance(r, LinkRestored) for r in session.records)
+            lines.append(f"Recorded  lost {lost} times, restored {back} times in this session")
+        if live.link is LinkState.LOST:
+            lines.append(f"Reason    {live.link_message}")
+        self.query_one("#link", Static).update("\n".join(lines))
+        self.offer(*(["reconnect"] if live.link is LinkState.LOST else []))
+
+    def _show_traffic(self) -> None:
+        tracker = self.worker.station.tracker
+        if isinstance(tracker, Traced):
+            self.query_one(TextLines).show(tracker.recent_traffic())
+        else:
+            self.query_one(TextLines).show(("This driver does not tell what it sends.",))
+
+
+def _words(link: LinkState) -> str:
+    return {
+        LinkState.CONNECTED: "CONNECTED",
+        LinkState.LOST: "LOST; it reconnects by itself, with growing pauses",
+        LinkState.CLOSED: "closed",
+    }[link]

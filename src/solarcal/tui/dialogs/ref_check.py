@@ -1,0 +1,210 @@
+"""Reference check: drive to the switches, or have it done at the unit and type the counts."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import ClassVar
+
+from textual.widget import Widget
+from textual.widgets import Static
+
+from solarcal.errors import SolarcalError
+from solarcal.report.tables import ref_checks_table
+from solarcal.session.records import RefCheck
+from solarcal.station.procedure import Station
+from solarcal.station.question_evidence import counts_missed
+from solarcal.station.state import StationState
+from solarcal.tui.base import Workstation, is_typed
+from solarcal.tui.dialogs.dialog import Dialog, DialogKey, Tone, open_dialog
+from solarcal.tui.messages import Progress
+from solarcal.unit.tracker import Mode
+
+STEP = "ref_check"
+SHOWN_CHECKS = 5
+
+
+def open_screen(app: Workstation) -> None:
+    if is_typed(app):
+        open_dialog(app, TypedRefCheckDialog())
+        return
+    session = app.state.session
+    open_dialog(app, RefCheckDialog(session is None or session.header.unit.has_switches))
+
+
+class RefCheckDialog(Dialog):
+    """Asks, drives, and shows the difference against the check before.
+
+    Parameters
+    ----------
+    switches : whether the unit has any; one without goes to its reference position only.
+    """
+
+    HEADING = "Reference check"
+    KEYS: ClassVar[tuple[DialogKey, ...]] = (
+        DialogKey("start", "Start: drive to the switches", "enter,y", "Enter y"),
+        DialogKey("track", "Track again", "t", "t"),
+    )
+
+    DEFAULT_CSS = """
+    RefCheckDialog #checks { height: auto; max-height: 9; }
+    RefCheckDialog #axes { height: auto; margin-bottom: 1; }
+    """
+
+    def __init__(self, switches: bool = True) -> None:
+        self._switches = switches
+        if not switches:
+            start, track = self.KEYS
+            self.KEYS = (replace(start, label="Start: go to the reference position"), track)  # type: ignore[misc]
+        super().__init__()
+        self._running = False
+
+    def body(self) -> Iterable[Widget]:
+        yield Static("", id="axes", markup=False)
+        yield Static("", id="checks", markup=False)
+
+    def on_mount(self) -> None:
+        super().on_mount()
+        self.offer("start")
+        status = self.workstation.state.live.status
+        stopped = status is not None and status.mode is Mode.STOP
+        first = "The unit is stopped; Start lets it go. " if stopped else ""
+        if self._switches:
+            self.say(f"{first}Watch both axes reach their switches. STOP ends it at any moment.")
+        else:
+            self.say(
+                f"{first}This unit has no switches: it goes to its reference position. Look "
+                "whether both axes stand at their marks there; nothing else tells that the "
+                "read-outs are true. STOP ends it at any moment."
+            )
+
+    def state_changed(self, state: StationState) -> None:
+        status, session = state.live.status, state.session
+        if status is not None:
+            self.query_one("#axes", Static).update(
+                f"Axis 1 at {status.reading1_deg:9.3f} deg, register {status.counts1:8d}   "
+                f"{_motion(status.moving[0])}\n"
+                f"Axis 2 at {status.reading2_deg:9.3f} deg, register {status.counts2:8d}   "
+                f"{_motion(status.moving[1])}"
+            )
+        if session is not None:
+            self.query_one("#checks", Static).update(
+                ref_checks_table(session.ref_checks[-SHOWN_CHECKS:])
+            )
+
+    def action_start(self) -> None:
+        self._running = True
+        self.offer()
+        worker = self.worker
+
+        def step(station: Station) -> RefCheck:
+            return station.ref_check(
+                lambda seconds: worker.progress(STEP, None, f"driving for {seconds:.0f} s")
+            )
+
+        self.submit(STEP, step, moves=True)
+
+    def action_track(self) -> None:
+        self.offer()
+        self.submit("track", lambda station: station.track(), moves=True)
+
+    def show_progress(self, progress: Progress) -> None:
+        if progress.name == STEP and self._running:
+            self.say(f"Reference check running: {progress.words}. STOP ends it.")
+
+    def step_done(self, name: str, result: object) -> None:
+        super().step_done(name, result)
+        if name == STEP and isinstance(result, RefCheck):
+            self._running = False
+            self.offer("start", "track")
+            self._tell(result)
+        elif name == "track":
+            self.dismiss(None)
+
+    def step_failed(self, name: str, error: SolarcalError) -> None:
+        super().step_failed(name, error)
+        if name in (STEP, "track"):
+            self._running = False
+            self.offer("start", "track")
+
+    def _checks(self) -> Sequence[RefCheck]:
+        session = self.workstation.state.session
+        return session.ref_checks if session is not None else ()
+
+    def _tell(self, check: RefCheck) -> None:
+        self.say(*ref_check_words(check, self._checks()))
+
+
+def ref_check_words(check: RefCheck, checks: Sequence[RefCheck]) -> tuple[str, Tone]:
+    """What a check that has ended says among those of its session, and in which tone."""
+    found = check.difference_counts or (0, 0)
+    if not check.complete:
+        return f"Check no. {check.number} did NOT end. Start it again.", "error"
+    if counts_missed(checks, check):
+        return (
+            f"Check no. {check.number}: counts found {found[0]:+d} and {found[1]:+d} where 0 "
+            "belong: counts were missed since the check before; points between them are doubtful.",
+            "warning",
+        )
+    if not check.at_switches:
+        return (
+            f"Check no. {check.number} recorded: the read-outs stand {found[0]:+d} and "
+            f"{found[1]:+d} counts from the reference position. Do both axes stand at their marks? "
+            "If not, correct the rotator's zero and begin anew.",
+            "good",
+        )
+    return f"Check no. {check.number} complete, recorded: {check.found_words}.", "good"
+
+
+def _motion(sense: int) -> str:
+    return {1: "driving +", -1: "driving -"}.get(sense, "at rest")
+
+
+CHECK = "ref_check"
+
+
+class TypedRefCheckDialog(Dialog):
+    """The checks so far; the next one is done at the unit, and typed."""
+
+    HEADING = "Reference check, at the unit"
+    KEYS: ClassVar[tuple[DialogKey, ...]] = (
+        DialogKey("type", "It is done: type it", "enter,y", "Enter y"),
+    )
+
+    DEFAULT_CSS = """
+    TypedRefCheckDialog #guide { height: auto; margin-bottom: 1; }
+    TypedRefCheckDialog #checks { height: auto; max-height: 9; }
+    """
+
+    def body(self) -> Iterable[Widget]:
+        yield Static(
+            "Start it at the unit (Alt-F5, or its RESET key) and watch BOTH axes reach their "
+            "switches. Note the counts its display shows there, just before they become zero.",
+            id="guide",
+            markup=False,
+        )
+        yield Static("", id="checks")
+
+    def on_mount(self) -> None:
+        super().on_mount()
+        self.say("When it has ended, Enter: type what it showed.")
+
+    def state_changed(self, state: StationState) -> None:
+        if state.session is not None:
+            self.query_one("#checks", Static).update(
+                ref_checks_table(state.session.ref_checks[-SHOWN_CHECKS:])
+            )
+
+    def action_type(self) -> None:
+        self.offer()
+        self.submit(CHECK, lambda station: station.ref_check())
+
+    def step_done(self, name: str, result: object) -> None:
+        super().step_done(name, result)
+        if name == CHECK and isinstance(result, RefCheck):
+            self.offer("type")
+            session = self.workstation.state.session
+            self.say(*ref_check_words(result, session.ref_checks if session is not None else ()))
+
+    def step_failed(self, name: str, error: SolarcalError) -> None:
+        super().step_failed(name, error)
+        if name == CHECK:
+            self.offer("type")

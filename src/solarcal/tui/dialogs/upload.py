@@ -1,0 +1,232 @@
+"""Upload: old, new, rounding; written, read back, rolled back; then check points and sign-off."""
+
+from collections.abc import Iterable
+from typing import ClassVar
+
+from textual.widget import Widget
+from textual.widgets import Input, Static
+
+from solarcal.errors import SolarcalError
+from solarcal.report.columns import columns, number
+from solarcal.report.judgement_text import STATE_WORDS
+from solarcal.report.tables import checks_table
+from solarcal.session.records import UploadRecord
+from solarcal.station.procedure import Station
+from solarcal.station.sign_off import sign_off_views
+from solarcal.station.state import StationState
+from solarcal.station.upload_proposal import UploadProposal, propose_upload, too_few_points
+from solarcal.station.uploading import refuse_doubtful
+from solarcal.tui.base import Workstation, is_typed
+from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
+from solarcal.tui.widgets.field import Field
+
+PROPOSE, UPLOAD, ROLLBACK = "propose upload", "upload", "rollback"
+LOOK_AGAIN = "look at the unit again"
+
+
+def open_screen(app: Workstation) -> None:
+    open_dialog(app, UploadDialog())
+
+
+class UploadDialog(Dialog):
+    """Nothing is written before it was looked at here; doubts want a reason, which is kept."""
+
+    HEADING = "Upload coefficients"
+    KEYS: ClassVar[tuple[DialogKey, ...]] = (
+        DialogKey("upload", "Write, store, read back", "y", "y"),
+        DialogKey("rollback", "Roll back", "b", "b"),
+        DialogKey("track", "Track", "t", "t"),
+    )
+
+    DEFAULT_CSS = """
+    UploadDialog #table { height: auto; }
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._proposal: UploadProposal | None = None
+
+    def body(self) -> Iterable[Widget]:
+        yield Static("", id="table", markup=False)
+        field = Field("reason", "Reason to upload it anyway")
+        field.display = False
+        yield field
+
+    def on_mount(self) -> None:
+        super().on_mount()
+        self._propose()
+
+    def _propose(self) -> None:
+        self.offer()
+        self.say("Reading what the unit holds ...")
+        self.submit(PROPOSE, _propose)
+
+    # -- keys --------------------------------------------------------------------------------
+
+    def action_upload(self) -> None:
+        proposal = self._proposal
+        if proposal is None:
+            return
+        if proposal.doubts:
+            field = self.query_one(Field)
+            field.display = True
+            field.input.focus()
+            self.say("Type the reason and press Enter; it is kept in the session file.")
+            return
+        self._upload(proposal, "")
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        reason = event.value.strip()
+        if not reason:
+            self.say("An upload against these doubts needs a reason.", "warning")
+        elif self._proposal is not None:
+            self._upload(self._proposal, reason)
+
+    def action_rollback(self) -> None:
+        self.offer()
+        self.submit(ROLLBACK, lambda station: station.rollback())
+
+    def action_track(self) -> None:
+        self.offer()
+        self.submit("track", lambda station: station.track(), moves=True)
+
+    def _upload(self, proposal: UploadProposal, reason: str) -> None:
+        self.offer()
+        self.say(
+            "Key them in at the unit, then type what it shows."
+            if is_typed(self.workstation)
+            else "Writing. Do not unplug anything ..."
+        )
+        self.submit(
+            UPLOAD,
+            lambda station: station.upload(
+                proposal.coefficients,
+                method=proposal.solution.method,
+                forced=refuse_doubtful(proposal.offer, reason or None),
+            ),
+        )
+
+    # -- what comes back -----------------------------------------------------------------------
+
+    def state_changed(self, state: StationState) -> None:
+        del state
+
+    def link_restored(self) -> None:
+        self._propose()
+
+    def step_done(self, name: str, result: object) -> None:
+        super().step_done(name, result)
+        if name == PROPOSE:
+            self._proposal = result if isinstance(result, UploadProposal) else None
+            self._show_proposal()
+        elif name == LOOK_AGAIN:
+            self._proposal = result if isinstance(result, UploadProposal) else None
+            self._show_table()
+        elif name in (UPLOAD, ROLLBACK) and isinstance(result, UploadRecord):
+            self._tell(result)
+        elif name == "track":
+            self.dismiss(None)
+
+    def step_failed(self, name: str, error: SolarcalError) -> None:
+        super().step_failed(name, error)
+        if name in (PROPOSE, UPLOAD, ROLLBACK, "track"):
+            self._offer_what_can_be()
+
+    def _offer_what_can_be(self) -> None:
+        session = self.workstation.state.session
+        uploaded = session is not None and any(not u.rollback for u in session.uploads)
+        self.offer(
+            *(["upload"] if self._proposal is not None else []),
+            *(["rollback", "track"] if uploaded else []),
+        )
+
+    def _show_proposal(self) -> None:
+        self._offer_what_can_be()
+        session = self.workstation.state.session
+        if session is None:
+            return
+        self._show_table()
+        proposal = self._proposal
+        if proposal is None:
+            self.say(too_few_points(session), "warning")
+        elif proposal.doubts:
+            self.say(
+                f"REFUSED, the points do not fit: {'; '.join(proposal.doubts)}. "
+                "Only with a reason.",
+                "warning",
+            )
+        else:
+            self.say(
+                "You key P1..P6 in with O = 0, store, and type them back. Upload?"
+                if is_typed(self.workstation)
+                else "P1..P6 are written with O = 0, stored, and read back. Upload?"
+            )
+
+    def _show_table(self) -> None:
+        """What is in force and would be, the checks, and what they prove."""
+        session = self.workstation.state.session
+        if session is None:
+            return
+        parts = [proposal_table(self._proposal)] if self._proposal is not None else []
+        if session.checks:
+            parts.append(checks_table(session.checks[-3:], session.header.tolerance_deg))
+        if session.uploads:
+            proof = sign_off_views([session], session.header.tolerance_deg)
+            word = "SIGNED OFF" if proof.signed_off else "Not signed off"
+            parts.append(f"{word}: {proof.reason}.")
+        self.query_one("#table", Static).update("\n\n".join(parts))
+
+    def _tell(self, record: UploadRecord) -> None:
+        self.query_one(Field).display = False
+        self.set_focus(None)
+        self.offer("upload" if record.rollback else "rollback", "track")
+        # What is in force has changed, and with it what the check points prove.
+        self.submit(LOOK_AGAIN, _propose)
+        if not record.verified:
+            self.say(
+                "READ BACK DIFFERS from what was written: upload again, or roll back.", "error"
+            )
+        elif record.rollback:
+            self.say("Rolled back: the unit holds what it held before, read back equal.", "good")
+        else:
+            self.say(
+                "Uploaded, stored and read back EQUAL. Now prove it with two check points: "
+                "track, set the Sun offset, take point.",
+                "good",
+            )
+
+
+def _propose(station: Station) -> UploadProposal | None:
+    return propose_upload(station.session, station.coefficients_in_force)
+
+
+def proposal_table(proposal: UploadProposal) -> str:
+    """Old, new, difference and its size in sigmas; what rounding does to the year; the verdict."""
+    rows = []
+    for change in proposal.changes:
+        decimals = 6 if change.unit == "deg/deg" else 4
+        rows.append(
+            [
+                change.name,
+                number(change.old, decimals, True),
+                number(change.new, decimals, True),
+                number(change.new - change.old, decimals, True),
+                number(change.sigma, decimals),
+                number(change.sigmas, 1, True),
+                change.unit,
+            ]
+        )
+    solution = proposal.solution
+    headings = ("", "in force", "new", "change", "sigma", "in sigmas", "unit")
+    lines = columns(headings, rows, "<>>>>><")
+    lines.append(
+        f"{solution.n_points} points, residual on the sky {solution.sky_rms_deg:.4f} deg rms, "
+        f"largest {solution.sky_max_deg:.4f}"
+    )
+    fitted, kept = proposal.judgement.forecast, proposal.offer.kept
+    lines.append(
+        f"over the year, 95 %: {fitted.year_p95_deg:.4f} deg as fitted, "
+        f"{kept.year_p95_deg:.4f} as the unit keeps it"
+    )
+    lines.append(STATE_WORDS[proposal.judgement.verdict.state])
+    return "\n".join(lines)

@@ -1,0 +1,197 @@
+"""The sunspot on its plate, the calculator for a real device, and the table of the axes."""
+
+import math
+from collections.abc import Iterable
+
+from rich.segment import Segment
+from textual.app import ComposeResult
+from textual.containers import Vertical
+from textual.content import Content
+from textual.strip import Strip
+from textual.widget import Widget
+from textual.widgets import Label
+
+from solarcal.errors import ConfigurationError
+from solarcal.optics.sunspot import spot_error_deg
+from solarcal.station.jogging import TAKEN_UP_DEG, JogView
+from solarcal.tui.widgets.field import Field
+from solarcal.unit.tracker import Spot
+
+SUN_RADIUS_DEG = 0.266
+HALF_WIDTHS_DEG = (0.5, 1.0, 2.0, 4.0)
+"""Half widths of the plate: the closest in which the whole spot is seen is taken."""
+
+RING_DEG = SUN_RADIUS_DEG
+"""The mark on the plate: a centred spot fills it."""
+
+UPPER, LOWER, FULL = "▀", "▄", "█"
+RING, CROSS, EDGE = "·", "+", "│"
+
+
+class Sunspot(Widget):
+    """``show`` a spot; ``None`` where there is no device to look at."""
+
+    DEFAULT_CSS = """
+    Sunspot { width: 33; height: 13; color: $accent; }
+    """
+
+    def __init__(self, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self._spot: tuple[float, float] | None = None
+        self._half_width_deg = HALF_WIDTHS_DEG[0]
+
+    @property
+    def half_width_deg(self) -> float:
+        return self._half_width_deg
+
+    def show(self, spot: Spot | None, ideal2_deg: float) -> None:
+        """On the plate an axis-1 error is seen as its angle on the sky."""
+        if spot is None or not spot.visible:
+            self._spot = None
+        else:
+            on_sky = spot.error1_deg * math.sin(math.radians(ideal2_deg))
+            self._spot = (on_sky, spot.error2_deg)
+            reach = max(abs(on_sky), abs(spot.error2_deg)) + SUN_RADIUS_DEG
+            self._half_width_deg = next(
+                (half for half in HALF_WIDTHS_DEG if half >= reach), HALF_WIDTHS_DEG[-1]
+            )
+        self.refresh()
+
+    def words(self) -> str:
+        """The same without the picture."""
+        if self._spot is None:
+            return "no spot on the plate"
+        right, up = self._spot
+        sides = [
+            f"{abs(right):.3f} {'right' if right >= 0 else 'left'}",
+            f"{abs(up):.3f} {'up' if up >= 0 else 'down'}",
+        ]
+        return f"spot {', '.join(sides)} (deg, sky)"
+
+    def render_line(self, y: int) -> Strip:
+        width, height = self.size
+        style = self.rich_style
+        if y >= height:
+            return Strip.blank(width, style)
+        cells = "".join(self._cell(x, y, width, height) for x in range(width))
+        return Strip([Segment(cells, style)])
+
+    def _cell(self, x: int, y: int, width: int, height: int) -> str:
+        """One character: spot in half cells, over the cross, the ring and the scale's ticks."""
+        # A cell is about twice as high as wide: half cells are square.
+        scale = 2.0 * self._half_width_deg / (2.0 * height)
+        right = (x - 0.5 * (width - 1)) * scale
+        upper = (0.5 * (2 * height - 1) - 2 * y) * scale
+        lower = upper - scale
+        centre = abs(right) < 0.6 * scale and abs(upper - 0.5 * scale) < 0.6 * scale
+        in_upper, in_lower = self._lit(right, upper), self._lit(right, lower)
+        if centre:
+            return CROSS if not (in_upper and in_lower) else "╋"
+        if in_upper and in_lower:
+            return FULL
+        if in_upper:
+            return UPPER
+        if in_lower:
+            return LOWER
+        middle = 0.5 * (upper + lower)
+        if abs(math.hypot(right, middle) - RING_DEG) < 0.6 * scale:
+            return RING
+        if abs(right) < 0.6 * scale and y in (0, height - 1):
+            return EDGE
+        if abs(middle) < 0.6 * scale and x in (0, width - 1):
+            return "─"
+        return " "
+
+    def _lit(self, right: float, up: float) -> bool:
+        if self._spot is None:
+            return False
+        return math.hypot(right - self._spot[0], up - self._spot[1]) <= SUN_RADIUS_DEG
+
+
+FIELDS = (
+    ("spot-height", "H  plate over mirror"),
+    ("spot-hole", "Do hole diameter"),
+    ("spot-diameter", "Ds spot diameter"),
+    ("spot-edge1", "E1 edges, axis 1 +"),
+    ("spot-edge2", "E2 edges, axis 2 +"),
+)
+
+
+class SpotCalculator(Vertical):
+    """Five readings in one unit of length; what stood there last stays for the next reading."""
+
+    DEFAULT_CSS = """
+    SpotCalculator { width: 44; height: auto; }
+    SpotCalculator Field > .label { width: 21; }
+    SpotCalculator Field > Input { max-width: 12; }
+    """
+
+    def compose(self) -> ComposeResult:
+        yield Label("Sunspot plate, one unit of length")
+        for name, label in FIELDS:
+            yield Field(name, label)
+        yield Label("", id="spot-errors")
+
+    def jogs_deg(self, ideal2_deg: float) -> tuple[float, float]:
+        """Axis degrees to jog, from what was read.
+
+        Raises
+        ------
+        ConfigurationError
+            A field that is no number, readings no device gives, or an axis 1 that no longer
+            moves the spot.
+        """
+        height, hole, spot, edge1, edge2 = (
+            self.query_one(f"#{name}", Field).number() for name, _ in FIELDS
+        )
+        across = spot_error_deg(height, hole, spot, edge1)
+        along = spot_error_deg(height, hole, spot, edge2)
+        weight = math.sin(math.radians(ideal2_deg))
+        if abs(weight) < 0.02:
+            raise ConfigurationError(
+                "so near its pole axis 1 hardly moves the spot; wait until the Sun is elsewhere"
+            )
+        self.query_one("#spot-errors", Label).update(f"sky error {across:+.3f}, {along:+.3f} deg")
+        return across / weight, along
+
+
+def jog_table(view: JogView, *, follows: bool, words: str) -> Content:
+    """Both axes side by side, in 42 columns."""
+    status = view.status
+    readings = (status.reading1_deg, status.reading2_deg)
+    ideals = (status.ideal1_deg, status.ideal2_deg)
+    rows: list[str | tuple[str, str]] = [f"{'':10}{'axis 1':>15}{'axis 2':>15}\n"]
+
+    def row(name: str, cells: tuple[str, str], style: str = "") -> None:
+        rows.append((f"{name:10}{cells[0]:>15}{cells[1]:>15}\n", style))
+
+    row("reading", _pair(readings))
+    row("ideal", _pair(ideals))
+    row("target", _pair(view.target_deg) if view.target_deg else ("-", "-"))
+    row("off ideal", _two(f"{r - i:+.4f}" for r, i in zip(readings, ideals, strict=True)))
+    row("offset O", (f"{status.offsets.O1:+.4f}", f"{status.offsets.O2:+.4f}"))
+    row("moving", _two({1: "to +", -1: "to -"}.get(sense, "at rest") for sense in status.moving))
+    row("Sun goes", _two("to +" if sense > 0 else "to -" for sense in view.senses))
+    came = _two(
+        "from behind"
+        if ok
+        else f"{forward:.2f} of {TAKEN_UP_DEG:g}"
+        if math.isfinite(forward)
+        else "?"
+        for ok, forward in zip(view.watch.from_behind, view.watch.forward_deg, strict=True)
+    )
+    row("came", came, "" if all(view.watch.from_behind) else "bold $warning")
+    aim = "follows the Sun" if follows else "stands still"
+    rows.append(f"mode {status.mode}, aim {aim if view.aim else 'none yet'}\n")
+    rows.append(f"update cycle {100.0 * status.update_phase:.0f} %\n")
+    rows.append(words)
+    return Content.assemble(*rows)
+
+
+def _pair(values: tuple[float, float]) -> tuple[str, str]:
+    return f"{values[0]:.3f}", f"{values[1]:.3f}"
+
+
+def _two(cells: Iterable[str]) -> tuple[str, str]:
+    first, second = cells
+    return first, second

@@ -1,0 +1,1 @@
+"""Take, open and judge data points."""

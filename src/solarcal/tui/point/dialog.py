@@ -1,0 +1,280 @@
+"""Take a data point (or a check point): three questions, a gathering, the result, store or not.
+
+What is shown follows from the station's state alone: left and opened again, the dialog goes on
+where the attempt stands.
+"""
+
+from collections.abc import Iterable
+from typing import ClassVar
+
+from textual.widget import Widget
+from textual.widgets import Input, Static
+
+from solarcal.errors import ProcedureRefused, SolarcalError
+from solarcal.session.records import CheckRecord, PointRecord
+from solarcal.station.guards import GuardRefused
+from solarcal.station.point_judgement import PointJudgement, judge_check, judge_point
+from solarcal.station.procedure import Station
+from solarcal.station.question_evidence import question_evidence
+from solarcal.station.state import Activity, Attempt, StationState
+from solarcal.tui.base import Workstation, is_typed
+from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, open_dialog
+from solarcal.tui.messages import Progress
+from solarcal.tui.point.question import Gathering, Question, check_result, point_result
+from solarcal.tui.widgets.field import Field
+from solarcal.unit.tracker import Spot
+
+BEGIN, ANSWER, GATHER, JUDGE, STORE, LOOK = (
+    "begin point", "answer", "gather", "judge", "store", "look at spot",
+)  # fmt: skip
+LOOK_EVERY_S = 2.0
+NOT_STORED = "the technician did not store it"
+
+Judged = PointJudgement | str
+
+
+def open_screen(app: Workstation) -> None:
+    open_dialog(app, TakePointDialog())
+
+
+class TakePointDialog(PacedDialog):
+    HEADING = "Take a data point"
+    KEYS: ClassVar[tuple[DialogKey, ...]] = (
+        DialogKey("check", "Check point: proves the upload", "c,enter", "c Enter"),
+        DialogKey("data", "Data point: will be fitted", "d", "d"),
+        DialogKey("yes", "Yes", "y", "y"),
+        DialogKey("no", "No", "n", "n"),
+        DialogKey("again", "Try again", "r", "r"),
+        DialogKey("override", "Override, with a reason", "o", "o"),
+    )
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._spot: Spot | None = None
+        self._check = False
+        self._attempt: Attempt | None = None
+        self._asked_to_judge = False
+        self._judged: Judged | None = None
+
+    def body(self) -> Iterable[Widget]:
+        yield Question(id="question")
+        yield Gathering(id="gathering")
+        yield Static("", id="result", markup=False)
+        field = Field("reason", "Reason for the override")
+        field.display = False
+        yield field
+
+    def on_mount(self) -> None:
+        self.offer()
+        state = self.workstation.state
+        super().on_mount()
+        session = state.session
+        if state.attempt is None:
+            if session is not None and session.uploads and not session.uploads[-1].rollback:
+                self.offer("check", "data")
+                self.say("After an upload: a check point, or one more data point?")
+            else:
+                self._begin(check=False)
+        if self.worker.station.tracker.emulation is not None:
+            self.set_interval(LOOK_EVERY_S, self._look)
+
+    # -- keys ----------------------------------------------------------------------------------
+
+    def action_check(self) -> None:
+        self._begin(check=True)
+
+    def action_data(self) -> None:
+        self._begin(check=False)
+
+    def action_again(self) -> None:
+        self._begin(check=self._check)
+
+    def action_yes(self) -> None:
+        self._decide(True)
+
+    def action_no(self) -> None:
+        self._decide(False)
+
+    def action_override(self) -> None:
+        field = self.query_one(Field)
+        field.display = True
+        field.input.focus()
+        self.say("Type the reason and press Enter; it is kept in the session file.")
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        reason = event.value.strip()
+        if not reason:
+            self.say("An override needs a reason.", "warning")
+            return
+        self.query_one(Field).display = False
+        self.set_focus(None)
+        self._begin(check=self._check, override_reason=reason)
+
+    def action_leave(self) -> None:
+        activity = self.workstation.state.activity
+        if activity is Activity.GATHERING:
+            self.say("Keys are held while gathering; a few seconds. STOP works.", "warning")
+            return
+        if self.workstation.state.attempt is not None:
+            keys = self.workstation.keys_of("take_point")
+            self.app.notify(f"The attempt stays open: {keys} goes on with it.", severity="warning")
+        self.dismiss(None)
+
+    def _begin(self, *, check: bool, override_reason: str | None = None) -> None:
+        self._check = check
+        self.offer()
+
+        def step(station: Station) -> Attempt:
+            return station.begin_point(check=check, override_reason=override_reason)
+
+        self.submit(BEGIN, step)
+
+    def _decide(self, yes: bool) -> None:
+        attempt = self._attempt
+        if attempt is None:
+            return
+        self.offer()
+        if attempt.question is not None:
+            asked = attempt.asked
+            self.submit(ANSWER, lambda station: _answer(station, asked, yes))
+        else:
+            self.submit(STORE, lambda station: station.store(yes, "" if yes else NOT_STORED))
+
+    def _gather(self) -> None:
+        self.offer()
+        worker = self.worker
+
+        def step(station: Station) -> object:
+            return station.gather_point(lambda part: worker.progress(GATHER, part, "gathering"))
+
+        self.submit(GATHER, step)
+
+    def _look(self) -> None:
+        if self._attempt is not None and not self.worker.busy and not self._lost:
+            self.submit(LOOK, _look)
+
+    # -- the station ---------------------------------------------------------------------------
+
+    def state_changed(self, state: StationState) -> None:
+        attempt = state.attempt
+        before, self._attempt = self._attempt, attempt
+        question = self.query_one(Question)
+        gathering, result = self.query_one(Gathering), self.query_one("#result", Static)
+        question.display = state.activity is Activity.QUESTIONS
+        gathering.display = state.activity in (Activity.READY, Activity.GATHERING)
+        result.display = state.activity is Activity.RESULT
+        if attempt is None:
+            return
+        self._check = attempt.check
+        self.query_one("#dialog").border_title = (
+            "Take a check point" if attempt.check else self.HEADING
+        )
+        new = before is None or (before.asked, before.candidate) != (
+            attempt.asked,
+            attempt.candidate,
+        )
+        if state.activity is Activity.QUESTIONS and state.session is not None:
+            facts = question_evidence(attempt.asked, state.session, state.live, self._spot)
+            question.ask(attempt.asked, facts, attempt.answers)
+            if new:
+                self.offer("yes", "no")
+                self.say("The first NO ends the attempt; it stays in the file as aborted.")
+        elif state.activity is Activity.READY and new:
+            if is_typed(self.workstation):
+                gathering.typing()
+            else:
+                gathering.at(0.0)
+            self.say("")
+            self._gather()
+        elif state.activity is Activity.RESULT and not self._asked_to_judge:
+            self._asked_to_judge = True
+            self.submit(JUDGE, _judge)
+
+    def show_progress(self, progress: Progress) -> None:
+        if is_typed(self.workstation):
+            return
+        if progress.name == GATHER and progress.fraction is not None:
+            self.query_one(Gathering).at(progress.fraction)
+
+    def link_lost(self) -> None:
+        self._asked_to_judge = False
+        self.offer()
+
+    def link_restored(self) -> None:
+        if self.workstation.state.attempt is None:
+            self.say("The link is back. The attempt was aborted and is in the file.", "warning")
+            self.offer("again")
+
+    def step_done(self, name: str, result: object) -> None:
+        super().step_done(name, result)
+        if name == LOOK and isinstance(result, Spot):
+            self._spot = result
+        elif (
+            name == ANSWER
+            and isinstance(result, Attempt)
+            and self.workstation.state.attempt is None
+        ):
+            self._answered_no(result)
+        elif name == JUDGE and result is not None:
+            self._show_result(result)
+        elif name == STORE and isinstance(result, (PointRecord, CheckRecord)):
+            self._stored(result)
+
+    def step_failed(self, name: str, error: SolarcalError) -> None:
+        super().step_failed(name, error)
+        if self._lost or name not in (BEGIN, GATHER, STORE, ANSWER):
+            return
+        if name == STORE and self.workstation.state.attempt is not None:
+            self.offer("yes", "no")
+        elif isinstance(error, GuardRefused):
+            self.offer("override", "again")
+        elif self.workstation.state.attempt is None:
+            self.offer("again")
+
+    def _answered_no(self, attempt: Attempt) -> None:
+        self.app.notify(
+            f"NO to question {attempt.asked}: the attempt is kept as aborted and not used.",
+            severity="warning",
+        )
+        self.dismiss(None)
+
+    def _show_result(self, judged: object) -> None:
+        attempt = self._attempt
+        candidate = attempt.candidate if attempt is not None else None
+        result = self.query_one("#result", Static)
+        if isinstance(candidate, PointRecord) and isinstance(judged, PointJudgement):
+            result.update(point_result(candidate, judged))
+            self.say(f"{judged.sentence} Store it?", "warning" if judged.suspicious else "plain")
+        elif isinstance(candidate, CheckRecord) and isinstance(judged, str):
+            result.update(check_result(candidate))
+            self.say(f"{judged} Store it?", "warning" if "BEYOND" in judged else "plain")
+        self.offer("yes", "no")
+
+    def _stored(self, record: PointRecord | CheckRecord) -> None:
+        what = "Check point" if isinstance(record, CheckRecord) else "Point"
+        if record.status == "accepted":
+            self.app.notify(f"{what} stored as record {record.seq}.")
+        else:
+            self.app.notify(f"{what} kept as rejected (record {record.seq}); not used.")
+        self.dismiss(None)
+
+
+def _answer(station: Station, asked: int, yes: bool) -> Attempt:
+    """Answer the question that was on the screen, and no other."""
+    attempt = station.state.attempt
+    if attempt is None or attempt.asked != asked:
+        raise ProcedureRefused("that question is no longer open")
+    return station.answer(yes)
+
+
+def _judge(station: Station) -> Judged | None:
+    attempt = station.state.attempt
+    candidate = attempt.candidate if attempt is not None else None
+    if isinstance(candidate, CheckRecord):
+        return judge_check(candidate, station.session.header.tolerance_deg)
+    return judge_point(station.session, candidate) if candidate is not None else None
+
+
+def _look(station: Station) -> Spot | None:
+    emulation = station.tracker.emulation
+    return emulation.spot() if emulation is not None else None

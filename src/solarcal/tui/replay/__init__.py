@@ -1,0 +1,1 @@
+"""Saved sessions: replay and recompute."""

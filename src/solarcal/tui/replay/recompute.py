@@ -1,0 +1,208 @@
+"""Recompute: another saved session's coefficients and plots, the running one left alone.
+
+Space steps through the file names just below the title, Enter opens the one shown.
+"""
+
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Container
+from textual.events import Resize
+from textual.widgets import Static
+
+from solarcal.config import sessions_dir
+from solarcal.errors import FitError, SolarcalError
+from solarcal.model.fit import Solution
+from solarcal.plain_text import harmless
+from solarcal.station.fitting import solve
+from solarcal.station.state import SessionView, view_session
+from solarcal.tui.base import StationScreen, Workstation
+from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
+from solarcal.tui.widgets.plot import AnsiPlot
+from solarcal.tui.widgets.text_lines import TextLines
+from solarcal.tui.workstation.view import PLOTS, drawing
+
+HIGH = 40
+
+
+def open_screen(app: Workstation) -> None:
+    if not isinstance(app.screen, RecomputeScreen):
+        app.push_screen(RecomputeScreen(session_files(app)))
+
+
+def session_files(app: Workstation) -> tuple[Path, ...]:
+    """Saved sessions, newest first, and those beside the running one."""
+    folders = {sessions_dir().resolve()}
+    if app.line is not None and app.line.path.name:
+        folders.add(app.line.path.resolve().parent)
+    files = [path for folder in folders if folder.is_dir() for path in folder.glob("*.jsonl")]
+    return tuple(sorted(files, key=lambda path: (-path.stat().st_mtime, path.name)))
+
+
+@dataclass(frozen=True, slots=True)
+class Recomputed:
+    """A file read and fitted, or why not."""
+
+    path: Path
+    session: SessionView | None = None
+    solution: Solution | None = None
+    trouble: str = ""
+    warnings: tuple[str, ...] = ()
+
+
+def recompute(path: Path) -> Recomputed:
+    """Read and fit one session file; takes a while, touches nothing."""
+    from solarcal.session.reader import read_session
+
+    try:
+        read = read_session(path)
+        session = view_session(read.header, read.records)
+        trouble, solution = "", None
+        try:
+            solution = solve(session)
+        except FitError as error:
+            trouble = str(error)
+    except SolarcalError as error:
+        return Recomputed(path, trouble=str(error))
+    return Recomputed(path, session, solution, trouble, read.warnings)
+
+
+class RecomputeScreen(StationScreen):
+    """The session that runs is not touched: its screens go on being told behind this one."""
+
+    DEFAULT_CSS = """
+    RecomputeScreen #title { height: 1; text-style: bold; background: $panel; color: $accent; }
+    RecomputeScreen #file { height: 1; background: $boost; text-style: bold; }
+    RecomputeScreen #found { layout: vertical; height: 1fr; }
+    RecomputeScreen #table { height: 10; }
+    RecomputeScreen.-high #table { height: 19; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("space", "step(1)", "Next file", show=False, priority=True),
+        Binding("backspace", "step(-1)", "File before", show=False, priority=True),
+        Binding("enter", "open", "Open", show=False, priority=True),
+        Binding("v", "plot", "Next plot", show=False, priority=True),
+        Binding("escape", "back", "Back", show=False),
+    ]
+    AUTO_FOCUS = ""
+
+    def __init__(self, files: tuple[Path, ...]) -> None:
+        super().__init__()
+        self._files = files
+        self._at = 0
+        self._plot = 0
+        self._generation = 0
+        self._shown: Recomputed | None = None
+
+    def compose(self) -> ComposeResult:
+        yield Static(
+            "RECOMPUTE  coefficients and plots of a saved session", id="title", markup=False
+        )
+        yield Static("", id="file", markup=False)
+        with Container(id="found"):
+            yield TextLines(id="table")
+            yield AnsiPlot(id="plot")
+        yield ActionFooter(
+            [
+                FooterEntry("Spc", "Next", "screen.step(1)"),
+                FooterEntry("BkSp", "Prev", "screen.step(-1)"),
+                FooterEntry("Ent", "Open", "screen.open"),
+                FooterEntry("v", "Plot", "screen.plot"),
+                FooterEntry("Esc", "Back", "screen.back"),
+            ]
+        )
+
+    def on_mount(self) -> None:
+        self._name_file()
+        self.query_one(TextLines).show(
+            ("Space: next file name.  Enter: open it.  Esc: back to the session.",)
+            if self._files
+            else (f"No saved sessions in {sessions_dir()}.",)
+        )
+
+    def on_resize(self, event: Resize) -> None:
+        self.set_class(self.app.size.height >= HIGH, "-high")
+
+    # -- keys --------------------------------------------------------------------------------
+
+    def action_step(self, by: int) -> None:
+        if self._files:
+            self._at = (self._at + by) % len(self._files)
+            self._name_file()
+
+    def action_open(self) -> None:
+        if not self._files:
+            return
+        self._generation += 1
+        path = self._files[self._at]
+        self._name_file("reading ...")
+        threading.Thread(
+            target=self._recompute, args=(self._generation, path), name="recompute", daemon=True
+        ).start()
+
+    def action_plot(self) -> None:
+        self._plot = (self._plot + 1) % len(PLOTS)
+        self._draw()
+
+    def action_back(self) -> None:
+        self._generation += 1
+        self.dismiss(None)
+
+    # -- showing -----------------------------------------------------------------------------
+
+    def _recompute(self, generation: int, path: Path) -> None:
+        found = recompute(path)
+        self.app.call_from_thread(self._found, generation, found)
+
+    def _found(self, generation: int, found: Recomputed) -> None:
+        # Left, or another file was opened meanwhile.
+        if generation != self._generation or not self.is_mounted:
+            return
+        self._shown = found
+        self._name_file()
+        self.query_one(TextLines).show(_lines(found))
+        self._draw()
+
+    def _name_file(self, doing: str = "") -> None:
+        if not self._files:
+            self.query_one("#file", Static).update("no file")
+            return
+        path = self._files[self._at]
+        opened = self._shown is not None and self._shown.path == path
+        state = doing or ("OPEN" if opened else "Enter opens it")
+        self.query_one("#file", Static).update(
+            f"{harmless(path.name)}   ({self._at + 1} of {len(self._files)}, {state})"
+        )
+
+    def _draw(self) -> None:
+        shown = self._shown
+        if shown is None or shown.session is None:
+            return
+        self.query_one(AnsiPlot).show(drawing(PLOTS[self._plot], shown.session, shown.solution))
+
+
+def _lines(found: Recomputed) -> tuple[str, ...]:
+    from solarcal.report.columns import wrapped
+    from solarcal.report.fit_tables import coefficients_table, fit_summary
+    from solarcal.report.tables import points_table
+
+    said = [*found.warnings, *([found.trouble] if found.trouble else [])]
+    # The file is named above; its folder would push what is wrong with it off the screen.
+    lines = [
+        line for text in said for line in wrapped(text.replace(str(found.path), found.path.name))
+    ]
+    if found.solution is not None:
+        lines += coefficients_table(found.solution).splitlines()
+        lines += fit_summary(found.solution).splitlines()
+    if found.session is not None:
+        if found.solution is None and not found.trouble:
+            lines.append(f"{len(found.session.accepted)} accepted points: too few for a fit.")
+        lines.append("")
+        lines += points_table(
+            found.session.header, found.session.points, found.solution
+        ).splitlines()
+    return tuple(lines)

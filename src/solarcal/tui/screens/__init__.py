@@ -1,1 +1,0 @@
-"""The workstation's screens."""

@@ -1,0 +1,61 @@
+"""What the start screen offers: ports with what they are, emulated trackers, saved sessions."""
+
+from dataclasses import dataclass
+
+from solarcal.config import Choice, Settings
+from solarcal.tui.opening import continuing, saved_sessions
+
+Entry = tuple[str, Choice]
+
+
+@dataclass(frozen=True, slots=True)
+class MenuEntries:
+    """Entries of each section, the likeliest first."""
+
+    unfinished: list[Entry]
+    ports: list[Entry]
+    scenarios: list[Entry]
+    replays: list[Entry]
+
+
+def menu_entries(settings: Settings) -> MenuEntries:
+    """Look at ports, scenarios and the sessions folder; takes as long as they take."""
+    saved = saved_sessions()
+    unfinished = []
+    for session in saved:
+        if session.finished or session.damage:
+            continue
+        choice = continuing(session, settings.lines.get(session.path.name))
+        unfinished.append((session.words(), choice or Choice(session=str(session.path))))
+    replays = [
+        (session.words(), Choice(replay=str(session.path))) for session in saved if session.points
+    ]
+    return MenuEntries(unfinished, _ports(), _scenarios(), replays)
+
+
+def _ports() -> list[Entry]:
+    from serial.tools.list_ports import comports
+
+    from solarcal.unit.ports import describe
+
+    ports = [describe(port) for port in comports()]
+    ports.sort(key=lambda port: (not port["likely"], port["port"]))
+    entries = []
+    for port in ports:
+        access = (
+            ""
+            if port["readable"] is not False and port["writable"] is not False
+            else ("  NO ACCESS: see solarcal doctor")
+        )
+        words = f"{port['port']:16} {port['looks_like']}{access}"
+        entries.append((words, Choice(port=port["port"])))
+    return entries
+
+
+def _scenarios() -> list[Entry]:
+    from solarcal.emulator.scenario import load_scenario, scenario_names
+
+    return [
+        (f"{name:20} {load_scenario(name).summary}", Choice(scenario=name))
+        for name in scenario_names()
+    ]

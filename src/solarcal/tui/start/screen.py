@@ -1,0 +1,244 @@
+"""The first screen: which unit, which emulated one, which saved session; the last choice first."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, ClassVar
+
+import msgspec
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal
+from textual.content import Content
+from textual.widgets import Input, OptionList, Static
+from textual.widgets.option_list import Option
+
+from solarcal import __version__
+from solarcal.config import Choice
+from solarcal.errors import SolarcalError
+from solarcal.tui.base import StationScreen
+from solarcal.tui.messages import MenuEntriesFound
+from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
+from solarcal.tui.widgets.lines import HeadLine, LogLine
+from solarcal.unit.drivers import DRIVERS
+
+REPLAYS_SHOWN = 20
+BY_HAND = ("A real SolarTrak: type what its display shows", Choice(driver="typed"))
+
+ON_A_LINE = tuple(name for name in DRIVERS if name != BY_HAND[1].driver)
+"""The drivers of what has an address."""
+
+ADDRESS_HINTS = {
+    "solartrak": "device, socket:// or rfc2217://host:port",
+    "rotctld": "host or host:port of Hamlib's rotctld",
+}
+
+
+class StartScreen(StationScreen):
+    """A list to choose from; ports and sessions are looked up while it is already shown."""
+
+    DEFAULT_CSS = """
+    StartScreen #title { background: $primary; color: $background; text-style: bold; }
+    StartScreen OptionList {
+        height: 1fr; padding: 0 1; background: $background;
+        text-wrap: nowrap; text-overflow: ellipsis;
+    }
+    StartScreen OptionList, StartScreen OptionList:focus { border: none; }
+    StartScreen OptionList > .option-list--option-highlighted { text-style: bold reverse; }
+    StartScreen #address { height: 1; }
+    StartScreen #address Static { width: auto; padding: 0 1; }
+    StartScreen #driver { text-style: bold; color: $accent; }
+    StartScreen #address Input { width: 1fr; height: 1; border: none; padding: 0; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("e", "profile", "Profile", show=False),
+        Binding("t", "theme", "Theme", show=False),
+        Binding("a", "address", "Address", show=False),
+        Binding("d", "driver", "Driver", show=False),
+        Binding("escape", "leave_address", "Back", show=False),
+    ]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._choices: dict[str, Choice] = {}
+        self._continue: str = ""
+        self._driver = "solartrak"
+        self._offers: Any = None
+
+    def compose(self) -> ComposeResult:
+        yield HeadLine(id="title")
+        yield HeadLine(id="profile")
+        yield OptionList(id="choices")
+        with Horizontal(id="address"):
+            yield Static("Other line [a]:", markup=False)
+            yield Input(placeholder=ADDRESS_HINTS["solartrak"], compact=True)
+            yield Static("", id="driver", markup=False)
+        yield LogLine(id="log")
+        yield ActionFooter(
+            [
+                FooterEntry("↵", "Open", "screen.open"),
+                FooterEntry("e", "Profile", "screen.profile"),
+                FooterEntry("a", "Address", "screen.address"),
+                FooterEntry("F9", "Recalc", "app.perform('recompute')"),
+                FooterEntry("t", "Theme", "screen.theme"),
+                FooterEntry("g", "Calcs", "app.perform('calculators')"),
+                FooterEntry("F1", "Help", "app.perform('help')"),
+                FooterEntry("^Q", "Quit", "app.perform('quit')"),
+            ]
+        )
+
+    def on_mount(self) -> None:
+        self.query_one("#title", HeadLine).show(
+            [f"solarcal {__version__}"], ["calibrate a sun tracker"]
+        )
+        self.show_profile()
+        self._use_driver(self.workstation.profile.driver)
+        self.query_one(OptionList).focus()
+        self.tell("Choose with the arrow keys, open with Enter.")
+        self.call_after_refresh(self.look_up)
+
+    def show_profile(self) -> None:
+        self.query_one("#profile", HeadLine).show([self.workstation.profile.summary()])
+
+    def tell(self, sentence: str, *, error: bool = False) -> None:
+        self.query_one("#log", LogLine).say(sentence, error=error)
+        if error:
+            self.workstation.notify(sentence, severity="error", timeout=10.0)
+
+    def step_failed(self, name: str, error: SolarcalError) -> None:
+        self.query_one("#log", LogLine).say(str(error), error=True)
+
+    # -- what there is to choose -------------------------------------------------------------
+
+    def look_up(self) -> None:
+        """Ports and saved sessions, on a thread: a slow disk must not hold the first paint."""
+        self.run_worker(self._look_up, thread=True, exclusive=True, exit_on_error=False)
+
+    def _look_up(self) -> None:
+        from solarcal.tui.start.menu_entries import menu_entries
+
+        offers = menu_entries(self.workstation.settings)
+        self.post_message(MenuEntriesFound(offers))
+
+    def on_menu_entries_found(self, message: MenuEntriesFound) -> None:
+        self._offers = message.offers
+        self._offer(message.offers)
+
+    def _use_driver(self, name: str) -> None:
+        """How what is opened next is talked to; what is remembered keeps its own driver."""
+        self._driver = name if name in ON_A_LINE else "solartrak"
+        name = self._driver
+        self.query_one("#driver", Static).update(f"Driver [d]: {name}")
+        self.query_one(Input).placeholder = ADDRESS_HINTS.get(name, ADDRESS_HINTS["solartrak"])
+        self._offer(self._offers)
+
+    def _by_driver(self, entries: list[tuple[str, Choice]]) -> list[tuple[str, Choice]]:
+        return [
+            (words, msgspec.structs.replace(choice, driver=self._driver))
+            for words, choice in entries
+        ]
+
+    def _offer(self, offers: Any) -> None:
+        choices = self.query_one(OptionList)
+        kept = choices.highlighted
+        choices.clear_options()
+        self._choices = {}
+        for heading, entries in self._sections(offers):
+            if not entries:
+                continue
+            choices.add_option(Option(Content.from_markup("[b $accent]" + heading), disabled=True))
+            for words, choice in entries:
+                key = f"choice-{len(self._choices)}"
+                self._choices[key] = choice
+                choices.add_option(Option(Content(f"  {words}"), id=key))
+        # What was highlighted before the look-up may have moved; the first is the likeliest.
+        choices.highlighted = 1 if kept is None or kept <= 1 else min(kept, len(choices.options))
+
+    def _sections(self, offers: Any) -> Iterator[tuple[str, list[tuple[str, Choice]]]]:
+        app = self.workstation
+        if self._continue:
+            ports = offers.ports if offers is not None else []
+            yield (
+                f"On which line is the unit of {Path(self._continue).name}?",
+                [
+                    (words, msgspec.structs.replace(choice, session=self._continue))
+                    for words, choice in [*self._by_driver(ports), BY_HAND]
+                ],
+            )
+            return
+        if offers is not None:
+            yield "Unfinished sessions: go on where they stood", offers.unfinished
+        last = app.settings.last
+        if last is not None:
+            yield "Last time", [(last.words(), last)]
+        ports = self._by_driver(list(offers.ports)) if offers is not None else []
+        if app.profile.port and app.profile.driver != "typed":
+            mine = Choice(
+                port=app.profile.port, driver=app.profile.driver, baudrate=app.profile.baudrate
+            )
+            ports.insert(0, (f"{app.profile.port}  as in the profile", mine))
+        if app.profile.driver == "typed":
+            yield "No line at all, as in the profile", [BY_HAND]
+        heading = "Serial ports" if ports else "Serial ports: none found"
+        yield heading, ports or [("look again", Choice())]
+        if app.profile.driver != "typed":
+            yield "No line at all", [BY_HAND]
+        if offers is not None:
+            yield "Emulated trackers, to learn and to try", self._by_driver(offers.scenarios)
+            yield "Saved sessions: replay", offers.replays[:REPLAYS_SHOWN]
+
+    # -- choosing ----------------------------------------------------------------------------
+
+    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+        choice = self._choices.get(event.option.id or "")
+        if choice is None:
+            return
+        if choice == Choice():
+            self.look_up()
+        elif choice.session and not (choice.port or choice.scenario or choice.driver == "typed"):
+            self._continue = choice.session
+            self.tell("Choose the line its unit is on. Escape: back to all choices.")
+            self.look_up()
+        else:
+            self.workstation.open_choice(choice)
+
+    def action_open(self) -> None:
+        self.query_one(OptionList).action_select()
+
+    def action_address(self) -> None:
+        self.query_one(Input).focus()
+
+    def action_leave_address(self) -> None:
+        if self._continue:
+            self._continue = ""
+            self.look_up()
+        self.query_one(OptionList).focus()
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        address = event.value.strip()
+        if address:
+            choice = Choice(
+                port=address,
+                driver=self._driver,
+                baudrate=self.workstation.profile.baudrate,
+                session=self._continue,
+            )
+            self.workstation.open_choice(choice)
+
+    def action_driver(self) -> None:
+        names = ON_A_LINE
+        self._use_driver(names[(names.index(self._driver) + 1) % len(names)])
+        self.tell(f"Driver {self._driver}: {DRIVERS[self._driver]}.")
+
+    def action_profile(self) -> None:
+        from solarcal.tui.start.profile import ProfileScreen
+
+        def changed(saved: bool | None) -> None:
+            if saved:
+                self.show_profile()
+                self._use_driver(self.workstation.profile.driver)
+                self.look_up()
+
+        self.app.push_screen(ProfileScreen(self.workstation.profile), changed)
+
+    def action_theme(self) -> None:
+        self.app.search_themes()

@@ -1,0 +1,226 @@
+"""The station under the app: its worker, its newest state and fit, and who is told of them."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from textual.app import App
+from textual.events import Resize
+
+from solarcal.errors import ProcedureRefused
+from solarcal.timescale import parse_utc
+from solarcal.tui.base import StationModal, StationScreen
+from solarcal.tui.fitting import Fitter
+from solarcal.tui.messages import (
+    FitReady,
+    Progress,
+    StateChanged,
+    StepDone,
+    StepFailed,
+    StepStarted,
+)
+
+if TYPE_CHECKING:
+    from solarcal.model.judgement import Judgement
+    from solarcal.station.plan_wishes import PlanWishes
+    from solarcal.station.procedure import Station
+    from solarcal.station.state import SessionView, StationState
+    from solarcal.tui.station_worker import StationWorker
+
+MISSED_S = 600.0
+"""So long after the planned time of the next point the rest of the day is planned anew."""
+
+PLAN_AGE_S = 3600.0
+"""And at least every hour: a Sun that went down yesterday is up again."""
+
+
+class StationApp(App[int]):
+    """Messages of the worker and the fitter become the newest state, and go on to the screens.
+
+    Attributes
+    ----------
+    worker : talks to the station while a line is open, else ``None``.
+    state, fit : the newest the worker and the fitter have told.
+    emulated_speed : virtual seconds a second of an emulated unit, ``None`` for a real one.
+    wishes : what the technician wants of the plan, ``None`` for nothing.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.worker: StationWorker | None = None
+        self.fit: FitReady | None = None
+        self.emulated_speed: float | None = None
+        self._state: StationState | None = None
+        self._fitter = Fitter(self.post_message)
+        self._fitted: object = None
+        self._planned_utc_s: float | None = None
+        self.wishes: PlanWishes | None = None
+        self._path: Path | None = None
+        self._leaving = False
+
+    @property
+    def state(self) -> "StationState":
+        """The newest state the worker has told; an empty one before there is a worker."""
+        if self._state is None:
+            # Numpy comes with it: not before the first paint.
+            from solarcal.station.state import StationState
+
+            self._state = StationState()
+        return self._state
+
+    def adopt(self, station: "Station") -> None:
+        """Conduct this station from now on."""
+        from solarcal.tui.station_worker import StationWorker
+
+        self.worker = StationWorker(station, self.post_message)
+        self.worker.start()
+        if station.tracker.emulation is not None:
+            self.emulated_speed = 1.0
+        self._ask_speed()
+        self.on_state_changed(StateChanged(station.state))
+
+    def _ask_speed(self) -> None:
+        """Another process may have told an emulated unit another speed; only the unit knows."""
+        worker = self.station_worker()
+        emulation = worker.station.tracker.emulation
+        if emulation is not None:
+            worker.submit("speed", lambda station: emulation.speed())
+
+    def station_worker(self) -> "StationWorker":
+        """The worker of the open line."""
+        if self.worker is None:
+            raise ProcedureRefused("no unit is connected; choose one on the start screen")
+        return self.worker
+
+    # -- telling the screens -------------------------------------------------------------------
+
+    def _station_screens(self) -> list[StationScreen | StationModal[Any]]:
+        if self._leaving:
+            # Screens are being taken down; what still comes is for the file, not for them.
+            return []
+        return [s for s in self.screen_stack if isinstance(s, (StationScreen, StationModal))]
+
+    def on_resize(self, event: Resize) -> None:
+        for screen in self._station_screens():
+            screen.show_size(event.size)
+
+    def on_state_changed(self, message: StateChanged) -> None:
+        if message.state.generation < self.state.generation:
+            return
+        self._state = message.state
+        self._remember_file()
+        self._fit_if_needed(message.state)
+        for screen in self._station_screens():
+            screen.show_state(message.state)
+
+    @property
+    def session_name(self) -> str:
+        """Name of the open session file."""
+        return self._path.name if self._path is not None else ""
+
+    @property
+    def session_path(self) -> Path | None:
+        """The open session file; ``None`` without one, or while it is kept in memory."""
+        return self._path
+
+    def _remember_file(self) -> None:
+        path = self.worker.station.session_path if self.worker is not None else None
+        if path is not None and path != self._path:
+            self._path = path
+            self.file_opened(path)
+
+    def file_opened(self, path: Path) -> None:
+        """The session goes into another file now."""
+
+    @property
+    def judgement(self) -> "Judgement | None":
+        """Of the points as they are now; ``None`` while newer ones are being fitted."""
+        session = self.state.session
+        if self.fit is None or session is None or self.fit.session.points != session.points:
+            return None
+        return self.fit.judgement
+
+    def wish(self, wishes: "PlanWishes") -> None:
+        """Plan the day with these from now on."""
+        self.wishes = wishes
+        self._fit_if_needed(self.state)
+
+    def _fit_if_needed(self, state: "StationState") -> None:
+        """A status comes every second, a judgement takes a fifth of one: only when the points or
+        the wishes changed, or the plan was overtaken by time."""
+        session = state.session
+        if session is None:
+            return
+        wanted = (session.header, session.points, self.wishes)
+        if wanted != self._fitted or self._overtaken(state):
+            self._fitted = wanted
+            at_utc_s = planning_utc_s(session, state.live.laptop_utc_s)
+            self._planned_utc_s = at_utc_s
+            self._fitter.fit(state.generation, session, at_utc_s, self.wishes)
+
+    def _overtaken(self, state: "StationState") -> bool:
+        now_utc_s, asked_utc_s = state.live.laptop_utc_s, self._planned_utc_s
+        judgement = self.judgement
+        plan = judgement.plan if judgement is not None else None
+        if now_utc_s is None or plan is None or plan.at_utc_s != asked_utc_s:
+            # Nothing to overtake, or a newer one is on its way.
+            return False
+        planned = plan.recommended.times_utc_s
+        missed = bool(planned) and now_utc_s > planned[0] + MISSED_S
+        return missed or now_utc_s > plan.at_utc_s + PLAN_AGE_S
+
+    def on_fit_ready(self, message: FitReady) -> None:
+        if self.fit is not None and message.generation < self.fit.generation:
+            return
+        self.fit = message
+        self._record_fit(message)
+        for screen in self._station_screens():
+            screen.show_fit(message)
+
+    def _record_fit(self, fit: FitReady) -> None:
+        """Keep what the fit said after a point: the history of the coefficients."""
+        solution = fit.solution
+        if self.worker is None or solution is None or fit.session.fit_recorded:
+            return
+
+        def record(station: "Station") -> None:
+            # Meanwhile another point may have come, or its own step has recorded the fit.
+            session = station.session
+            if not session.fit_recorded and solution.n_points == len(session.accepted):
+                station.record_fit(solution)
+
+        self.worker.submit("fit", record)
+
+    def on_progress(self, message: Progress) -> None:
+        for screen in self._station_screens():
+            screen.show_progress(message)
+
+    def on_step_started(self, message: StepStarted) -> None:
+        for screen in self._station_screens():
+            screen.step_started(message.name)
+
+    def on_step_done(self, message: StepDone) -> None:
+        if message.name == "speed" and isinstance(message.result, float):
+            # Another one may have been asked for while this was on its way: the unit knows.
+            if self.worker is not None and self.worker.busy:
+                self._ask_speed()
+            else:
+                self.emulated_speed = message.result
+        if message.name == "reconnect":
+            self._ask_speed()
+        for screen in self._station_screens():
+            screen.step_done(message.name, message.result)
+
+    def on_step_failed(self, message: StepFailed) -> None:
+        for screen in self._station_screens():
+            screen.step_failed(message.name, message.error)
+
+
+def planning_utc_s(session: "SessionView", laptop_utc_s: float | None) -> float | None:
+    """The moment to plan from: the laptop's, but not so soon after the newest point that nobody
+    could take another."""
+    from solarcal.model.plan import GAP_S
+
+    if not session.accepted:
+        return laptop_utc_s
+    soonest_utc_s = parse_utc(session.accepted[-1].utc) + GAP_S
+    return soonest_utc_s if laptop_utc_s is None else max(laptop_utc_s, soonest_utc_s)

@@ -1,0 +1,193 @@
+"""The one thread that talks to the station: commands in order, a status every second between them.
+
+Screens submit steps and get messages back; they never wait. STOP does not queue: it goes out on a
+thread of its own, at once. A lost line is said at once, recorded, and reopened with growing pauses.
+"""
+
+import queue
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from textual.message import Message
+
+from solarcal.errors import LinkError, ProcedureRefused, SolarcalError
+from solarcal.station.state import LinkState, StationState
+from solarcal.tui.messages import Progress, StateChanged, StepDone, StepFailed, StepStarted
+
+if TYPE_CHECKING:
+    from solarcal.station.procedure import Station
+
+POLL_S = 1.0
+FIRST_RETRY_S = 1.0
+LONGEST_RETRY_S = 15.0
+
+Step = Callable[["Station"], object]
+Post = Callable[[Message], object]
+
+
+@dataclass(frozen=True, slots=True)
+class _Submitted:
+    name: str
+    step: Step
+    stops: int | None = None
+    """How often STOP had been pressed, for a step that moves something."""
+
+
+class StationWorker:
+    """Runs a ``Station`` on a thread.
+
+    Parameters
+    ----------
+    station : connected or not; ``open_line`` connects it.
+    post : where messages go; must be safe to call from another thread.
+    """
+
+    def __init__(self, station: "Station", post: Post) -> None:
+        self.station = station
+        self._post = post
+        self._steps: queue.Queue[_Submitted | None] = queue.Queue()
+        self._thread = threading.Thread(target=self._run, name="worker", daemon=True)
+        self._busy = threading.Event()
+        self._closing = threading.Event()
+        self._retry_now = threading.Event()
+        self._stops = 0
+        station.subscribe(self._on_state)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    @property
+    def busy(self) -> bool:
+        """A step is running or waiting."""
+        return self._busy.is_set() or not self._steps.empty()
+
+    def submit(self, name: str, step: Step, *, moves: bool = False) -> None:
+        """Run ``step`` after those submitted before it; ``StepDone`` or ``StepFailed`` follows.
+
+        One that ``moves`` something is not begun when STOP is pressed while it waits.
+        """
+        self._steps.put(_Submitted(name, step, self._stops if moves else None))
+
+    def stop_motion(self) -> None:
+        """STOP, now, past everything that waits."""
+        # Counted before it is sent: what was asked for earlier must not undo it.
+        self._stops += 1
+        threading.Thread(target=self._stop_now, name="stop", daemon=True).start()
+
+    def progress(self, name: str, fraction: float | None, words: str) -> None:
+        self._post(Progress(name, fraction, words))
+
+    def reconnect_now(self) -> None:
+        """Do not wait for the next try."""
+        self._retry_now.set()
+
+    def close(self) -> None:
+        """End the thread after the step that is running. The session stays as it is."""
+        self._closing.set()
+        self._retry_now.set()
+        self._steps.put(None)
+        if self._thread.is_alive():
+            self._thread.join(timeout=10.0)
+
+    # -- the thread --------------------------------------------------------------------------
+
+    def _on_state(self, state: StationState) -> None:
+        self._post(StateChanged(state))
+
+    def _stop_now(self) -> None:
+        try:
+            self.station.stop()
+        except SolarcalError as error:
+            self._post(StepFailed("stop", error))
+        else:
+            self._post(StepDone("stop", None))
+
+    def _stop_again(self) -> None:
+        try:
+            self.station.stop()
+        except SolarcalError as error:
+            self._post(StepFailed("stop", error))
+
+    def _run(self) -> None:
+        pause_s = FIRST_RETRY_S
+        while not self._closing.is_set():
+            if self.station.state.live.link is LinkState.LOST:
+                pause_s = self._try_again(pause_s)
+                continue
+            pause_s = FIRST_RETRY_S
+            try:
+                submitted = self._steps.get(timeout=POLL_S)
+            except queue.Empty:
+                if self.station.state.live.link is LinkState.CONNECTED:
+                    self._perform("status", lambda station: station.poll(), quiet=True)
+                continue
+            if submitted is not None:
+                self._begin(submitted)
+
+    def _begin(self, submitted: _Submitted) -> None:
+        name = submitted.name
+        if submitted.stops not in (None, self._stops):
+            self._post(StepFailed(name, ProcedureRefused(f"{name}: not done, STOP was pressed")))
+            return
+        self._perform(name, submitted.step)
+        if submitted.stops not in (None, self._stops):
+            # The two may have passed each other on the line: STOP has the last word.
+            self._stop_again()
+
+    def _perform(self, name: str, step: Step, *, quiet: bool = False) -> None:
+        self._busy.set()
+        if not quiet:
+            self._post(StepStarted(name))
+        try:
+            result = step(self.station)
+        except LinkError as error:
+            if self.station.state.live.link is LinkState.CONNECTED:
+                self._lose_link(error)
+            self._post(StepFailed(name, error))
+        except SolarcalError as error:
+            self._post(StepFailed(name, error))
+        else:
+            if not quiet:
+                self._post(StepDone(name, result))
+        finally:
+            self._busy.clear()
+
+    def _lose_link(self, error: LinkError) -> None:
+        """Record it; where the file cannot be written either, say so and go on reconnecting."""
+        try:
+            self.station.link_lost(error)
+        except SolarcalError as unrecorded:
+            self._post(StepFailed("link", unrecorded))
+
+    def _try_again(self, pause_s: float) -> float:
+        """Wait, try to reopen the line, and return the next pause."""
+        self._retry_now.wait(pause_s)
+        self._retry_now.clear()
+        if self._closing.is_set():
+            return pause_s
+        # Steps asked for while the line was down are refused, not replayed into a new situation.
+        self._drop_waiting()
+        try:
+            self.station.reconnect()
+        except LinkError:
+            return min(2.0 * pause_s, LONGEST_RETRY_S)
+        except SolarcalError as error:
+            self._post(StepFailed("reconnect", error))
+            return LONGEST_RETRY_S
+        self._post(StepDone("reconnect", None))
+        return FIRST_RETRY_S
+
+    def _drop_waiting(self) -> None:
+        while True:
+            try:
+                dropped = self._steps.get_nowait()
+            except queue.Empty:
+                return
+            if dropped is not None:
+                self._post(
+                    StepFailed(
+                        dropped.name, LinkError(f"{dropped.name}: not done, the link is down")
+                    )
+                )

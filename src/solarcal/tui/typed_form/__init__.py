@@ -1,0 +1,1 @@
+"""Forms for what a unit's display shows."""

@@ -1,0 +1,96 @@
+"""One-row lines every screen has: title, file, log; and the row of a terminal too small."""
+
+from typing import TYPE_CHECKING
+
+from textual.content import Content
+from textual.screen import Screen
+from textual.widgets import Static
+
+if TYPE_CHECKING:
+    from textual.geometry import Size
+
+
+Part = str | tuple[str, str] | Content
+
+
+class HeadLine(Static):
+    """One row, parts on the left and on the right."""
+
+    DEFAULT_CSS = """
+    HeadLine {
+        height: 1; width: 1fr; text-wrap: nowrap; text-overflow: ellipsis; padding: 0 1;
+        link-color: $foreground; link-background: $panel; link-style: bold;
+    }
+    """
+
+    def __init__(self, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self._shown: tuple[list[Part], list[Part]] | None = None
+
+    def on_resize(self) -> None:
+        # What was cut to the old width may have room now.
+        if self._shown is not None:
+            self.show(*self._shown)
+
+    def show(self, left: list[Part], right: list[Part] | None = None) -> None:
+        self._shown = (left, right or [])
+        start, end = Content.assemble(*left), Content.assemble(*(right or []))
+        # Not the size of this widget: before the first layout it has none.
+        room = max(self.app.size.width - 2, 20)
+        gap = room - start.cell_length - end.cell_length
+        if gap < 1:
+            start = start.truncate(max(1, room - end.cell_length - 1), ellipsis=True)
+            gap = 1
+        self.update(Content.assemble(start, " " * gap, end), layout=False)
+
+
+class LogLine(HeadLine):
+    """The newest thing worth telling; an error stays until something else happens."""
+
+    DEFAULT_CSS = """
+    LogLine { background: $background; }
+    LogLine.-error {
+        background: $error; color: $background; text-style: bold;
+        height: auto; max-height: 4; text-wrap: wrap; text-overflow: fold;
+    }
+    """
+
+    def say(self, sentence: str, *, error: bool = False) -> None:
+        self.set_class(error, "-error")
+        self._shown = None
+        if error:
+            # An error is worth more than one row.
+            self.update(Content(f"! {sentence}"))
+        else:
+            self.show([sentence])
+
+
+LEAST = (80, 24)
+"""Columns and rows everything is laid out for."""
+
+
+class TooSmall(Static):
+    """One row on top; a click on it is a STOP, for STOP's own place may be out of sight."""
+
+    DEFAULT_CSS = """
+    TooSmall {
+        dock: top; height: 1; width: 100%; background: $error; color: $background;
+        text-style: bold; text-wrap: nowrap;
+    }
+    """
+
+    async def on_click(self) -> None:
+        await self.run_action("app.perform('stop')")
+
+
+def say_if_too_small(screen: Screen[object], size: "Size") -> None:
+    """Put the row there, or take it away."""
+    there = screen.query(TooSmall)
+    if size.width >= LEAST[0] and size.height >= LEAST[1]:
+        there.remove()
+        return
+    words = f"STOP: F12 or here. {size.width}x{size.height}: make it {LEAST[0]}x{LEAST[1]}"
+    if there:
+        there.first().update(words)
+    elif screen.is_mounted:
+        screen.mount(TooSmall(words))

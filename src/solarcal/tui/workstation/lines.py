@@ -1,0 +1,131 @@
+"""The lines that tell of the station: unit, mode and link; what to do next."""
+
+from dataclasses import dataclass
+
+from textual.content import Content
+from textual.widgets import Static
+
+from solarcal.model.judgement import Judgement
+from solarcal.report.judgement_text import STATE_WORDS
+from solarcal.station.next_step import NextStep, countdown_text
+from solarcal.station.sign_off import sign_off_views
+from solarcal.station.state import LinkState, SessionView, StationState
+from solarcal.tui.widgets.lines import HeadLine, Part
+
+
+class TitleLine(HeadLine):
+    """The program, the unit, its mode, and the link."""
+
+    DEFAULT_CSS = """
+    TitleLine { background: $primary; color: $background; text-style: bold; }
+    TitleLine.-lost { background: $error; color: $background; }
+    """
+
+    def show_state(self, state: StationState, *, replay: bool = False) -> None:
+        live = state.live
+        lost = live.link is LinkState.LOST
+        self.set_class(lost, "-lost")
+        unit = ""
+        if live.identity is not None:
+            unit = f"{live.identity.model} {live.identity.serial}"
+        elif state.session is not None:
+            unit = f"{state.session.header.unit.model} {state.session.header.unit.serial}"
+        geometry = state.session.header.geometry if state.session is not None else ""
+        mode = str(live.status.mode) if live.status is not None else ""
+        link = {
+            LinkState.CONNECTED: "● LINK OK",
+            LinkState.LOST: "✖ LINK LOST",
+            LinkState.CLOSED: "○ no link",
+        }[live.link]
+        if not live.capabilities.has_link:
+            mode, link = "STOP is at the unit", "✎ TYPED BY HAND"
+        name = "solarcal REPLAY" if replay else "solarcal"
+        self.show(
+            [f"{name}  {unit} {geometry}"], ["saved session" if replay else f"{mode}   {link}"]
+        )
+
+
+class NextLines(Static):
+    """What to do next, with the key for it and the time left; then what the points come to.
+
+    Three rows, whatever they say, so that nothing below them ever jumps: the next step takes what
+    it needs of them, the verdict the rest.
+    """
+
+    DEFAULT_CSS = """
+    NextLines { height: 3; width: 1fr; padding: 0 1; background: $boost; }
+    """
+
+    ROWS = 3
+
+    def show_step(
+        self, step: NextStep, key: str, utc_s: float | None, verdict: "VerdictWords"
+    ) -> None:
+        sentence = Content.assemble(("▶ ", "bold $accent"), (step.sentence, "bold"))
+        tail: list[tuple[str, str]] = []
+        if key:
+            tail.append((f"[{key}]", "bold $footer-key-foreground"))
+        left = step.countdown_s(utc_s)
+        if left:
+            tail.append((f"due in {countdown_text(left)}", "$accent"))
+        elif left is not None:
+            tail.append(("due NOW", "bold reverse $accent"))
+        # Not the size of this widget: before the first layout it has none.
+        width = max(self.app.size.width - 2, 20)
+        lines = _with_tail(sentence.wrap(width), tail, width)[: self.ROWS - 1]
+        room = self.ROWS - len(lines)
+        said = Content.assemble(*verdict.parts()).wrap(width)
+        if len(said) > room:
+            last = said[room - 1].truncate(width - 1).append("…")
+            said = [*said[: room - 1], last]
+        self.update(Content("\n").join([*lines, *said]), layout=False)
+
+
+def _with_tail(lines: list[Content], tail: list[tuple[str, str]], width: int) -> list[Content]:
+    """Keys and times after the sentence, none of them torn apart by the end of a line."""
+    for words, style in tail:
+        piece = Content.styled(words, style)
+        if lines[-1].cell_length + 2 + piece.cell_length <= width:
+            lines[-1] = Content.assemble(lines[-1], "  ", piece)
+        else:
+            lines.append(piece)
+    return lines
+
+
+@dataclass(frozen=True, slots=True)
+class VerdictWords:
+    """The verdict as it is always on screen: a mark, the word, the year, the first reason."""
+
+    word: str
+    told: str = ""
+    tone: str = ""
+
+    def parts(self) -> list[Part]:
+        return [("■ ", f"bold {self.tone}".strip()), (self.word, "bold"), f"  {self.told}"]
+
+
+TONES = {
+    "done": "$success", "continue": "$accent", "not_today": "$warning",
+    "does_not_fit": "$error",
+}  # fmt: skip
+
+
+def verdict_words(
+    session: SessionView | None, judgement: Judgement | None, reason: str = ""
+) -> VerdictWords:
+    """What the points come to; after an upload with check points, whether it is signed off."""
+    if session is not None and session.uploads and session.checks:
+        proof = sign_off_views([session], session.header.tolerance_deg)
+        if proof.checks:
+            word = "SIGNED OFF" if proof.signed_off else "NOT SIGNED OFF"
+            return VerdictWords(word, proof.reason, "$success" if proof.signed_off else "$error")
+    if session is None or judgement is None:
+        waiting = session is not None and session.accepted
+        told = reason or ("" if waiting else "it comes with the first point")
+        return VerdictWords("judging ..." if waiting and not reason else "No verdict", told)
+    verdict = judgement.verdict
+    year = f"{judgement.forecast.year_p95_deg:.3f} deg"
+    # The reason that is the forecast itself is told so already.
+    first = next((reason for reason in verdict.reasons if year not in reason), "")
+    told = f"Year 95 %: {year}, tolerance {session.header.tolerance_deg:g}.  {first}"
+    return VerdictWords(f"{STATE_WORDS[verdict.state]}.", told, TONES[verdict.state])

@@ -1,0 +1,172 @@
+"""The screen a technician uses all day: everything the station says, and every key."""
+
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.content import Content
+from textual.markup import escape
+
+from solarcal.errors import SolarcalError
+from solarcal.report.session_report import record_line
+from solarcal.station.next_step import next_step
+from solarcal.station.state import LinkState, StationState
+from solarcal.station.sun_now import sun_now
+from solarcal.tui.base import StationScreen, Workstation
+from solarcal.tui.messages import FitReady, Progress
+from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
+from solarcal.tui.widgets.lines import HeadLine, LogLine, Part
+from solarcal.tui.workstation.lines import NextLines, TitleLine, verdict_words
+from solarcal.tui.workstation.view import TABS, WorkstationView
+
+FOOTER = (
+    ("help", "Help"), ("link", "Link"), ("initialise", "Init"), ("plan", "Plan"),
+    ("ref_check", "Ref"), ("sun_offset", "Offset"), ("take_point", "Point"),
+    ("upload", "Upload"), ("recompute", "Recalc"), ("clock", "Clock"), ("next_plot", "Plot"),
+    ("void", "Void"), ("note", "Note"), ("quit", "Quit"),
+)  # fmt: skip
+BESIDE_TABS = (("report", "Report"), ("calculators", "Calcs"))
+"""Where the footer has no room for them they stand in the row of the tabs, the palette too."""
+
+ONLY_ROOMY = (("theme", "Light"),)
+
+PALETTE = FooterEntry("^P", "All", "app.command_palette", "Every action by its name")
+
+
+def _footer_key(app: Workstation, name: str) -> str:
+    """The first of its keys; beside the tabs there is only room for the shortest."""
+    keys = app.keys_of(name).split()
+    return min(keys, key=len) if name in dict(BESIDE_TABS) else keys[0]
+
+
+class WorkstationScreen(StationScreen):
+    """Title, file, what to do next, verdict, panes, log, footer."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        *(
+            Binding(str(number), f"tab('{name}')", label, show=False)
+            for number, (name, label) in enumerate(TABS, start=1)
+        ),
+        Binding("tab", "next_tab(1)", "Next pane", show=False, priority=True),
+        Binding("shift+tab", "next_tab(-1)", "Previous pane", show=False, priority=True),
+    ]
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._ready = False
+        self._told_records = -1
+
+    def compose(self) -> ComposeResult:
+        app = self.workstation
+        yield TitleLine(id="title")
+        yield HeadLine(id="file")
+        yield NextLines(id="next")
+        tooltips = {action.id: action.tooltip for action in app.actions}
+        entries = [
+            FooterEntry(_footer_key(app, name), label, f"app.perform('{name}')", tooltips[name])
+            for name, label in (*FOOTER, *BESIDE_TABS, *ONLY_ROOMY)
+        ]
+        entries.append(PALETTE)
+        beside_tabs = [*entries[len(FOOTER) : len(FOOTER) + len(BESIDE_TABS)], PALETTE]
+        yield WorkstationView(id="view", beside_tabs=beside_tabs)
+        yield LogLine(id="log")
+        yield ActionFooter(entries)
+
+    def on_mount(self) -> None:
+        self._ready = True
+        self.show_state(self.workstation.state)
+        if self.workstation.fit is not None:
+            self.show_fit(self.workstation.fit)
+
+    def on_resize(self) -> None:
+        if self._ready:
+            self._show_lines(self.workstation.state)
+
+    # -- told --------------------------------------------------------------------------------
+
+    def show_state(self, state: StationState) -> None:
+        if not self._ready:
+            return
+        self._show_lines(state)
+        self._log_newest(state)
+        self.query_one(WorkstationView).show_state(state)
+
+    def _show_lines(self, state: StationState) -> None:
+        self.query_one("#title", TitleLine).show_state(state)
+        session, live = state.session, state.live
+        sun = sun_now(session, live) if session is not None else None
+        app = self.workstation
+        step = next_step(state, sun.elevation_deg if sun is not None else None, app.judgement)
+        reason = app.fit.reason if app.fit is not None else ""
+        self.query_one("#next", NextLines).show_step(
+            step,
+            app.keys_of(step.action),
+            live.laptop_utc_s,
+            verdict_words(session, app.judgement, reason),
+        )
+        if session is not None:
+            count = len(session.accepted)
+            self.query_one("#file", HeadLine).show(
+                [
+                    ("File ", "bold"),
+                    (self.workstation.session_name, "bold $accent"),
+                    f"  {count} point{'' if count == 1 else 's'}"
+                    + ("" if session.initialised is not None else ", not begun"),
+                ],
+                self._time_words(),
+            )
+
+    def _time_words(self) -> list[Part]:
+        app = self.workstation
+        if app.emulated_speed is None:
+            return [app.profile.operator]
+        words = f"time x{app.emulated_speed:g}" if app.emulated_speed else "time stands"
+        keys = {name: app.keys_of(name).split()[0] for name in ("faster", "slower", "skip")}
+        targets = " ".join(
+            f"[@click=app.perform('{name}')]{escape(key)}[/]" for name, key in keys.items()
+        )
+        return [f"{words} [", Content.from_markup(targets), "]"]
+
+    def _log_newest(self, state: StationState) -> None:
+        """A record that has just come is told; what is in the log is in the file."""
+        if state.live.link is LinkState.LOST:
+            self.query_one("#log", LogLine).say(state.live.link_message, error=True)
+            return
+        records = state.session.records if state.session is not None else ()
+        if len(records) != self._told_records:
+            self._told_records = len(records)
+            newest = record_line(records[-1]) if records else "connected; the session file is open"
+            self.query_one("#log", LogLine).say(newest)
+
+    def show_fit(self, fit: FitReady) -> None:
+        if not self._ready:
+            return
+        self._show_lines(self.workstation.state)
+        self.query_one(WorkstationView).show_fit(fit.solution, fit.judgement)
+        if fit.reason:
+            self.query_one("#log", LogLine).say(fit.reason, error=True)
+
+    def show_progress(self, progress: Progress) -> None:
+        share = "" if progress.fraction is None else f"  {100.0 * progress.fraction:.0f} %"
+        self.query_one("#log", LogLine).say(f"{progress.words}{share}")
+
+    def step_done(self, name: str, result: object) -> None:
+        if name == "speed":
+            self._show_lines(self.workstation.state)
+        if name == "stop":
+            self.query_one("#log", LogLine).say("STOP: every motion was told to end")
+
+    def step_failed(self, name: str, error: SolarcalError) -> None:
+        self.query_one("#log", LogLine).say(str(error), error=True)
+
+    # -- keys --------------------------------------------------------------------------------
+
+    def next_plot(self) -> None:
+        name = self.query_one(WorkstationView).next_plot()
+        self.query_one("#log", LogLine).say(f"plot: {name}")
+
+    def action_tab(self, name: str) -> None:
+        self.query_one(WorkstationView).tab = name
+
+    def action_next_tab(self, step: int) -> None:
+        self.query_one(WorkstationView).next_tab(step)

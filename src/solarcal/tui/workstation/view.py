@@ -1,0 +1,298 @@
+"""The workstation's panes: side by side where there is room, as tabs where there is not.
+
+Fed with a state and a fit, whether they come from a unit or from a replay.
+"""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.content import Content
+from textual.events import Resize
+from textual.reactive import reactive
+from textual.widgets import Static
+
+from solarcal.model.evidence.direct import evidence
+from solarcal.model.fit import Solution
+from solarcal.model.judgement import Judgement
+from solarcal.report.columns import wrapped
+from solarcal.report.forecast_map import forecast_map
+from solarcal.report.plots import convergence_plot, error_plot, residual_plot, sky_map
+from solarcal.report.tables import (
+    checks_table,
+    clocks_table,
+    points_table,
+    ref_checks_table,
+    upload_table,
+)
+from solarcal.station.curves import session_plot_data
+from solarcal.station.state import SessionView, StationState
+from solarcal.tui.widgets.footer import ROOMY_COLUMNS, FooterEntry, FooterKey
+from solarcal.tui.widgets.plot import AnsiPlot, Draw
+from solarcal.tui.widgets.text_lines import TextLines
+from solarcal.tui.workstation.coefficients_pane import CoefficientsPane
+from solarcal.tui.workstation.live_pane import LivePane
+
+WIDE = (138, 36)
+"""From this size on all panes are side by side."""
+
+SECOND_PLOT_ROWS = 42
+"""From this height of the terminal on there is room for a second plot below the first."""
+
+TABS = (
+    ("now", "Now"),
+    ("points", "Points"),
+    ("coefficients", "P1-P6"),
+    ("plot", "Plot"),
+    ("checks", "Checks"),
+)
+PLOTS = ("error", "residuals", "sky map", "history", "forecast")
+
+
+class Tab(Static):
+    """One tab of the compact form; the open one is marked by brackets, not by colour alone."""
+
+    DEFAULT_CSS = """
+    Tab { width: auto; padding: 0 1; background: $panel; }
+    Tab.-open { text-style: bold reverse; }
+    """
+
+    def __init__(self, name: str, number: int, label: str) -> None:
+        super().__init__(id=f"tab-{name}")
+        self._pane_name, self._number, self._label = name, number, label
+
+    def mark(self, is_open: bool) -> None:
+        self.set_class(is_open, "-open")
+        shown = f"[{self._number} {self._label}]" if is_open else f" {self._number} {self._label} "
+        self.update(Content(shown))
+
+    def on_click(self) -> None:
+        self.query_ancestor(WorkstationView).tab = self._pane_name
+
+
+class WorkstationView(Vertical):
+    """Live pane, coefficients, points, error plot and second plot."""
+
+    DEFAULT_CSS = """
+    WorkstationView { height: 1fr; }
+    WorkstationView #tabs { height: 1; background: $panel; }
+    WorkstationView #beside-tabs { height: 1; width: 1fr; align-horizontal: right; }
+    WorkstationView #beside-tabs FooterKey { width: auto; padding: 0 0 0 1; }
+    WorkstationView #panes { height: 1fr; }
+    WorkstationView .pane { height: 1fr; }
+    WorkstationView #left { width: 1fr; }
+    WorkstationView #right { width: 1fr; }
+    WorkstationView #coefficients { height: 1fr; scrollbar-size: 1 1; }
+    WorkstationView.-wide #tabs { display: none; }
+    WorkstationView.-wide #left { width: 60; }
+    WorkstationView.-wide #now {
+        height: 17; border: round $faint; border-title-color: $primary;
+    }
+    WorkstationView.-wide #coefficients {
+        border: round $faint; border-title-color: $primary;
+    }
+    WorkstationView.-wide #plot { height: 1fr; }
+    WorkstationView.-wide #second { height: 1fr; }
+    WorkstationView.-wide #points, WorkstationView.-wide #checks {
+        height: 12; border: round $faint; border-title-color: $primary;
+    }
+    """
+
+    tab: reactive[str] = reactive("now")
+    plot: reactive[int] = reactive(0)
+    """Of the compact form's only plot; the wide form's second plot skips the first kind."""
+    wide: reactive[bool] = reactive(False)
+
+    PANES: ClassVar[dict[str, str]] = {
+        "now": "left", "coefficients": "left", "plot": "right", "points": "right",
+        "checks": "right",
+    }  # fmt: skip
+
+    def __init__(self, id: str | None = None, beside_tabs: Sequence[FooterEntry] = ()) -> None:
+        super().__init__(id=id)
+        self._beside_tabs = tuple(beside_tabs)
+        self._session: SessionView | None = None
+        self._solution: Solution | None = None
+        self._judgement: Judgement | None = None
+        self._shown: object = None
+        self._version = 0
+        self._second = 1
+
+    def compose(self) -> ComposeResult:
+        with Horizontal(id="tabs"):
+            for number, (name, label) in enumerate(TABS, start=1):
+                yield Tab(name, number, label)
+            with Horizontal(id="beside-tabs"):
+                for entry in self._beside_tabs:
+                    yield FooterKey(entry)
+        with Horizontal(id="panes"):
+            with Vertical(id="left"):
+                yield LivePane(id="now", classes="pane")
+                with VerticalScroll(id="coefficients", classes="pane", can_focus=False):
+                    yield CoefficientsPane()
+            with Vertical(id="right"):
+                yield AnsiPlot(id="plot")
+                yield AnsiPlot(id="second")
+                yield TextLines(id="points", follow=True)
+                yield TextLines(id="checks")
+
+    def on_mount(self) -> None:
+        self.query_one("#now").border_title = "Now"
+        self.query_one("#coefficients").border_title = "Coefficients"
+        self.query_one("#points").border_title = "Points (5: checks)"
+        self.query_one("#checks").border_title = "Checks (2: points)"
+        self._arrange()
+
+    def on_resize(self, event: Resize) -> None:
+        size = self.app.size
+        self.wide = size.width >= WIDE[0] and size.height >= WIDE[1]
+        # A wider footer has them.
+        self.query_one("#beside-tabs").display = size.width < ROOMY_COLUMNS
+        self._arrange()
+
+    # -- what is shown -----------------------------------------------------------------------
+
+    def show_state(self, state: StationState) -> None:
+        self.query_one(LivePane).show_state(state)
+        self._session = state.session
+        self._show_session()
+
+    @property
+    def solution(self) -> Solution | None:
+        """The fit that is shown."""
+        return self._solution
+
+    def show_fit(self, solution: Solution | None, judgement: Judgement | None = None) -> None:
+        self._solution, self._judgement = solution, judgement
+        self._show_session()
+
+    def _show_session(self) -> None:
+        """Tables and plots, only when what they show has changed."""
+        session = self._session
+        if session is None or not self.query(CoefficientsPane):
+            # Left while it was being built: the innermost panes are not there.
+            return
+        shown = (
+            session.header,
+            session.points,
+            session.fits,
+            session.ref_checks,
+            session.clock_sets,
+            session.checks,
+            session.uploads,
+            id(self._solution),
+            id(self._judgement),
+        )
+        if shown == self._shown:
+            return
+        self._shown = shown
+        self._version += 1
+        self.query_one(CoefficientsPane).show_fit(session, self._solution, self._judgement)
+        table = points_table(session.header, session.points, self._solution).split("\n")
+        # The table's heading and rule stay in view.
+        self.query_one("#points", TextLines).show(table, pinned=2 if len(table) > 2 else 0)
+        self.query_one("#checks", TextLines).show(check_lines(session))
+        self._show_plots()
+
+    def _show_plots(self) -> None:
+        session = self._session
+        if session is None:
+            return
+        first = PLOTS[0] if self.wide and self._room_for_second else PLOTS[self.plot]
+        for place, kind in (("#plot", first), ("#second", PLOTS[self._second])):
+            what = (kind, self._version)
+            draw = drawing(kind, session, self._solution, self._judgement)
+            self.query_one(place, AnsiPlot).show(draw, what)
+
+    # -- what is in view ---------------------------------------------------------------------
+
+    @property
+    def _room_for_second(self) -> bool:
+        return self.app.size.height >= SECOND_PLOT_ROWS
+
+    def next_plot(self) -> str:
+        """Go to the next plot; its name."""
+        if self.wide and self._room_for_second:
+            self._second = self._second % (len(PLOTS) - 1) + 1
+            name = PLOTS[self._second]
+        elif not self.wide and self.tab != "plot":
+            self.tab = "plot"
+            name = PLOTS[self.plot]
+        else:
+            self.plot = (self.plot + 1) % len(PLOTS)
+            name = PLOTS[self.plot]
+        self._show_plots()
+        return name
+
+    def watch_tab(self) -> None:
+        if self.is_mounted:
+            self._arrange()
+
+    def next_tab(self, step: int = 1) -> None:
+        names = [name for name, _ in TABS]
+        self.tab = names[(names.index(self.tab) + step) % len(names)]
+
+    def _arrange(self) -> None:
+        """Show all panes, or the one whose tab is open."""
+        self.set_class(self.wide, "-wide")
+        for name, side in self.PANES.items():
+            self.query_one(f"#{name}").display = self.wide or name == self.tab
+            if not self.wide and name == self.tab:
+                self.query_one("#left").display = side == "left"
+                self.query_one("#right").display = side == "right"
+        if self.wide:
+            self.query_one("#left").display = self.query_one("#right").display = True
+            # These two share a place.
+            self.query_one("#points").display = self.tab != "checks"
+            self.query_one("#checks").display = self.tab == "checks"
+        self.query_one("#second").display = self.wide and self._room_for_second
+        for name, _ in TABS:
+            self.query_one(f"#tab-{name}", Tab).mark(name == self.tab)
+        self._show_plots()
+
+
+def drawing(
+    kind: str, session: SessionView, solution: Solution | None, judgement: Judgement | None = None
+) -> Draw:
+    """How to draw one of ``PLOTS`` for a session as it stands."""
+    if kind == "forecast":
+        return lambda width, height, colour, theme: (
+            forecast_map(
+                judgement.forecast,
+                width,
+                height,
+                colour,
+                "light" if theme == "light" else "phosphor",
+                session.header.tolerance_deg,
+            )
+            if judgement is not None
+            else "The forecast of the year comes with the first point."
+        )
+    if kind == "history":
+        return lambda width, height, colour, theme: convergence_plot(
+            session.fits, width, height, colour, "light" if theme == "light" else "phosphor"
+        )
+    plot = {"error": error_plot, "residuals": residual_plot, "sky map": sky_map}[kind]
+
+    def draw(width: int, height: int, colour: bool, theme: str) -> str:
+        data = session_plot_data(session.header, session.points, solution)
+        return plot(data, width, height, colour, "light" if theme == "light" else "phosphor")
+
+    return draw
+
+
+def check_lines(session: SessionView) -> list[str]:
+    """What proves the points: clocks, reference checks, uploads, check points, evidence."""
+    lines = ["Clock", *clocks_table(session.clock_sets).split("\n"), "", "Reference checks"]
+    lines += ref_checks_table(session.ref_checks).split("\n")
+    for upload in session.uploads:
+        lines += ["", "Upload", *upload_table(upload).split("\n")]
+    if session.checks:
+        lines += ["", "Check points"]
+        lines += checks_table(session.checks, session.header.tolerance_deg).split("\n")
+    if said := evidence(session):
+        lines += ["", "Evidence"]
+        for sentence in said:
+            lines += wrapped(f"* {sentence}", hang=2)
+    return lines
