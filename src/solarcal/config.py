@@ -18,6 +18,7 @@ import platformdirs
 from solarcal.errors import ConfigurationError
 from solarcal.timescale import parse_utc
 from solarcal.toml_text import parse_toml
+from solarcal.unit.drivers import DEFAULT_DRIVER, has_line
 
 APP = "solarcal"
 REMEMBERED_LINES = 200
@@ -83,7 +84,7 @@ class Choice(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     """
 
     port: str = ""
-    driver: str = "solartrak"
+    driver: str = DEFAULT_DRIVER
     baudrate: int = 9600
     scenario: str = ""
     settings: tuple[str, ...] = ()
@@ -99,9 +100,9 @@ class Choice(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
         if self.replay:
             return f"replay {Path(self.replay).name}"
         what = f"emulated tracker {self.scenario}" if self.scenario else f"unit on {self.port}"
-        if self.driver == "typed":
+        if not has_line(self.driver):
             what = "a unit by hand: type what its display shows"
-        elif self.driver != "solartrak":
+        elif self.driver != DEFAULT_DRIVER:
             what += f", driver {self.driver}"
         return f"continue {Path(self.session).name} ({what})" if self.session else what
 

@@ -4,9 +4,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from solarcal.errors import ConfigurationError
+from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, demand_driver
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from solarcal.emulator.scenario import Scenario
+    from solarcal.emulator.server import UnitOnALine
+    from solarcal.unit.link import Link
     from solarcal.unit.tracker import Tracker
 
 
@@ -20,7 +25,7 @@ class EmulatedUnit:
 
 def emulated_unit(
     scenario: str,
-    driver: str = "solartrak",
+    driver: str = DEFAULT_DRIVER,
     *,
     settings: tuple[str, ...] = (),
     start_utc_s: float | None = None,
@@ -38,12 +43,14 @@ def emulated_unit(
     from solarcal.emulator.scenario import load_scenario
 
     loaded = load_scenario(scenario, list(settings))
-    if driver == "rotctld":
-        return _rotator(loaded, start_utc_s, seed, noise_deg, speed)
-    if driver != "solartrak":
+    kind = demand_driver(driver)
+    if not kind.has_line:
         raise ConfigurationError(
-            f"there is no emulated unit for driver {driver}; leave --driver away, or name rotctld"
+            f"there is no emulated unit for driver {driver}; leave --driver away, or name "
+            f"{' or '.join(name for name, one in DRIVERS.items() if one.rotator)}"
         )
+    if kind.rotator is not None:
+        return _rotator(loaded, driver, start_utc_s, seed, noise_deg, speed)
     from solarcal.emulator.emulation import Emulator
     from solarcal.emulator.server import InProcessLink
     from solarcal.unit.drivers.solartrak import SolarTrakUnit
@@ -54,31 +61,51 @@ def emulated_unit(
     return EmulatedUnit(SolarTrakUnit(lambda: InProcessLink(emulator)), emulator.noise_deg)
 
 
+@dataclass(frozen=True, slots=True)
+class _InProcess:
+    """A line within this process; a ``Line``."""
+
+    unit: "UnitOnALine"
+    port: str
+
+    def link(self, url: str = "", lines_kept: int | None = None) -> "Callable[[], Link]":
+        from solarcal.emulator.server import InProcessLink
+
+        del url, lines_kept
+        return lambda: InProcessLink(self.unit)
+
+
 def _rotator(
     scenario: "Scenario",
+    driver: str,
     start_utc_s: float | None,
     seed: int,
     noise_deg: float | None,
     speed: float,
 ) -> EmulatedUnit:
     """A rotator, and the station in the place of its controller; P and O are kept in memory."""
-    from solarcal.emulator.rotator import EmulatedRotator
-    from solarcal.emulator.rotator_world import RotatorWorld
-    from solarcal.emulator.server import InProcessLink
+    from solarcal.emulator.rotator import EmulatedRotator, RotatorWorld
+    from solarcal.emulator.rotator_protocols import ROTATOR_PROTOCOLS
     from solarcal.mount_description import MountDescription
     from solarcal.station.emulated_clock import EmulatedClock
     from solarcal.station.software_controller.coefficient_store import MemoryStore
     from solarcal.station.software_controller.motion import ThreadPace
     from solarcal.station.software_controller.rotator_tracker import RotatorTracker
-    from solarcal.unit.drivers.rotctld import RotctldRotator
 
     rotator = EmulatedRotator(
-        scenario, start_utc_s=start_utc_s, seed=seed, noise_deg=noise_deg, speed=speed
+        scenario,
+        start_utc_s=start_utc_s,
+        seed=seed,
+        noise_deg=noise_deg,
+        speed=speed,
+        protocol=ROTATOR_PROTOCOLS[driver](),
     )
+    opener = DRIVERS[driver].rotator
+    assert opener is not None  # asked for by the only caller
     unit, world = scenario.unit, RotatorWorld(rotator)
     store = MemoryStore()
     tracker = RotatorTracker(
-        RotctldRotator(lambda: InProcessLink(rotator), "the emulated rotator"),
+        opener(_InProcess(rotator, "emulated")),
         unit.serial,
         MountDescription(
             ax1_centre_deg=unit.ax1_centre_deg,

@@ -8,7 +8,7 @@ from solarcal.mount_description import MountDescription
 from solarcal.plain_text import harmless
 from solarcal.profiles import NAME, Profile
 from solarcal.site import Site, Weather
-from solarcal.unit.drivers import DRIVERS
+from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS
 
 FIELDS: tuple[tuple[str, str, str], ...] = (
     ("name", "Profile name", "letters, digits, - and _"),
@@ -140,7 +140,7 @@ def profile_from_form(texts: Mapping[str, str], before: Profile | None = None) -
 
 
 def _driver(form: Mapping[str, str]) -> str:
-    name = form["driver"] or "solartrak"
+    name = form["driver"] or DEFAULT_DRIVER
     if name not in DRIVERS:
         raise FieldError("driver", f"{name!r} is none of {', '.join(DRIVERS)}")
     return name

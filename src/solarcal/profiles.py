@@ -10,6 +10,7 @@ from solarcal.errors import ConfigurationError
 from solarcal.inclinometer import Inclinometer
 from solarcal.mount_description import MountDescription
 from solarcal.site import Site, Weather
+from solarcal.unit.drivers import DEFAULT_DRIVER
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _-]{0,39}")
 """What a profile may be called: its name is that of its file."""
@@ -26,7 +27,7 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True):
     pointing_device: str = ""
     tolerance_deg: float = 0.1
     port: str = ""
-    driver: str = "solartrak"
+    driver: str = DEFAULT_DRIVER
     baudrate: int = 9600
     site: Site | None = None
     weather: Weather | None = None
@@ -42,7 +43,7 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True):
         else:
             parts.append("site as the unit says")
         parts.append(f"operator {self.operator}" if self.operator else "no operator named")
-        if self.driver != "solartrak":
+        if self.driver != DEFAULT_DRIVER:
             parts.append(f"driver {self.driver}")
         return ", ".join(parts)
 

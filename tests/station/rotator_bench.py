@@ -1,7 +1,6 @@
 """An emulated rotator commanded by the station, on a cable that can be pulled."""
 
-from solarcal.emulator.rotator import EmulatedRotator
-from solarcal.emulator.rotator_world import RotatorWorld
+from solarcal.emulator.rotator import EmulatedRotator, RotatorWorld
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
 from solarcal.errors import LinkError

@@ -16,6 +16,7 @@ from solarcal.cli.unit_options import (
     journal_creator,
     port,
 )
+from solarcal.unit.drivers import DEFAULT_DRIVER
 
 if TYPE_CHECKING:
     from solarcal.station.headless import Calibration
@@ -115,7 +116,7 @@ def tracker_for(args: argparse.Namespace) -> "Iterator[tuple[Tracker, str, float
 
     emulated = emulated_unit(
         args.scenario or DEFAULT_SCENARIO,
-        args.driver or "solartrak",
+        args.driver or DEFAULT_DRIVER,
         settings=tuple(args.settings),
         start_utc_s=start_utc_s(args),
         seed=args.seed,

@@ -15,6 +15,7 @@ from solarcal.cli.calibrate import (
 )
 from solarcal.cli.output import print_json, say
 from solarcal.cli.run import has_terminal, run_workstation
+from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS
 
 if TYPE_CHECKING:
     from solarcal.station.headless import Calibration
@@ -25,7 +26,8 @@ HELP = "the workstation on the built-in emulator; without a terminal a full head
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--scenario", metavar="NAME|FILE", default=DEFAULT_SCENARIO)
     parser.add_argument(
-        "--driver", choices=("solartrak", "rotctld"), default="solartrak",
+        "--driver", choices=tuple(name for name, one in DRIVERS.items() if one.has_line),
+        default=DEFAULT_DRIVER,
         help="what is emulated: a controller, or a rotator that knows nothing of the Sun",
     )  # fmt: skip
     add_emulator_arguments(parser)
@@ -72,7 +74,7 @@ def run_headless(args: argparse.Namespace) -> int:
     from solarcal.emulator.server import serve_pty
     from solarcal.station.connect import open_tracker
 
-    if args.driver != "solartrak":
+    if DRIVERS[args.driver].rotator is not None:
         return _print_calibration(args, _calibrated_in_process(args))
     scenario = load_scenario(args.scenario, args.settings)
     emulator = Emulator(

@@ -1,4 +1,4 @@
-"""``solarcal emulate``: the emulator as a separate process, on a pseudo-terminal or on TCP.
+"""``solarcal emulate``: an emulated unit as a separate process, on a pseudo-terminal or on TCP.
 
 The first line on stdout says where to connect to; then it serves until it is interrupted (Ctrl-C)
 or terminated, and removes the link it made.
@@ -6,8 +6,17 @@ or terminated, and removes the link it made.
 
 import argparse
 import sys
+from typing import TYPE_CHECKING
 
-HELP = "the emulator as a separate process"
+from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS
+
+if TYPE_CHECKING:
+    from solarcal.emulator.emulation import Emulator
+    from solarcal.emulator.rotator import EmulatedRotator
+    from solarcal.emulator.scenario import Scenario
+    from solarcal.emulator.server import UnitOnALine
+
+HELP = "an emulated unit as a separate process: a controller, or a rotator"
 
 LOOK_S = 0.2
 """How often the waiting thread looks whether it shall end."""
@@ -32,7 +41,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="tijeras-azel",
         help="one of `solarcal scenarios`, or a TOML file (default tijeras-azel)",
     )
+    parser.add_argument(
+        "--driver",
+        choices=tuple(name for name, driver in DRIVERS.items() if driver.has_line),
+        default=DEFAULT_DRIVER,
+        help="what it speaks; a rotator knows no Sun: the client is its controller",
+    )
     add_emulator_arguments(parser)
+    parser.add_argument(
+        "--watch",
+        type=float,
+        metavar="S",
+        help="rotators: print every S seconds where it reads, and how far off the Sun it points",
+    )
     parser.add_argument(
         "--faults",
         metavar="NAME=P,...",
@@ -42,10 +63,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--speed",
         type=float,
-        default=0.0,
         metavar="N",
-        help="virtual seconds a real second, 1 for a live unit; 0 (default): time moves only when "
-        "the station lets it (X ADVANCE)",
+        help="virtual seconds a real second; 1 is a live unit, and the default for rotators; 0, "
+        "the default for a controller: time moves only when the station lets it (X ADVANCE)",
     )
 
 
@@ -54,8 +74,6 @@ def run(args: argparse.Namespace) -> int:
     import signal
     import threading
 
-    from solarcal.cli.calibrate import start_utc_s
-    from solarcal.emulator.emulation import Emulator
     from solarcal.emulator.line_faults import FaultyLine, line_faults
     from solarcal.emulator.scenario import load_scenario
     from solarcal.emulator.server import exposure, serve_pty, serve_tcp, tcp_address
@@ -67,26 +85,92 @@ def run(args: argparse.Namespace) -> int:
         raise ConfigurationError(
             "a pseudo-terminal cannot hang up and come back; give --tcp with hung_up"
         )
-    emulator = Emulator(
-        load_scenario(args.scenario, args.settings),
-        start_utc_s=start_utc_s(args),
-        seed=args.seed,
-        noise_deg=args.noise_deg,
-        speed=args.speed,
-    )
+    if args.watch is not None and not 0.1 <= args.watch <= 3600.0:
+        raise ConfigurationError(f"--watch {args.watch:g}: give seconds between 0.1 and 3600")
+    scenario = load_scenario(args.scenario, args.settings)
+    rotator = None
+    line: UnitOnALine
+    if DRIVERS[args.driver].rotator is not None:
+        if faults is not None:
+            raise ConfigurationError("--faults is for the controller's protocol, not for rotators")
+        line = rotator = _rotator(args, scenario)
+    else:
+        if args.watch is not None:
+            raise ConfigurationError("--watch is for rotators; a controller is asked by X SPOT")
+        emulator = _controller(args, scenario)
+        line = FaultyLine(emulator, faults, seed=args.seed) if faults is not None else emulator
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: ended.set())
-    line = FaultyLine(emulator, faults, seed=args.seed) if faults is not None else emulator
     if address and (warning := exposure(address[0])):
         print(f"solarcal: {warning}", file=sys.stderr)
     serving = serve_tcp(line, *address) if address else serve_pty(line, args.pty)
     with serving as port:
         print(f"connect to {port}", flush=True)
-        print(f"  solarcal calibrate --port {port}", flush=True)
+        print(f"  {_client(args.driver, port)}", flush=True)
         # In steps: a signal that another thread took wakes this one only when it looks itself.
+        left_s = 0.0
         while not ended.wait(LOOK_S):
-            pass
+            left_s -= LOOK_S
+            if rotator is not None and args.watch is not None and left_s <= 0.0:
+                left_s = args.watch
+                print(_seen(rotator), flush=True)
     if isinstance(line, FaultyLine):
         print(f"line faults: {line.damages} in {line.frames} pieces of the stream", file=sys.stderr)
     return 0
+
+
+def _controller(args: argparse.Namespace, scenario: "Scenario") -> "Emulator":
+    from solarcal.cli.calibrate import start_utc_s
+    from solarcal.emulator.emulation import Emulator
+
+    return Emulator(
+        scenario,
+        start_utc_s=start_utc_s(args),
+        seed=args.seed,
+        noise_deg=args.noise_deg,
+        speed=args.speed or 0.0,
+    )
+
+
+def _rotator(args: argparse.Namespace, scenario: "Scenario") -> "EmulatedRotator":
+    """It begins now: its client goes by the real clock and the real Sun."""
+    from solarcal.cli.calibrate import start_utc_s
+    from solarcal.clock import SystemClock
+    from solarcal.emulator.rotator import EmulatedRotator
+    from solarcal.emulator.rotator_protocols import ROTATOR_PROTOCOLS
+
+    start_s = start_utc_s(args)
+    return EmulatedRotator(
+        scenario,
+        start_utc_s=SystemClock().utc_s() if start_s is None else start_s,
+        seed=args.seed,
+        noise_deg=args.noise_deg,
+        speed=1.0 if args.speed is None else args.speed,
+        protocol=ROTATOR_PROTOCOLS[args.driver](),
+    )
+
+
+def _client(driver: str, port: str) -> str:
+    """What to say to reach it."""
+    if driver == DEFAULT_DRIVER:
+        return f"solarcal calibrate --port {port}"
+    return f"solarcal run --driver {driver} --port {port} --site FILE"
+
+
+def _seen(rotator: "EmulatedRotator") -> str:
+    """One line of ``--watch``: where it reads, and where the Sun stands on its sunspot device."""
+    from solarcal.timescale import format_utc
+
+    with rotator.time.turn:
+        rotator.catch_up()
+        utc_s = rotator.world.true_utc_s(rotator.time.now_s())
+        azimuth, elevation = rotator.stands_deg()
+    spot = rotator.spot()
+    # Axis 1 counts from South towards East, axis 2 from the zenith down.
+    seen = (
+        f"Sun at az {-spot.error1_deg + 0.0:+.3f}, el {-spot.error2_deg + 0.0:+.3f} deg from there"
+        if spot.visible
+        else "no Sun on the sunspot device"
+    )
+    return f"{format_utc(utc_s, 0)}  reads az {azimuth:.2f} el {elevation:.2f} deg; {seen}"

@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from solarcal.unit.drivers import DEFAULT_DRIVER, demand_driver
+
 if TYPE_CHECKING:
     from solarcal.profiles import Profile
     from solarcal.session.journal import Journal
@@ -69,8 +71,8 @@ def asked_driver(args: argparse.Namespace, profile: "Profile | None") -> str:
     """
     from solarcal.errors import ConfigurationError
 
-    driver = args.driver or (profile.driver if profile is not None else "solartrak")
-    if args.input and driver != "typed":
+    driver = args.driver or (profile.driver if profile is not None else DEFAULT_DRIVER)
+    if args.input and demand_driver(driver).has_line:
         raise ConfigurationError(f"--input is for --driver typed; driver {driver} has a line")
     return str(driver)
 

@@ -1,15 +1,22 @@
-"""An emulated rotator behind rotctld: the same hidden world, with a machine that knows nothing.
+"""An emulated rotator: the same hidden world, with a machine that knows nothing.
 
-No Sun, no clock, no switches, no P and O: absolute encoders, two motors, a range, and the part of
-rotctld's extended protocol that Hamlib's own answers in the same words. A motion goes on when the
-connection is gone, as it does there.
+No Sun, no clock, no switches, no P and O: absolute encoders, two motors, a range, and a protocol
+(``emulator.rotator_protocols``). A motion goes on when the connection is gone.
+
+``RotatorWorld`` is the world around it as a station in the same process meets it. That station is
+the controller, so virtual time must not run past what it would do meanwhile: time passes in pieces,
+and the station acts between them.
 """
 
+import math
 from collections.abc import Callable
+from typing import Protocol
 
 from solarcal.emulator.controller import Controller
 from solarcal.emulator.emulation import almanac, told_truth
+from solarcal.emulator.emulator_requests import MAX_SPEED
 from solarcal.emulator.motor import Motor
+from solarcal.emulator.rotator_protocols import RotatorProtocol, RotctldProtocol
 from solarcal.emulator.scenario import Scenario
 from solarcal.emulator.true_error import TrueError
 from solarcal.emulator.virtual_time import VirtualTime
@@ -21,10 +28,7 @@ from solarcal.mount.limits import AxisLimits
 from solarcal.unit.frames import LineBuffer
 from solarcal.unit.tracker import EmulatedSky, Spot, Truth
 
-MODEL = 9001
-"""No model of Hamlib's."""
-
-INVALID, CANNOT = -1, -11
+SHORTEST_PIECE_S = 0.05
 
 
 class _Axis:
@@ -58,6 +62,7 @@ class EmulatedRotator:
     Parameters
     ----------
     start_utc_s, seed, noise_deg, speed, monotonic : as of ``Emulator``.
+    protocol : what it speaks; rotctld's by default.
 
     Raises
     ------
@@ -74,6 +79,7 @@ class EmulatedRotator:
         noise_deg: float | None = None,
         speed: float = 0.0,
         monotonic: Callable[[], float] | None = None,
+        protocol: RotatorProtocol | None = None,
     ) -> None:
         if noise_deg is not None:
             scenario = scenario.with_settings([f"truth.noise_deg={noise_deg!r}"])
@@ -106,6 +112,7 @@ class EmulatedRotator:
         self.azimuth = AxisLimits(180.0 - high1, 180.0 - low1)
         self.elevation = AxisLimits(90.0 - high2, 90.0 - low2)
         self.time = VirtualTime(self.settle, speed, monotonic)
+        self._protocol = protocol if protocol is not None else RotctldProtocol()
         self._input = LineBuffer()
         self.silent = False
         """A fault: it hears, and answers nothing."""
@@ -121,7 +128,11 @@ class EmulatedRotator:
         """Lines of the replies, each with its line end."""
         with self.time.turn:
             self.catch_up()
-            lines = [reply for line in self._input.feed(data) for reply in self._answer(line)]
+            lines = [
+                reply
+                for line in self._input.feed(data)
+                for reply in self._protocol.answer(self, line)
+            ]
             return [] if self.silent else [line.encode("ascii") + b"\n" for line in lines]
 
     def catch_up(self) -> None:
@@ -132,80 +143,36 @@ class EmulatedRotator:
         """Half a line is forgotten; what moves goes on."""
         self._input = LineBuffer()
 
-    def _answer(self, line: bytes) -> list[str]:
-        text = line.decode("ascii", errors="replace")
-        name, *arguments = text.removeprefix("+\\").split()
-        if not text.startswith("+\\") or name not in self._WORDS:
-            # rotctld says nothing to what it does not know.
-            return []
+    # --- the machine --------------------------------------------------------------------------
+
+    def stands_deg(self) -> tuple[float, float]:
+        """Azimuth and elevation as its encoders read them."""
         now_s = self.time.now_s()
-        answer = self._WORDS[name](self, arguments, now_s)
-        body = answer if isinstance(answer, list) else []
-        result = 0 if isinstance(answer, list) else answer
-        return [f"{name}: {' '.join(arguments)}".rstrip(), *body, f"RPRT {result}"]
+        axis1, axis2 = self._axes
+        return 180.0 - axis1.reading_deg(now_s), 90.0 - axis2.reading_deg(now_s)
 
-    def _get_pos(self, arguments: list[str], now_s: float) -> list[str]:
-        del arguments
-        azimuth, elevation = self.stands_deg(now_s)
-        return [f"Azimuth: {azimuth:.2f}", f"Elevation: {elevation:.2f}"]
-
-    def _set_pos(self, arguments: list[str], now_s: float) -> list[str] | int:
-        try:
-            azimuth, elevation = (float(text) for text in arguments)
-        except ValueError:
-            return INVALID
-        reach = min(self.azimuth.distance_deg(azimuth), self.elevation.distance_deg(elevation))
+    def go_to(self, azimuth_deg: float, elevation_deg: float) -> bool:
+        """Set out for a direction; False where that is beyond its range."""
+        reach = min(
+            self.azimuth.distance_deg(azimuth_deg), self.elevation.distance_deg(elevation_deg)
+        )
         if not reach >= 0.0:
-            return INVALID
-        self._axes[0].go_to(180.0 - azimuth, now_s)
-        self._axes[1].go_to(90.0 - elevation, now_s)
-        return []
+            return False
+        self._drive((180.0 - azimuth_deg, 90.0 - elevation_deg))
+        return True
 
-    def _stop(self, arguments: list[str], now_s: float) -> list[str]:
-        del arguments
+    def stop(self) -> None:
         for axis in self._axes:
-            axis.stop(now_s)
-        return []
+            axis.stop(self.time.now_s())
 
-    def _park(self, arguments: list[str], now_s: float) -> list[str]:
-        del arguments
+    def park(self) -> None:
         unit = self.scenario.unit
-        self._axes[0].go_to(unit.stow1_deg, now_s)
-        self._axes[1].go_to(unit.stow2_deg, now_s)
-        return []
+        self._drive((unit.stow1_deg, unit.stow2_deg))
 
-    def _state(self, arguments: list[str], now_s: float) -> list[str]:
-        del arguments, now_s
-        return [
-            "rotctld Protocol Ver: 1",
-            f"Rotor Model: {MODEL}",
-            f"Minimum Azimuth: {self.azimuth.low_deg:f}",
-            f"Maximum Azimuth: {self.azimuth.high_deg:f}",
-            f"Minimum Elevation: {self.elevation.low_deg:f}",
-            f"Maximum Elevation: {self.elevation.high_deg:f}",
-            "South Zero: 0",
-            "rot_type=AzEl",
-            "done",
-        ]
-
-    def _caps(self, arguments: list[str], now_s: float) -> list[str]:
-        del arguments, now_s
-        return [
-            f"Caps dump for model:\t{MODEL}",
-            "Model name:\t\tRotator",
-            "Mfg name:\t\tEmulated",
-            "Backend version:\t1.0",
-            "Rot type:\t\tAz-El",
-        ]
-
-    _WORDS = {  # noqa: RUF012
-        "get_pos": _get_pos,
-        "set_pos": _set_pos,
-        "stop": _stop,
-        "park": _park,
-        "dump_state": _state,
-        "dump_caps": _caps,
-    }
+    def _drive(self, readings_deg: tuple[float, float]) -> None:
+        now_s = self.time.now_s()
+        for axis, goal_deg in zip(self._axes, readings_deg, strict=True):
+            axis.go_to(goal_deg, now_s)
 
     # --- the world ----------------------------------------------------------------------------
 
@@ -214,11 +181,6 @@ class EmulatedRotator:
         now_s = self.time.now_s()
         while (next_s := self.world.next_event_s()) <= now_s:
             self.world.happen(next_s)
-
-    def stands_deg(self, now_s: float) -> tuple[float, float]:
-        """Azimuth and elevation as its encoders read them."""
-        axis1, axis2 = self._axes
-        return 180.0 - axis1.reading_deg(now_s), 90.0 - axis2.reading_deg(now_s)
 
     def spot(self) -> Spot:
         """One look at the sunspot device."""
@@ -237,3 +199,73 @@ class EmulatedRotator:
             model.remember(coefficients, offsets)
             model.set_clock(self.world.laptop_utc_s(now_s), now_s)
             return told_truth(self.world, self._true_error, now_s)
+
+
+class StandIn(Protocol):
+    """Who commands the rotator: acts when something is due, and knows P and O."""
+
+    def act(self) -> None: ...
+
+    def next_act_s(self) -> float:
+        """Seconds from now until something is due; infinite where nothing is."""
+        ...
+
+    def in_force(self) -> tuple[Coefficients, Offsets]: ...
+
+
+class RotatorWorld:
+    """``Emulation`` of a rotator: time, the eye on the spot, the truth.
+
+    Attributes
+    ----------
+    stand_in : who commands; nobody until it is set.
+    """
+
+    def __init__(self, rotator: EmulatedRotator) -> None:
+        self.stand_in: StandIn | None = None
+        self._rotator = rotator
+
+    def time(self) -> tuple[float, float]:
+        rotator = self._rotator
+        with rotator.time.turn:
+            rotator.catch_up()
+            now_s = rotator.time.now_s()
+            return rotator.world.true_utc_s(now_s), rotator.world.laptop_utc_s(now_s)
+
+    def speed(self) -> float:
+        return self._rotator.time.speed()
+
+    def set_speed(self, speed: float) -> float:
+        if not 0.0 <= speed <= MAX_SPEED:
+            raise ConfigurationError(f"virtual time cannot run {speed} times as fast")
+        self._rotator.time.set_speed(speed)
+        return speed
+
+    def advance(self, seconds: float) -> tuple[float, float]:
+        if not 0.0 <= seconds < math.inf:
+            raise ConfigurationError(f"virtual time cannot be advanced by {seconds} s")
+        left_s = seconds
+        while left_s > 0.0:
+            due_s = self.stand_in.next_act_s() if self.stand_in is not None else math.inf
+            piece_s = min(left_s, max(due_s, SHORTEST_PIECE_S))
+            self._rotator.time.advance(piece_s)
+            left_s -= piece_s
+            if self.stand_in is not None and piece_s >= due_s:
+                self.stand_in.act()
+        return self.time()
+
+    def spot(self) -> Spot:
+        return self._rotator.spot()
+
+    def sky(self) -> EmulatedSky:
+        return self._rotator.sky()
+
+    def truth(self) -> Truth:
+        nothing = (Coefficients(), Offsets())
+        in_force = self.stand_in.in_force() if self.stand_in is not None else nothing
+        return self._rotator.truth(*in_force)
+
+    def fault(self, name: str) -> None:
+        if name not in ("mute", "none"):
+            raise ConfigurationError("faults of an emulated rotator are: mute none")
+        self._rotator.silent = name == "mute"

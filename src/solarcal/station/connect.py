@@ -14,7 +14,7 @@ from solarcal.mount_description import MountDescription
 from solarcal.profiles import Profile
 from solarcal.site import Site
 from solarcal.station.typed.forms import Display
-from solarcal.unit.drivers import demand_driver
+from solarcal.unit.drivers import DEFAULT_DRIVER, Driver, demand_driver
 from solarcal.unit.link import LINES_KEPT, Link, SerialLink
 from solarcal.unit.tracker import Tracker
 
@@ -28,21 +28,24 @@ class Connection:
     """
 
     port: str = ""
-    driver: str = "solartrak"
+    driver: str = DEFAULT_DRIVER
     baudrate: int = 9600
     trace: str | Path | None = None
     profile: Profile | None = None
     display: Display | None = None
     clock: Clock | None = None
 
-    def link(self, url: str = "", lines_kept: int = LINES_KEPT) -> Callable[[], Link]:
+    def link(self, url: str = "", lines_kept: int | None = None) -> Callable[[], Link]:
         """What opens the line, to this port or to the URL a driver makes of it."""
         return lambda: SerialLink(
-            url or self.port, baudrate=self.baudrate, trace=self.trace, lines_kept=lines_kept
+            url or self.port,
+            baudrate=self.baudrate,
+            trace=self.trace,
+            lines_kept=lines_kept or LINES_KEPT,
         )
 
-    def demand_port(self, example: str) -> str:
-        """The port.
+    def demand_port(self, example: str) -> None:
+        """Refuse to go on without a port.
 
         Raises
         ------
@@ -53,7 +56,6 @@ class Connection:
             raise ConfigurationError(
                 f"driver {self.driver} needs a port: give --port, e.g. {example}"
             )
-        return self.port
 
     def demand_site(self) -> Site:
         """The site of the profile.
@@ -93,7 +95,7 @@ class Connection:
 
 def open_tracker(
     port: str,
-    driver: str = "solartrak",
+    driver: str = DEFAULT_DRIVER,
     trace: str | Path | None = None,
     baudrate: int = 9600,
     profile: Profile | None = None,
@@ -110,9 +112,8 @@ def open_tracker(
     LinkError
         The port cannot be opened, or nobody answers in the driver's protocol.
     """
-    demand_driver(driver)
-    way = Connection(port, driver, baudrate, trace, profile, display, clock)
-    tracker = _DRIVERS[driver](way)
+    connection = Connection(port, driver, baudrate, trace, profile, display, clock)
+    tracker = _tracker(connection, demand_driver(driver))
     try:
         tracker.open()
     except BaseException:
@@ -121,40 +122,23 @@ def open_tracker(
     return tracker
 
 
-def _solartrak(way: Connection) -> Tracker:
-    from solarcal.unit.drivers.solartrak import SolarTrakUnit
+def _tracker(connection: Connection, driver: Driver) -> Tracker:
+    if driver.has_line:
+        connection.demand_port(driver.example)
+    if driver.tracker is not None:
+        return driver.tracker(connection)
+    # Neither a rotator nor a display knows the Sun: the station computes it for the site.
+    clock = connection.clock or SystemClock()
+    if driver.rotator is None:
+        from solarcal.station.typed.unit import TypedUnit
 
-    port = way.demand_port("/dev/ttyUSB0")
-    return SolarTrakUnit(way.link(), port=port)
+        display, site = connection.demand_display(), connection.demand_site()
+        return TypedUnit(site, connection.mount(), display, clock)
 
-
-def _typed(way: Connection) -> Tracker:
-    from solarcal.station.typed.unit import TypedUnit
-
-    display, site = way.demand_display(), way.demand_site()
-    return TypedUnit(site, way.mount(), display, way.clock or SystemClock())
-
-
-def _rotctld(way: Connection) -> Tracker:
     from solarcal.station.software_controller.coefficient_store import FileStore
     from solarcal.station.software_controller.rotator_tracker import RotatorTracker
-    from solarcal.unit.drivers.rotctld import LINES_KEPT as OF_DUMP_CAPS
-    from solarcal.unit.drivers.rotctld import RotctldRotator, rotctld_address
 
-    address = rotctld_address(way.demand_port("localhost:4533"))
-    site, mount = way.demand_site(), way.mount()
-    return RotatorTracker(
-        RotctldRotator(way.link(f"socket://{address}", lines_kept=OF_DUMP_CAPS), address),
-        mount.unit_name or address,
-        mount,
-        site,
-        way.clock or SystemClock(),
-        FileStore.of_unit,
-    )
-
-
-_DRIVERS: dict[str, Callable[[Connection], Tracker]] = {
-    "solartrak": _solartrak,
-    "typed": _typed,
-    "rotctld": _rotctld,
-}
+    rotator = driver.rotator(connection)
+    site, mount = connection.demand_site(), connection.mount()
+    serial = mount.unit_name or rotator.where
+    return RotatorTracker(rotator, serial, mount, site, clock, FileStore.of_unit)

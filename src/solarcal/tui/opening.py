@@ -16,6 +16,7 @@ from solarcal.config import Choice, file_stem, new_session_path, sessions_dir
 from solarcal.errors import ConfigurationError, SolarcalError
 from solarcal.plain_text import harmless
 from solarcal.profiles import Profile
+from solarcal.unit.drivers import demand_driver
 
 if TYPE_CHECKING:
     from solarcal.session.journal import Journal
@@ -95,7 +96,7 @@ def open_line(
 
     with contextlib.ExitStack() as resources:
         tracker: Tracker
-        if choice.scenario and choice.driver != "solartrak":
+        if choice.scenario and demand_driver(choice.driver).rotator is not None:
             tracker = _emulated_unit(choice)
         else:
             url = choice.port

@@ -15,7 +15,7 @@ from solarcal.mount.limits import AxisLimits
 Direction = tuple[float, float]
 
 READ_OUT_DEG = 0.01
-"""The last digit of the read-outs."""
+"""The last digit of most read-outs."""
 
 
 class RotatorIdentity(msgspec.Struct, frozen=True):
@@ -25,10 +25,15 @@ class RotatorIdentity(msgspec.Struct, frozen=True):
     version: str
     azimuth: AxisLimits
     elevation: AxisLimits
+    read_out_deg: float = READ_OUT_DEG
+    """The last digit of its read-outs."""
 
 
 class Rotator(Protocol):
     """Methods raise ``LinkError``, ``ProtocolError`` or ``UnitRefused``; from several threads."""
+
+    where: str
+    """What messages call it; in sessions its serial number, where it has no name."""
 
     def open(self) -> RotatorIdentity:
         """Open the line and learn who is there; again after a lost link."""

@@ -33,7 +33,7 @@ def test_nothing_moves_because_it_was_connected():
 def test_read_outs_are_the_rotators_own_and_counts_their_nominal_ones():
     bench = RotatorBench(reference1_deg=100.0, reference2_deg=80.0, drive1="rotary:250")
     status = bench.open().status()
-    azimuth, elevation = bench.rotator.stands_deg(0.0)
+    azimuth, elevation = bench.rotator.stands_deg()
     assert (status.reading1_deg, status.reading2_deg) == pytest.approx(
         (180.0 - azimuth, 90.0 - elevation), abs=0.0051
     )

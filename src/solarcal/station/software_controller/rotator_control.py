@@ -45,7 +45,13 @@ class RotatorControl:
     thread at any time, and nothing decided before them moves anything after.
     """
 
-    def __init__(self, rotator: Rotator, axes: AzElAxes, model: SoftwareControllerModel) -> None:
+    def __init__(
+        self,
+        rotator: Rotator,
+        axes: AzElAxes,
+        model: SoftwareControllerModel,
+        read_out_deg: float = READ_OUT_DEG,
+    ) -> None:
         parameters = model.parameters
         self.model = model
         self.mode = Mode.MANUAL
@@ -57,7 +63,7 @@ class RotatorControl:
         self._references = (parameters.reference1_deg, parameters.reference2_deg)
         drives = (parameters.drive1, parameters.drive2)
         self.watches = tuple(
-            MotionWatch(1.5 * max(_count_deg(drive, reference), READ_OUT_DEG))
+            MotionWatch(1.5 * max(_count_deg(drive, reference), read_out_deg))
             for drive, reference in zip(drives, self._references, strict=True)
         )
         self._drives = drives

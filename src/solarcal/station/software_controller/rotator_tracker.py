@@ -116,7 +116,7 @@ class RotatorTracker:
                 # It was on its way when the line went, and went on without anybody watching.
                 self._rotator.stop()
                 self._interrupted = False
-            self._control = RotatorControl(self._rotator, axes, model)
+            self._control = RotatorControl(self._rotator, axes, model, told.read_out_deg)
             self._control.look()
             self._pace.begin(self)
             return UnitIdentity(

@@ -19,18 +19,13 @@ from solarcal.tui.base import StationScreen
 from solarcal.tui.messages import MenuEntriesFound
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine
-from solarcal.unit.drivers import DRIVERS
+from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, has_line
 
 REPLAYS_SHOWN = 20
 BY_HAND = ("A real SolarTrak: type what its display shows", Choice(driver="typed"))
 
-ON_A_LINE = tuple(name for name in DRIVERS if name != BY_HAND[1].driver)
+ON_A_LINE = tuple(name for name, driver in DRIVERS.items() if driver.has_line)
 """The drivers of what has an address."""
-
-ADDRESS_HINTS = {
-    "solartrak": "device, socket:// or rfc2217://host:port",
-    "rotctld": "host or host:port of Hamlib's rotctld",
-}
 
 
 class StartScreen(StationScreen):
@@ -61,7 +56,7 @@ class StartScreen(StationScreen):
         super().__init__()
         self._choices: dict[str, Choice] = {}
         self._continue: str = ""
-        self._driver = "solartrak"
+        self._driver = DEFAULT_DRIVER
         self._offers: Any = None
 
     def compose(self) -> ComposeResult:
@@ -70,7 +65,7 @@ class StartScreen(StationScreen):
         yield OptionList(id="choices")
         with Horizontal(id="address"):
             yield Static("Other line [a]:", markup=False)
-            yield Input(placeholder=ADDRESS_HINTS["solartrak"], compact=True)
+            yield Input(placeholder=DRIVERS[DEFAULT_DRIVER].address, compact=True)
             yield Static("", id="driver", markup=False)
         yield LogLine(id="log")
         yield ActionFooter(
@@ -125,10 +120,10 @@ class StartScreen(StationScreen):
 
     def _use_driver(self, name: str) -> None:
         """How what is opened next is talked to; what is remembered keeps its own driver."""
-        self._driver = name if name in ON_A_LINE else "solartrak"
+        self._driver = name if name in ON_A_LINE else DEFAULT_DRIVER
         name = self._driver
         self.query_one("#driver", Static).update(f"Driver [d]: {name}")
-        self.query_one(Input).placeholder = ADDRESS_HINTS.get(name, ADDRESS_HINTS["solartrak"])
+        self.query_one(Input).placeholder = DRIVERS[self._driver].address
         self._offer(self._offers)
 
     def _by_driver(self, entries: list[tuple[str, Choice]]) -> list[tuple[str, Choice]]:
@@ -171,16 +166,16 @@ class StartScreen(StationScreen):
         if last is not None:
             yield "Last time", [(last.words(), last)]
         ports = self._by_driver(list(offers.ports)) if offers is not None else []
-        if app.profile.port and app.profile.driver != "typed":
+        if app.profile.port and has_line(app.profile.driver):
             mine = Choice(
                 port=app.profile.port, driver=app.profile.driver, baudrate=app.profile.baudrate
             )
             ports.insert(0, (f"{app.profile.port}  as in the profile", mine))
-        if app.profile.driver == "typed":
+        if not has_line(app.profile.driver):
             yield "No line at all, as in the profile", [BY_HAND]
         heading = "Serial ports" if ports else "Serial ports: none found"
         yield heading, ports or [("look again", Choice())]
-        if app.profile.driver != "typed":
+        if has_line(app.profile.driver):
             yield "No line at all", [BY_HAND]
         if offers is not None:
             yield "Emulated trackers, to learn and to try", self._by_driver(offers.scenarios)
@@ -194,7 +189,7 @@ class StartScreen(StationScreen):
             return
         if choice == Choice():
             self.look_up()
-        elif choice.session and not (choice.port or choice.scenario or choice.driver == "typed"):
+        elif choice.session and not (choice.port or choice.scenario or not has_line(choice.driver)):
             self._continue = choice.session
             self.tell("Choose the line its unit is on. Escape: back to all choices.")
             self.look_up()
