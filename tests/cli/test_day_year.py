@@ -215,19 +215,19 @@ def test_year_without_limits_and_beyond_the_polar_circle(
 @pytest.mark.parametrize(
     ("argv", "says"),
     [
-        (("energy", "--lat", "95"), "latitude 95 is not between -90 and 90"),
-        (("energy", "--day", "400"), "day 400 is not between 0 and 366"),
+        (("energy", "--lat", "95"), "--lat: 95 is not between -90 and 90"),
+        (("energy", "--day", "400"), "--day: 400 is not between 0 and 366"),
         (("energy", "--normal", "0", "0", "0"), "normal is zero"),
-        (("energy", "--tilt", "200"), "tilt 200 deg"),
-        (("energy", "--facing", "90"), "--facing says where a --tilt leans to"),
+        (("energy", "--tilt", "200"), "--tilt: 200 is not between 0 and 180"),
+        (("energy", "--facing", "90"), "--facing: says where a --tilt leans to"),
         (("energy", "--acceptance", "0.5"), "give --pointing-error too"),
         (("energy", "--date", "the 1st"), "is not a date and time"),
-        (("year", *TIJERAS, "--year", "1800"), "year 1800"),
-        (("day", "--lat", "95", "--lon", "0"), "latitude 95 is not between -90 and 90"),
+        (("year", *TIJERAS, "--year", "1800"), "--year: 1800 is not"),
+        (("day", "--lat", "95", "--lon", "0"), "--lat: 95 is not between -90 and 90"),
         (("day", *TIJERAS, "--limits1", "60", "-60"), "leave an axis no room"),
-        (("day", *TIJERAS, "--every", "0"), "--every 0"),
-        (("day", *TIJERAS, "--lowest", "90"), "--lowest 90"),
-        (("day", *TIJERAS, "--geometry", "boat"), "unknown geometry 'boat'"),
+        (("day", *TIJERAS, "--every", "0"), "--every: 0 is not"),
+        (("day", *TIJERAS, "--lowest", "90"), "--lowest: 90 is not"),
+        (("day", *TIJERAS, "--geometry", "boat"), "--geometry: 'boat' is none of azel"),
     ],
 )
 def test_bad_input_is_answered_in_one_clear_line(

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from solarcal.cli import build_parser
-from solarcal.tui.calculators.catalogue import BY_ID
+from solarcal.instruments.catalogue import BY_ID
 
 INVENTORY = json.loads(Path(__file__).with_name("inventory.json").read_text(encoding="utf-8"))
 
@@ -34,6 +34,6 @@ def test_a_command_still_takes_every_option(line):
 
 @pytest.mark.parametrize("name", INVENTORY["forms"])
 def test_a_form_still_has_every_field_and_choice(name):
-    fields = {field.name: set(field.choices) for field in BY_ID[name].fields}
+    fields = {field.name: set(field.choices) for field in BY_ID[name].rows}
     for field, choices in INVENTORY["forms"][name].items():
         assert set(choices) <= fields[field], field

@@ -8,12 +8,12 @@ from procedure_bench import LARGE, SMALL, screen_text, screen_words, shows, unti
 from textual.widgets import OptionList
 
 from solarcal.config import Settings, load_settings
+from solarcal.instruments.catalogue import BY_ID, INSTRUMENTS
+from solarcal.instruments.form import FormError
 from solarcal.profiles import Profile
 from solarcal.site import Site
 from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.calculators.catalogue import BY_ID, CALCULATORS
-from solarcal.tui.calculators.form import Form, FormError
 from solarcal.tui.calculators.form_rows import ChoiceBox, FormRow
 from solarcal.tui.calculators.list import CalculatorsScreen, open_calculator
 from solarcal.tui.calculators.screen import CalculatorScreen
@@ -137,14 +137,14 @@ async def test_a_wrong_field_is_named_in_one_line_and_no_old_result_stays():
 
 BAD = [
     ("heliostat-aim", {"sun": "90 95"}, "below the horizon"),
-    ("heliostat-aim", {"azimpivot_r": "1"}, "Target distance: is missing"),
+    ("heliostat-aim", {"azimpivot_r": "1"}, "Target distance is missing"),
     ("heliostat-aim", {"azimpivot_r": "1", "distance": "0.5"}, "behind the mirror"),
-    ("heliostat-aim", {"sun": "", "lat": "", "geometry": "azel"}, "Latitude: is missing"),
-    ("heliostat-aim", {"geometry": "polar", "lat": ""}, "polar mount's axes stand by"),
-    ("heliostat-target", {}, "1: Sun, normal: is missing"),
+    ("heliostat-aim", {"sun": "", "lat": "", "geometry": "azel"}, "Latitude is missing"),
+    ("heliostat-aim", {"geometry": "polar", "lat": ""}, "Latitude is missing"),
+    ("heliostat-target", {}, "Sun, normal is missing"),
     ("heliostat-target", {"seen2": "1 2 3"}, "2: Sun, normal: write 4 numbers"),
     ("heliostat-drift", {"azimpivot_r": "0", "pivotrefl_z": "0", "lat": "1", "lon": "2"}, "drifts"),
-    ("screwjack", {}, "R1, axis to pivot: is missing"),
+    ("screwjack", {}, "R1, axis to pivot is missing"),
     ("screwjack", {"R1": "30", "R2": "20", "at1": "0 80"}, "cannot close"),
     ("screwjack", {"R1": "30", "R2": "20", "at1": "0 0"}, "greater than zero"),
     ("sunspot", {"height": "0"}, "height H"),
@@ -165,7 +165,7 @@ def test_bad_input_is_one_clear_line(name, typed, said):
 
     calculator = BY_ID[name]
     with pytest.raises(SolarcalError) as refused:
-        calculator.compute(Form(calculator.fields, typed, 1_780_000_000.0))
+        calculator.answer(calculator.form(typed, 1_780_000_000.0))
     assert said in str(refused.value)
     assert "\n" not in str(refused.value)
     assert "--" not in str(refused.value)
@@ -173,16 +173,16 @@ def test_bad_input_is_one_clear_line(name, typed, said):
 
 def test_a_field_error_knows_its_field():
     with pytest.raises(FormError) as refused:
-        BY_ID["sunspot"].compute(Form(BY_ID["sunspot"].fields, {"hole": ""}, 0.0))
+        BY_ID["sunspot"].answer(BY_ID["sunspot"].form({"hole": ""}, 0.0))
     assert (refused.value.field, refused.value.missing) == ("hole", True)
 
 
 def test_a_date_alone_is_the_sites_own_day():
     day = BY_ID["day"]
     typed = {"lat": "35.05", "lon": "-106.48", "at": "2026-06-21"}
-    found = day.compute(Form(day.fields, typed, 0.0)).document
+    found = day.answer(day.form(typed, 0.0)).document
     assert found["transit_utc"].startswith("2026-06-21T19:07")
-    east = day.compute(Form(day.fields, typed | {"lon": "170"}, 0.0)).document
+    east = day.answer(day.form(typed | {"lon": "170"}, 0.0)).document
     assert east["transit_utc"].startswith("2026-06-21T00:41")
 
 
@@ -216,7 +216,7 @@ async def test_without_a_place_it_asks_for_one_without_alarm():
     app = app_with(Profile())
     async with app.run_test(size=SMALL) as pilot:
         await opened(app, pilot, "day")
-        await shows(pilot, "Latitude: is missing; type it")
+        await shows(pilot, "Latitude is missing; type it")
         assert not app.screen.query_one("#log").has_class("-error")
 
 
@@ -228,14 +228,24 @@ async def test_g_opens_the_list_and_enter_a_calculator():
         await until(pilot, lambda: isinstance(app.screen, CalculatorsScreen))
         await shows(pilot, "Screwjack", "Targeting", "Field of view", "Collector energy")
         choices = app.screen.query_one(OptionList)
-        assert sum(not option.disabled for option in choices.options) == len(CALCULATORS)
+        assert sum(not option.disabled for option in choices.options) == len(INSTRUMENTS)
         await pilot.press("enter")
         await shows(pilot, "The Sun: Sun position")
-        # A letter that commands does so although a field has the focus.
-        await pilot.press("g")
+        await pilot.press("f11")
         await until(pilot, lambda: isinstance(app.screen, CalculatorsScreen))
         await pilot.press("f11", "escape")
         await until(pilot, lambda: not isinstance(app.screen, CalculatorsScreen))
+
+
+async def test_letters_typed_in_a_field_fire_nothing_behind_it(monkeypatch):
+    app, asked = app_with(), []
+    async with app.run_test(size=SMALL) as pilot:
+        screen = await opened(app, pilot, "sunspot")
+        monkeypatch.setattr(SolarcalApp, "action_perform", lambda self, name: asked.append(name))
+        await pilot.press("end", *"abcdefghijklmnopqrstuvwxyz.,+-?")
+        await shows(pilot, "is not a number")
+        assert rows(app)[0].value == "500abcdefghijklmnopqrstuvwxyz.,+-?"
+        assert (asked, app.screen, screen._view) == ([], screen, 0)
 
 
 async def test_stop_works_while_a_field_has_the_focus(monkeypatch):
@@ -243,9 +253,9 @@ async def test_stop_works_while_a_field_has_the_focus(monkeypatch):
     async with app.run_test(size=SMALL) as pilot:
         await opened(app, pilot, "sunspot")
         monkeypatch.setattr(SolarcalApp, "action_perform", lambda self, name: asked.append(name))
-        await pilot.press("s", "f12", "ctrl+s")
+        await pilot.press("f12", "ctrl+s")
         await pilot.click("StopKey")
-        await until(pilot, lambda: asked == ["stop"] * 4)
+        await until(pilot, lambda: asked == ["stop"] * 3)
         assert rows(app)[0].value == "500"
 
 
@@ -264,7 +274,7 @@ async def test_views_enlarge_drawings_and_text():
     async with app.run_test(size=SMALL) as pilot:
         screen = await opened(app, pilot, "heliostat-drift", at=JUNE)
         await until(pilot, lambda: screen.answer is not None)
-        await pilot.press("v")
+        await pilot.press("ctrl+n")
         await shows(pilot, "beam from the target's middle")
         await until(pilot, lambda: screen.query_one("#drawing").size.width == SMALL[0])
         await pilot.press("v")

@@ -98,7 +98,7 @@ async def test_too_small_a_terminal_is_said_and_can_still_be_stopped() -> None:
 
 @on_loop
 async def test_a_form_follows_the_keymap_and_page_down_scrolls_its_result() -> None:
-    from solarcal.tui.calculators.catalogue import BY_ID
+    from solarcal.instruments.catalogue import BY_ID
     from solarcal.tui.calculators.list import CalculatorsScreen
     from solarcal.tui.calculators.screen import CalculatorScreen
     from solarcal.tui.widgets.text_lines import TextLines
@@ -106,17 +106,19 @@ async def test_a_form_follows_the_keymap_and_page_down_scrolls_its_result() -> N
     app = SolarcalApp(ACTION_HANDLERS, keymap={"next_plot": "j", "calculators": "y"})
     async with app.run_test(size=SMALL) as pilot:
         await app.push_screen(CalculatorScreen(BY_ID["energy"]))
-        await shows(pilot, "j View", "y List", "Sun towards")
+        await shows(pilot, "^N View", "y List", "Sun towards")
         result = app.screen.query_one(TextLines)
         assert isinstance(app.focused, Input)
         await pilot.press("pagedown")
         await until(pilot, lambda: result.scroll_offset.y > 0)
         assert isinstance(app.focused, Input)
-        await pilot.press("v")
+        await pilot.press("end", "j")
         assert not app.screen.has_class("-drawing")
-        await pilot.press("j")
+        await pilot.press("backspace", "ctrl+n")
         await until(pilot, lambda: app.screen.has_class("-drawing"))
-        await pilot.press("j", "j", "y")
+        await pilot.press("j")
+        await until(pilot, lambda: app.screen.has_class("-text"))
+        await pilot.press("y")
         await until(pilot, lambda: isinstance(app.screen, CalculatorsScreen))
 
 

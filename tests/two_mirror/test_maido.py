@@ -335,7 +335,7 @@ def test_point_and_trace_and_fov_as_documents(capsys: pytest.CaptureFixture[str]
         (["trace", "--signals", "1", "1", "1", "1", "--t1", "0", "--t2", "9", "--mirror",
           "0,0,0"], "zero length"),
         (["trace", "--signals", "1", "1", "1", "1", "--t1", "0", "--t2", "9", "--mirror",
-          "up"], "three numbers"),
+          "up"], "write 3 numbers"),
         (["fov", "--focal-length", "0"], "focal length"),
         (["fit", "nowhere.csv"], "cannot be read"),
         (["simulate", "--scenario", "mauna"], "there is: maido"),

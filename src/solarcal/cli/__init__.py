@@ -49,7 +49,8 @@ COMMANDS: dict[str, str] = {
     "doctor": "is this laptop ready",
     "completion": "print the script that makes Tab complete this program in a shell",
 }
-_MODULES = {"import": "import_"}
+_CALCULATORS = ("sun", "day", "year", "energy", "sunspot", "screwjack", "heliostat")
+_MODULES = {"import": "import_", **dict.fromkeys(_CALCULATORS, "instrument")}
 _NOT_WRITTEN = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG)
 
 

@@ -5,7 +5,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from solarcal.report.field.answer import Answer
+    from solarcal.instruments.answer import Answer
 
 TALLEST_CHART = 30
 """Rows of a drawing that takes a whole screen."""
@@ -54,25 +54,6 @@ def print_answer(answer: "Answer", as_json: bool) -> int:
 def say(sentence: str) -> None:
     """Progress for a person; stderr, so that stdout stays the result."""
     print(sentence, file=sys.stderr, flush=True)
-
-
-def require(value: float | None, option: str) -> float:
-    """The value of an option that this use of a calculator cannot do without.
-
-    Raises
-    ------
-    ConfigurationError
-        It was not given, or is no number.
-    """
-    import math
-
-    from solarcal.errors import ConfigurationError
-
-    if value is None:
-        raise ConfigurationError(f"{option} is missing; --help says what belongs together")
-    if not math.isfinite(value):
-        raise ConfigurationError(f"{option} must be a number, not {value:g}")
-    return value
 
 
 def terminal_size() -> tuple[int, bool]:

@@ -7,9 +7,17 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
+from solarcal.cli.instrument import add_options, answer
 from solarcal.cli.output import print_json
+from solarcal.instruments.catalogue import BY_ID
 
 HELP = "two-mirror altazimuth trackers: axes, diode, base, field of view, a simulated day"
+
+_INSTRUMENTS = {
+    "point": "axis angles that look at the Sun, and the matrix of the mirrors",
+    "trace": "the diode's four signals traced back to axis corrections",
+    "fov": "field of view of diode and tracker against the Sun's 9 mrad",
+}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,46 +29,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         one.add_argument("--json", action="store_true", help="one JSON document on stdout")
         return one
 
-    point = kind("point", "axis angles that look at the Sun, and the matrix of the mirrors")
-    point.add_argument("--azimuth", type=float, metavar="DEG", help="of the Sun, North over East")
-    point.add_argument("--zenith", type=float, metavar="DEG", help="its zenith angle")
-    point.add_argument("--lat", type=float, metavar="DEG", help="instead: latitude, north positive")
-    point.add_argument("--lon", type=float, metavar="DEG", help="longitude, EAST positive")
-    point.add_argument("--elevation", type=float, default=0.0, metavar="M", help="above sea")
-    point.add_argument("--at", metavar="ISO", help="date and time (UTC where it has no offset)")
-    _add_base(point)
-
-    trace = kind("trace", "the diode's four signals traced back to axis corrections")
-    trace.add_argument("--signals", type=float, nargs=4, required=True, metavar=tuple("ABCD"))
-    trace.add_argument("--t1", type=float, required=True, metavar="DEG", help="axis 1 (AX1)")
-    trace.add_argument("--t2", type=float, required=True, metavar="DEG", help="axis 2 (AX2)")
-    trace.add_argument(
-        "--mirror",
-        action="append",
-        default=[],
-        metavar="X,Y,Z",
-        help="normal of a fixed mirror, the tracker's side first (repeatable); "
-        "write --mirror=-1,0,1 where it begins with a minus",
-    )
-    trace.add_argument("--set-point", type=float, nargs=2, default=(0.0, 0.0), metavar=("E1", "E2"))
-    trace.add_argument(
-        "--gain", type=float, metavar="K", help="signal per radian (default: 4/(pi r) of the Sun)"
-    )
+    for name, help_line in _INSTRUMENTS.items():
+        add_options(kind(name, help_line), [BY_ID[f"mirrors-{name}"]])
 
     fit = kind("fit", "Euler angles of the base from points (CSV, azel)")
     fit.add_argument("file", metavar="FILE", help="points CSV: axis angles on the Sun")
-
-    fov = kind("fov", "field of view of diode and tracker against the Sun's 9 mrad")
-    for option, default, unit, text in (
-        ("--diode-diameter", 6.0, "MM", "of the diode"),
-        ("--focal-length", 200.0, "MM", "of the lens before it"),
-        ("--tracker-diameter", 0.1, "M", "of the tracker's mirrors as seen along the beam"),
-        ("--distance", 5.0, "M", "from tracker to instrument"),
-        ("--sun", 9.3, "MRAD", "the Sun's diameter"),
-    ):
-        fov.add_argument(
-            option, type=float, default=default, metavar=unit, help=f"{text} (default {default:g})"
-        )
 
     for name, text in (
         ("simulate", "a clear day in closed loop; the base is fitted back from its log"),
@@ -88,27 +61,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_follow_arguments(kind("follow", "let a unit's sun sensor take calibration points itself"))
 
 
-def _add_base(parser: argparse.ArgumentParser) -> None:
-    for name, axis in (("alpha", "z"), ("beta", "y"), ("gamma", "x")):
-        parser.add_argument(
-            f"--{name}",
-            type=float,
-            default=0.0,
-            metavar="DEG",
-            help=f"turn of the base about {axis} (default 0)",
-        )
-
-
 def run(args: argparse.Namespace) -> int:
     """Compute, and print text or the document; 1 when a simulated loop had to stop itself."""
-    from solarcal.cli.two_mirror_field import fov, point, trace
+    if args.kind in _INSTRUMENTS:
+        return answer(BY_ID[f"mirrors-{args.kind}"], args)
     from solarcal.cli.two_mirror_follow import follow
 
     kinds: dict[str, Callable[[argparse.Namespace], tuple[dict[str, Any], list[str]]]] = {
-        "point": point,
-        "trace": trace,
         "fit": _fit,
-        "fov": fov,
         "simulate": _simulate,
         "tune": _tune,
         "follow": follow,
@@ -122,8 +82,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
-    from solarcal.cli.two_mirror_field import base_document
     from solarcal.errors import ConfigurationError
+    from solarcal.instruments.two_mirror import base_document
     from solarcal.session.interchange.csv_points import read_points_csv
     from solarcal.two_mirror.base import MirrorPoints, fit_base
 

@@ -45,7 +45,7 @@ class ActionProvider(Provider):
     """Every action of the workstation with its keys, every calculator, and what they are for."""
 
     def _entries(self) -> Iterator[tuple[str, str, Callable[[], object]]]:
-        from solarcal.tui.calculators.catalogue import CALCULATORS
+        from solarcal.instruments.catalogue import INSTRUMENTS
         from solarcal.tui.calculators.list import open_calculator
 
         app = workstation_of(self.screen)
@@ -54,7 +54,7 @@ class ActionProvider(Provider):
             yield f"{action.label}   {action.shown}", action.tooltip, run
         yield "Theme", "phosphor, sunlight, and others", app.search_themes
         yield "Picture", "Keep this screen as an SVG file", app.deliver_screenshot
-        for one in CALCULATORS:
+        for one in INSTRUMENTS:
             title = f"Calculator: {one.group}, {one.title}"
             yield title, one.purpose, partial(open_calculator, app, one)
 

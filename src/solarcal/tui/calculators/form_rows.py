@@ -1,7 +1,5 @@
 """The rows of a calculator's form: a text field or a choice, with label and unit."""
 
-from typing import cast
-
 from textual import events
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
@@ -9,38 +7,7 @@ from textual.content import Content
 from textual.message import Message
 from textual.widgets import Input, Static
 
-from solarcal.tui.base import Workstation
-from solarcal.tui.calculators.form import FormField
-from solarcal.tui.keys import action_for
-
-TYPED = frozenset("0123456789+-.,eE :;TZtz/")
-"""What numbers, times and dates are made of."""
-
-COMMANDS = {
-    "next_plot": "screen.view",
-    "stop": "app.perform('stop')",
-    "calculators": "app.perform('calculators')",
-    "help": "app.perform('help')",
-    "theme": "app.perform('theme')",
-}
-"""Actions whose letters command here although a field has the focus."""
-
-
-class FigureInput(Input):
-    """Takes figures only, so that ``s`` is STOP and ``v`` the next view while it has the focus.
-
-    The letters are those of the user's keymap, where they are not among the figures.
-    """
-
-    async def _on_key(self, event: events.Key) -> None:
-        if not event.is_printable or event.character in TYPED:
-            return
-        # Input's own handler would put the letter in, and no binding sees a key a field takes.
-        event.prevent_default()
-        event.stop()
-        action = action_for(event.key, cast(Workstation, self.app).actions)
-        if action is not None and action.id in COMMANDS:
-            await self.run_action(COMMANDS[action.id])
+from solarcal.instruments.form import Field
 
 
 class ChoiceBox(Static, can_focus=True):
@@ -82,7 +49,7 @@ class ChoiceBox(Static, can_focus=True):
 class FormRow(Horizontal):
     """Label, what is asked for, unit."""
 
-    def __init__(self, field: FormField, value: str) -> None:
+    def __init__(self, field: Field, value: str) -> None:
         super().__init__(classes="row")
         self.field = field
         self._value = value
@@ -92,14 +59,14 @@ class FormRow(Horizontal):
         if self.field.choices:
             yield ChoiceBox(self.field.choices, self._value)
         else:
-            yield FigureInput(self._value, placeholder=self.field.hint, compact=True)
+            yield Input(self._value, placeholder=self.field.hint, compact=True)
             if self.field.unit:
                 yield Static(self.field.unit, classes="unit", markup=False)
 
     @property
-    def entry(self) -> FigureInput | ChoiceBox:
+    def entry(self) -> Input | ChoiceBox:
         """What takes the focus."""
-        return self.query_one(ChoiceBox) if self.field.choices else self.query_one(FigureInput)
+        return self.query_one(ChoiceBox) if self.field.choices else self.query_one(Input)
 
     @property
     def value(self) -> str:
@@ -121,15 +88,15 @@ class FormRows(Vertical):
     FormRows { overflow-y: auto; scrollbar-size: 1 1; width: 39; height: 1fr; }
     FormRows .row { height: 1; padding: 0 1; }
     FormRows .label { width: 19; }
-    FormRows FigureInput { width: 1fr; height: 1; border: none; padding: 0; background: $panel; }
-    FormRows FigureInput:focus { background-tint: $foreground 20%; }
+    FormRows Input { width: 1fr; height: 1; border: none; padding: 0; background: $panel; }
+    FormRows Input:focus { background-tint: $foreground 20%; }
     FormRows ChoiceBox { width: 1fr; height: 1; }
     FormRows ChoiceBox:focus { text-style: bold reverse; }
     FormRows .unit { width: 9; padding: 0 0 0 1; color: $text-muted; }
     FormRows .-wrong .label { background: $error; color: $background; text-style: bold; }
     """
 
-    def __init__(self, fields: tuple[FormField, ...], values: dict[str, str]) -> None:
+    def __init__(self, fields: tuple[Field, ...], values: dict[str, str]) -> None:
         super().__init__()
         self._fields, self._values = fields, values
 

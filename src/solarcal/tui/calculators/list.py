@@ -8,9 +8,9 @@ from textual.content import Content
 from textual.widgets import OptionList
 from textual.widgets.option_list import Option
 
+from solarcal.instruments.catalogue import BY_ID, INSTRUMENTS
+from solarcal.instruments.form import Instrument
 from solarcal.tui.base import StationScreen, Workstation
-from solarcal.tui.calculators.catalogue import BY_ID, CALCULATORS
-from solarcal.tui.calculators.form import Calculator
 from solarcal.tui.calculators.screen import CalculatorScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine
@@ -50,7 +50,7 @@ class CalculatorsScreen(StationScreen):
         )
         self.query_one("#log", LogLine).say("Choose with the arrow keys, open with Enter.")
         choices, group = self.query_one(OptionList), ""
-        for one in CALCULATORS:
+        for one in INSTRUMENTS:
             if one.group != group:
                 group = one.group
                 choices.add_option(Option(Content.styled(group, "bold $accent"), disabled=True))
@@ -76,7 +76,7 @@ def open_list(app: Workstation) -> None:
         app.push_screen(CalculatorsScreen())
 
 
-def open_calculator(app: Workstation, calculator: Calculator) -> None:
+def open_calculator(app: Workstation, calculator: Instrument) -> None:
     """Show a calculator, in place of another one that is open."""
     screen = CalculatorScreen(calculator)
     if isinstance(app.screen, CalculatorScreen):

@@ -11,9 +11,9 @@ from textual.timer import Timer
 from textual.widgets import Input
 
 from solarcal.errors import SolarcalError
-from solarcal.report.field.answer import Answer, Drawing
+from solarcal.instruments.answer import Answer, Drawing
+from solarcal.instruments.form import FormError, Instrument
 from solarcal.tui.base import StationScreen
-from solarcal.tui.calculators.form import Calculator, Form, FormError
 from solarcal.tui.calculators.form_rows import ChoiceBox, FormRow, FormRows
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine
@@ -27,7 +27,7 @@ TYPING_PAUSE_S = 0.3
 class CalculatorScreen(StationScreen):
     """Computes on a thread whenever the form has changed; what was typed is remembered.
 
-    ``v`` shows, one after the other, everything, each drawing alone and the text alone.
+    ``Ctrl+N`` shows, one after the other, everything, each drawing alone and the text alone.
     """
 
     DEFAULT_CSS = """
@@ -44,6 +44,8 @@ class CalculatorScreen(StationScreen):
     CalculatorScreen.-wide FormRows .label { width: 24; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
+        # Priority: a field takes every letter, so what is done beside one needs another key.
+        Binding("ctrl+n", "view", "View", show=False, priority=True),
         Binding("v", "view", "View", show=False, id="next_plot"),
         Binding("pagedown", "scroll_result(1)", "Result down", show=False),
         Binding("pageup", "scroll_result(-1)", "Result up", show=False),
@@ -63,7 +65,7 @@ class CalculatorScreen(StationScreen):
             self.number = number
             self.outcome = outcome
 
-    def __init__(self, calculator: Calculator) -> None:
+    def __init__(self, calculator: Instrument) -> None:
         super().__init__()
         self.calculator = calculator
         self.answer: Answer | None = None
@@ -73,20 +75,22 @@ class CalculatorScreen(StationScreen):
         self._typed: dict[str, str] = {}
 
     def compose(self) -> ComposeResult:
-        view, the_list = (self._letter(name) for name in ("next_plot", "calculators"))
+        # Beside a field a letter would be typed into it.
+        keys = self.workstation.keys_of("calculators").split()
+        list_key = next((key for key in keys if len(key) > 1), keys[0])
         yield HeadLine(id="title")
         with Horizontal(id="top"):
-            yield FormRows(self.calculator.fields, self._first_values())
+            yield FormRows(self.calculator.rows, self._first_values())
             yield AnsiPlot(id="drawing")
         yield TextLines(id="result")
         yield LogLine(id="log")
         yield ActionFooter(
             [
                 FooterEntry("↵", "Compute", "screen.compute"),
-                FooterEntry(view, "View", "screen.view"),
+                FooterEntry("^N", "View", "screen.view"),
                 FooterEntry("PgDn", "More", "screen.scroll_result(1)"),
                 FooterEntry("^R", "Reset", "screen.defaults"),
-                FooterEntry(the_list, "List", "app.perform('calculators')"),
+                FooterEntry(list_key, "List", "app.perform('calculators')"),
                 FooterEntry("F1", "Help", "app.perform('help')"),
                 FooterEntry("Esc", "Back", "screen.back"),
             ]
@@ -111,7 +115,7 @@ class CalculatorScreen(StationScreen):
 
     def _defaults(self) -> dict[str, str]:
         """Of the form, with the place of the open session or of the profile."""
-        values = {field.name: field.default for field in self.calculator.fields}
+        values = {field.name: field.first_text for field in self.calculator.rows}
         session = self.workstation.state.session
         site = session.header.site if session is not None else self.workstation.profile.site
         if site is not None and "lon" in values:
@@ -164,12 +168,12 @@ class CalculatorScreen(StationScreen):
         self._asked += 1
         number = self._asked
         self._typed = self.query_one(FormRows).values()
-        form = Form(self.calculator.fields, self._typed, self._now_utc_s())
+        form = self.calculator.form(self._typed, self._now_utc_s())
 
         def compute() -> None:
             outcome: Answer | SolarcalError
             try:
-                outcome = self.calculator.compute(form)
+                outcome = self.calculator.answer(form)
             except SolarcalError as error:
                 outcome = error
             self.post_message(self.Computed(number, outcome))
@@ -195,10 +199,7 @@ class CalculatorScreen(StationScreen):
         if isinstance(outcome, Answer):
             self.answer = outcome
             rows.mark_wrong(None)
-            log.say(
-                f"Arrow keys: fields, choices. PgDn: more of the result. "
-                f"{self._letter('next_plot')}: enlarge. Esc: back."
-            )
+            log.say("Arrow keys: fields, choices. PgDn: more result. ^N: enlarge. Esc: back.")
         else:
             # A result that belongs to other values must not stay.
             self.answer = None
@@ -236,9 +237,6 @@ class CalculatorScreen(StationScreen):
 
     def _views(self) -> list[str]:
         return ["all", *(f"drawing{number}" for number in range(len(self.drawings))), "text"]
-
-    def _letter(self, action_id: str) -> str:
-        return min(self.workstation.keys_of(action_id).split(), key=len)
 
     def action_scroll_result(self, pages: int) -> None:
         """The form keeps the focus."""

@@ -1,27 +1,24 @@
-"""The sunspot device: pointing error from the spot, the device for a wish."""
+"""The sunspot device: pointing error from the spot, the device for a resolution and range."""
 
 import math
 
+from solarcal.instruments.answer import Answer, Drawing, paragraph
+from solarcal.instruments.form import Form
 from solarcal.optics.sunspot import (
-    SunspotDesign,
+    design_for,
+    design_from_size,
     spot_error_deg,
     two_position_check,
 )
-from solarcal.report.field.answer import Answer, Drawing, paragraph
 from solarcal.report.instrument_plots import plate_drawing
 from solarcal.report.scales import Theme
 from solarcal.units import format_degrees
 
 
-def error(
-    height: float,
-    hole: float,
-    spot: float,
-    edge: float,
-    edge_up: float | None = None,
-    turned: float | None = None,
-) -> Answer:
-    """The pointing error from the edge readings; ``turned`` checks the device itself."""
+def error(form: Form) -> Answer:
+    """The pointing error from the edge readings; one at 180 deg checks the device itself."""
+    height, hole, spot, edge = (form.number(name) for name in ("height", "hole", "spot", "edge"))
+    edge_up, turned = form.optional("edge_up"), form.optional("turned")
     found = spot_error_deg(height, hole, spot, edge)
     up = None if edge_up is None else spot_error_deg(height, hole, spot, edge_up)
     check = None
@@ -57,8 +54,13 @@ def error(
     return Answer(document, (paragraph(*lines), Drawing("plate", draw, 15)))
 
 
-def design(device: SunspotDesign) -> Answer:
-    """What a device shows: its resolution and its range."""
+def design(form: Form) -> Answer:
+    """What a device shows: its resolution and its range; by its size, or by what is wanted."""
+    hole, shift = form.number("hole"), form.number("shift")
+    if form.choice("from") == "a wish":
+        device = design_for(form.number("resolution"), form.number("range"), hole, shift)
+    else:
+        device = design_from_size(form.number("height"), hole, form.number("plate"), shift)
     document = {
         "height": device.height,
         "hole": device.hole_diameter,

@@ -1,14 +1,18 @@
 """Two 45-degree mirrors on an altazimuth mount: axes, the diode's correction, field of view."""
 
 from solarcal.errors import ConfigurationError
-from solarcal.report.field.answer import Answer, Drawing, paragraph
+from solarcal.instruments.answer import Answer, Drawing, paragraph
+from solarcal.instruments.form import Form
+from solarcal.instruments.mount_and_collector import drawn_latitude_deg
+from solarcal.instruments.sun import asked_sun_deg
 from solarcal.report.instrument_plots import Ring, directions_plot, rings_drawing
 from solarcal.report.scales import Theme
 from solarcal.two_mirror.diode import (
     SUN_RADIUS_MRAD,
-    FieldOfView,
     QuadrantDiode,
     Signals,
+    disc_gain_per_rad,
+    field_of_view,
     quadrant_errors,
 )
 from solarcal.two_mirror.mirrors import (
@@ -29,10 +33,11 @@ def base_document(base: EulerBase) -> dict[str, float]:
     }
 
 
-def point(
-    azimuth_deg: float, zenith_deg: float, base: EulerBase, *, latitude_deg: float = 45.0
-) -> Answer:
+def point(form: Form) -> Answer:
     """Axis angles that look at the Sun."""
+    base = EulerBase(form.number("alpha"), form.number("beta"), form.number("gamma"))
+    latitude_deg = drawn_latitude_deg(form)
+    azimuth_deg, zenith_deg = asked_sun_deg(form)
     sun1, sun2 = sun_axes_deg(azimuth_deg, zenith_deg)
     t1, t2 = base.axes_deg(sun1, sun2)
     matrix = tracker_matrix(t1, t2)
@@ -62,14 +67,18 @@ def point(
     return Answer(document, (paragraph(*lines),), Drawing("directions", draw))
 
 
-def trace(signals: Signals, t1_deg: float, t2_deg: float, diode: QuadrantDiode) -> Answer:
-    """The four signals as axis corrections.
-
-    Raises
-    ------
-    ConfigurationError
-        No light, or axis angles that cannot be.
-    """
+def trace(form: Form) -> Answer:
+    """The four signals as axis corrections."""
+    normals = [form.numbers(row) for row in form.filled_rows("mirror")]
+    gain = form.optional("gain")
+    diode = QuadrantDiode.with_fixed_mirrors(
+        [list(normal) for normal in normals if normal is not None],
+        gain_per_rad=disc_gain_per_rad() if gain is None else gain,
+        set_point1=form.number("set1"),
+        set_point2=form.number("set2"),
+    )
+    signals: Signals = form.number("a"), form.number("b"), form.number("c"), form.number("d")
+    t1_deg, t2_deg = form.number("t1"), form.number("t2")
     if not (-360.0 <= t1_deg <= 360.0 and -180.0 <= t2_deg <= 180.0):
         raise ConfigurationError("t1 lies between -360 and 360, t2 between -180 and 180 deg")
     e1, e2 = quadrant_errors(signals)
@@ -107,8 +116,10 @@ def trace(signals: Signals, t1_deg: float, t2_deg: float, diode: QuadrantDiode) 
     return Answer(document, (paragraph(*lines),), Drawing("diode", draw))
 
 
-def fov(field: FieldOfView) -> Answer:
+def fov(form: Form) -> Answer:
     """The field-of-view budget."""
+    sizes = (form.number(name) for name in ("diode", "focal", "tracker", "distance", "sun"))
+    field = field_of_view(*sizes)
     document = {
         "diode_mrad": field.diode_mrad,
         "tracker_mrad": field.tracker_mrad,

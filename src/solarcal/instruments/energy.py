@@ -4,13 +4,17 @@ from typing import Any
 
 import numpy as np
 
-from solarcal.report.field.answer import Answer, Drawing, paragraph
-from solarcal.report.field.collector import collector_document, collector_text
+from solarcal.instruments.answer import Answer, Drawing, paragraph
+from solarcal.instruments.form import Form
+from solarcal.instruments.mount_and_collector import (
+    asked_collector,
+    collector_document,
+    collector_text,
+)
 from solarcal.report.instrument_plots import Curve, curve_plot
 from solarcal.report.scales import Theme
-from solarcal.sun.circular_orbit import CircularDay
+from solarcal.sun.circular_orbit import CircularDay, days_after_march_equinox
 from solarcal.sun.energy import (
-    Collector,
     day_percent,
     disc_percent,
     moment_percent,
@@ -24,16 +28,19 @@ SEASONS = ("March equinox", "June solstice", "September equinox", "December sols
 _DRAWN = 97
 
 
-def energy(
-    latitude_deg: float,
-    days: float,
-    solar_time_h: float,
-    collector: Collector,
-    *,
-    pointing_error_deg: float | None = None,
-    acceptance_deg: float | None = None,
-) -> Answer:
-    """A collector at a latitude, ``days`` after the March equinox."""
+def energy(form: Form) -> Answer:
+    """A collector at a latitude, some days after the March equinox."""
+    latitude_deg, solar_time_h = form.number("lat"), form.number("time")
+    collector = asked_collector(form, latitude_deg)
+    pointing_error_deg, acceptance_deg = form.optional("error"), form.optional("acceptance")
+    if acceptance_deg is not None and pointing_error_deg is None:
+        raise form.error("acceptance", f"asks what an error costs: give {form.label('error')} too")
+    date = form.text("date")
+    if date:
+        noon = date if "T" in date else f"{date}T12:00Z"
+        days = days_after_march_equinox(form.instant("date", noon))
+    else:
+        days = form.number("day")
     day = CircularDay(latitude_deg, days)
     moment = moment_percent(collector, day, solar_time_h)
     north, east, up = day.direction_neu(solar_time_h).tolist()

@@ -5,43 +5,45 @@ from typing import Any
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.mount.geometry import MountGeometry
+from solarcal.instruments.answer import Answer, Drawing, paragraph
+from solarcal.instruments.form import Form
+from solarcal.instruments.mount_and_collector import asked_geometry, drawn_latitude_deg
+from solarcal.instruments.sun import apparent_sun, asked_sun_deg
 from solarcal.optics.aiming import Heliostat, format_mirror, format_target
 from solarcal.optics.drift import drift_over
+from solarcal.optics.heliostat import Target
 from solarcal.optics.mirror_roots import Root, exact_roots
+from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.optics.reflection import angle_deg, direction_enu
-from solarcal.report.field.answer import Answer, Drawing, paragraph
 from solarcal.report.instrument_plots import Curve, curve_plot, directions_plot
 from solarcal.report.scales import Theme
-from solarcal.site import Site, Weather, standard_pressure_hpa
-from solarcal.sun import SunPosition, sun_position
 from solarcal.sun.day import daylight
 from solarcal.timescale import format_utc
-from solarcal.units import Angles, format_degrees
+from solarcal.units import format_degrees
 
 _STEP_S = 600.0
 _LOWEST_DEG = 5.0
 
 
-def apparent_sun(utc_s: Angles, site: Site, refraction: str) -> SunPosition[Angles]:
-    """The Sun whose light falls on the mirror: precise, refracted by mean air."""
-    air = Weather(standard_pressure_hpa(site.elevation_m))
-    return sun_position("precise", utc_s, site, refraction=refraction, weather=air)
+def _heliostat(form: Form) -> Heliostat:
+    offset = MirrorOffset(
+        form.number("azimpivot_r"), form.number("pivotrefl_r"), form.number("pivotrefl_z")
+    )
+    azimuth_deg, zenith_deg = form.number("target_azimuth"), form.number("target_zenith")
+    # Without an offset directions say everything, and any distance will do.
+    distance = form.number("distance") if offset else form.optional("distance")
+    return Heliostat(Target(azimuth_deg, zenith_deg, 1.0 if distance is None else distance), offset)
 
 
-def aim(
-    sun_deg: tuple[float, float],
-    heliostat: Heliostat,
-    geometry: MountGeometry,
-    *,
-    distance_known: bool = True,
-    latitude_deg: float = 45.0,
-) -> Answer:
-    """The normal for a Sun (azimuth, zenith angle), with everything the offset does to it.
+def aim(form: Form) -> Answer:
+    """The normal for a Sun and a target, with everything the offset does to it.
 
-    Without a known distance the unit's parameters cannot be told; ``latitude_deg`` says which way
-    round the sky is drawn.
+    Without a distance the unit's parameters are not determined.
     """
+    sun_deg, heliostat = asked_sun_deg(form), _heliostat(form)
+    geometry = asked_geometry(form, form.optional("lat"))
+    distance_known = form.optional("distance") is not None
+    latitude_deg = drawn_latitude_deg(form)
     target, offset = heliostat.target, heliostat.offset
     front, back = exact_roots(*sun_deg, target, offset)
     first = heliostat.controller_normal_deg(*sun_deg)
@@ -116,7 +118,7 @@ def _root_document(root: Root) -> dict[str, Any]:
     }
 
 
-def drift(site: Site, heliostat: Heliostat, utc_s: float, refraction: str) -> Answer:
+def drift(form: Form) -> Answer:
     """What an uncorrected mirror offset does to the beam over the day of an instant.
 
     Raises
@@ -124,6 +126,9 @@ def drift(site: Site, heliostat: Heliostat, utc_s: float, refraction: str) -> An
     ConfigurationError
         There is no offset, or no Sun that day.
     """
+    site, heliostat = form.site(), _heliostat(form)
+    utc_s, refraction = form.day_utc_s("at", site), form.choice("refraction")
+    form.number("distance")
     if not heliostat.offset:
         raise ConfigurationError("the mirror's offset is zero: without one nothing drifts")
     span = daylight(site, utc_s, _LOWEST_DEG)

@@ -2,13 +2,15 @@
 
 import numpy as np
 
-from solarcal.mount.geometry import MountGeometry
-from solarcal.report.field.answer import Answer, Drawing, paragraph
+from solarcal.instruments.answer import Answer, Drawing, paragraph
+from solarcal.instruments.form import Form
+from solarcal.instruments.mount_and_collector import asked_geometry
 from solarcal.report.instrument_plots import Curve, curve_plot
 from solarcal.report.scales import Theme
-from solarcal.site import Site, Weather
-from solarcal.sun import sun_position
+from solarcal.site import Site, Weather, standard_pressure_hpa
+from solarcal.sun import SunPosition, sun_position
 from solarcal.timescale import format_utc
+from solarcal.units import Angles
 
 _DRAWN = 97
 
@@ -19,20 +21,33 @@ def clock_face(hours: float) -> str:
     return f"{seconds // 3600:02d}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"
 
 
-def sun(
-    utc_s: float,
-    site: Site,
-    mount: MountGeometry,
-    *,
-    model: str = "precise",
-    refraction: str = "none",
-    weather: Weather | None = None,
-    dut1_s: float = 0.0,
-) -> Answer:
+def apparent_sun(utc_s: Angles, site: Site, refraction: str) -> SunPosition[Angles]:
+    """The Sun whose light falls on a mirror: precise, refracted by mean air."""
+    air = Weather(standard_pressure_hpa(site.elevation_m))
+    return sun_position("precise", utc_s, site, refraction=refraction, weather=air)
+
+
+def asked_sun_deg(form: Form) -> tuple[float, float]:
+    """Azimuth and zenith angle: given, or the apparent ones of place and time."""
+    given = form.pair("sun")
+    if given is not None:
+        return given
+    if form.of_command and form.optional("lat") is None and form.optional("lon") is None:
+        raise form.error("sun", "give the Sun, or place and time")
+    sun = apparent_sun(form.utc_s("at"), form.site(), form.choice("refraction"))
+    return float(sun.azimuth_deg), float(sun.zenith_deg)
+
+
+def sun(form: Form) -> Answer:
     """The Sun at an instant by one of the models, and the axes of a mount that look at it."""
-    now = sun_position(
-        model, utc_s, site, dut1_s=dut1_s, refraction=refraction, weather=weather or Weather()
-    )
+    utc_s, site = form.utc_s("at"), form.site()
+    mount = asked_geometry(form, site.latitude_deg)
+    model, refraction, dut1_s = form.choice("model"), form.choice("refraction"), form.number("dut1")
+    pressure = form.optional("pressure")
+    if pressure is None:
+        pressure = standard_pressure_hpa(site.elevation_m)
+    weather = Weather(pressure, form.number("temperature"))
+    now = sun_position(model, utc_s, site, dut1_s=dut1_s, refraction=refraction, weather=weather)
     ax1_deg, ax2_deg = mount.axes_from_horizontal(now.azimuth_deg, now.zenith_deg)
     solar_time = clock_face(now.solar_time_h)
     document = {

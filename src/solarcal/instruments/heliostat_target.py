@@ -1,14 +1,14 @@
 """Where a heliostat's target lies, and two small sums: a mirror on a circle, a translation."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.mount.geometry import MountGeometry
+from solarcal.instruments.answer import Answer, Drawing, paragraph
+from solarcal.instruments.form import Form
+from solarcal.instruments.mount_and_collector import asked_geometry, drawn_latitude_deg
+from solarcal.instruments.sun import apparent_sun
 from solarcal.optics.heliostat import targeting, translation_deg
 from solarcal.optics.mirror_roots import circle_roots
-from solarcal.report.field.answer import Answer, Drawing, paragraph
 from solarcal.report.instrument_plots import Curve, curve_plot, directions_plot
 from solarcal.report.scales import Theme
 
@@ -19,14 +19,37 @@ _CIRCLE_REACH = (1.5, 12.0)
 """Distances, in radii, over which both roots are drawn; wider where it is asked for."""
 
 
-def from_axes(sighting: Sighting, geometry: MountGeometry) -> Sighting:
-    """A sighting whose last two angles were read as AX1, AX2 of a mount."""
-    azimuth, zenith = geometry.horizontal_from_axes(sighting[2], sighting[3])
-    return sighting[0], sighting[1], float(azimuth), float(zenith)
+def _sighting(form: Form, row: str) -> Sighting | None:
+    """One row: four angles, or a time that stands for the Sun and the normal's two angles."""
+    text = form.text(row)
+    if "T" not in text.upper():
+        numbers = form.numbers(row)
+        return None if numbers is None else (numbers[0], numbers[1], numbers[2], numbers[3])
+    parts = text.split()
+    if len(parts) != 3:
+        raise form.error(row, "write the time and the normal's two angles")
+    sun = apparent_sun(form.instant(row, parts[0]), form.site(), form.choice("refraction"))
+    normal = form.number_in(row, parts[1]), form.number_in(row, parts[2])
+    return float(sun.azimuth_deg), float(sun.zenith_deg), *normal
 
 
-def target(sightings: Sequence[Sighting], *, latitude_deg: float = 45.0) -> Answer:
+def _sightings(form: Form) -> list[Sighting]:
+    rows = [one for row in form.filled_rows("seen") if (one := _sighting(form, row)) is not None]
+    if not rows:
+        raise form.missing("seen")
+    geometry = asked_geometry(form, form.optional("lat"))
+    if form.choice("read") != "AX1 AX2":
+        return rows
+    read = []
+    for azimuth, zenith, first, second in rows:
+        normal = geometry.horizontal_from_axes(first, second)
+        read.append((azimuth, zenith, float(normal[0]), float(normal[1])))
+    return read
+
+
+def target(form: Form) -> Answer:
     """The target's direction from sightings, at least one."""
+    sightings, latitude_deg = _sightings(form), drawn_latitude_deg(form)
     found = targeting(*np.array(sightings, dtype=np.float64).T)
     document = {
         "azimuth_deg": found.azimuth_deg,
@@ -60,8 +83,9 @@ def target(sightings: Sequence[Sighting], *, latitude_deg: float = 45.0) -> Answ
     return Answer(document, (paragraph(*lines),), Drawing("directions", draw))
 
 
-def circle(angle_deg: float, distance: float, radius: float) -> Answer:
+def circle(form: Form) -> Answer:
     """Both roots of a mirror on a circle (AzimPivot_R = PivotRefl_R = 0)."""
+    angle_deg, distance, radius = (form.number(one) for one in ("angle", "distance", "radius"))
     if radius <= 0.0:
         raise ConfigurationError(f"the radius must be greater than zero, not {radius:g}")
     ratio = distance / radius
@@ -94,8 +118,9 @@ def circle(angle_deg: float, distance: float, radius: float) -> Answer:
     return Answer(document, (paragraph(*lines),), Drawing("both roots", draw))
 
 
-def shift(by: float, distance: float) -> Answer:
+def shift(form: Form) -> Answer:
     """By how much a translation turns the line of sight."""
+    by, distance = form.number("by"), form.number("distance")
     angle = translation_deg(by, distance)
 
     def draw(width: int, height: int, colour: bool, theme: Theme) -> str:

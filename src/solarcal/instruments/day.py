@@ -6,14 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from solarcal.errors import ConfigurationError
+from solarcal.instruments.answer import Answer, Drawing, paragraph
+from solarcal.instruments.form import Form
+from solarcal.instruments.mount_and_collector import asked_mount
+from solarcal.instruments.sun import clock_face
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import Limits
 from solarcal.mount.reach import AxisPath, axis_path, reach_of_day
 from solarcal.report.columns import columns, number
 from solarcal.report.day_chart import DayTrack, day_chart
-from solarcal.report.field.answer import Answer, Drawing, paragraph
-from solarcal.report.field.sun import clock_face
 from solarcal.report.scales import Theme
 from solarcal.site import Site
 from solarcal.sun import sun_position
@@ -50,15 +51,6 @@ class AskedDay:
     table_every_min: float | None = None
     chart: bool = False
 
-    def __post_init__(self) -> None:
-        every, altitude = self.table_every_min, self.altitude_deg
-        if every is not None and not 1.0 <= every <= 720.0:
-            raise ConfigurationError(
-                f"a table every {every:g} min: it must be between 1 and 720 minutes"
-            )
-        if altitude is not None and not -90.0 < altitude < 90.0:
-            raise ConfigurationError(f"altitude {altitude:g} is not between -90 and 90 degrees")
-
     def events(self) -> tuple[float, DayEvents]:
         """The altitude that counts as rising, and what happens."""
         altitude = self.altitude_deg
@@ -79,8 +71,23 @@ class AskedDay:
         )  # fmt: skip
 
 
-def day(asked: AskedDay) -> Answer:
+def day(form: Form) -> Answer:
     """The solar day nearest to the instant asked about."""
+    site = form.site()
+    geometry, limits, limited = asked_mount(form, site)
+    asked = AskedDay(
+        form.day_utc_s("at", site),
+        site,
+        geometry,
+        limits,
+        limited=limited,
+        method=form.choice("method"),
+        altitude_deg=form.optional("altitude"),
+        lowest_deg=form.number("lowest"),
+        dut1_s=form.number("dut1"),
+        table_every_min=form.optional("every"),
+        chart=form.choice("chart") == "yes",
+    )
     altitude_deg, events = asked.events()
     now = sun_position(asked.method, asked.utc_s, asked.site, dut1_s=asked.dut1_s)
     document: dict[str, Any] = {

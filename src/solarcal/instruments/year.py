@@ -4,45 +4,37 @@ from typing import Any
 
 import numpy as np
 
-from solarcal.errors import ConfigurationError
-from solarcal.mount.geometry import MountGeometry
-from solarcal.mount.limits import Limits
+from solarcal.instruments.answer import Answer, Drawing, paragraph
+from solarcal.instruments.form import Form
+from solarcal.instruments.mount_and_collector import (
+    asked_collector,
+    asked_mount,
+    collector_document,
+    collector_text,
+)
 from solarcal.mount.reach import reach_of_day
 from solarcal.report.columns import columns, number
-from solarcal.report.field.answer import Answer, Drawing, paragraph
-from solarcal.report.field.collector import collector_document, collector_text
 from solarcal.report.instrument_plots import Curve, curve_plot
 from solarcal.report.scales import Theme
-from solarcal.site import Site
 from solarcal.sun.circular_orbit import CircularDay, days_after_march_equinox
 from solarcal.sun.day import DayEvents, day_events
-from solarcal.sun.energy import Collector, day_percent, year_percent
+from solarcal.sun.energy import day_percent, year_percent
 from solarcal.timescale import format_utc, parse_utc
 
-FIRST_YEAR, LAST_YEAR = 1960, 2099
 _MONTH_DAY = 21
 _WEEK_S = 7.0 * 86400.0
 
 
-def year(
-    number_of_year: int,
-    site: Site,
-    collector: Collector,
-    mount: tuple[MountGeometry, Limits] | None = None,
-    *,
-    lowest_deg: float = 0.0,
-) -> Answer:
-    """The 21st of each month, and the whole year.
-
-    Raises
-    ------
-    ConfigurationError
-        A year the Sun is not computed for.
-    """
-    if not FIRST_YEAR <= number_of_year <= LAST_YEAR:
-        raise ConfigurationError(
-            f"year {number_of_year} is not between {FIRST_YEAR} and {LAST_YEAR}"
-        )
+def year(form: Form) -> Answer:
+    """The 21st of each month, and the whole year."""
+    site = form.site()
+    collector = asked_collector(form, site.latitude_deg)
+    geometry, limits, limited = asked_mount(form, site)
+    mount = (geometry, limits) if limited else None
+    lowest_deg, asked = form.number("lowest"), form.optional("year")
+    if asked is not None and asked != int(asked):
+        raise form.error("year", f"{asked:g} is not a whole number")
+    number_of_year = int(format_utc(form.now_utc_s)[:4]) if asked is None else int(asked)
 
     def noon_utc_s(date: str) -> float:
         return parse_utc(f"{date}T12:00:00Z") - 240.0 * site.longitude_deg

@@ -8,6 +8,8 @@ import msgspec
 import numpy as np
 
 from solarcal.errors import ConfigurationError
+from solarcal.instruments.answer import Answer, Drawing, paragraph
+from solarcal.instruments.form import Form
 from solarcal.mount.drive import ScrewjackDrive, format_drive
 from solarcal.mount.screwjack_setup import (
     Measured,
@@ -15,10 +17,10 @@ from solarcal.mount.screwjack_setup import (
     WrongLength,
     dead_points_deg,
     fit_beta,
+    measured,
     reach_deg,
     wrong_length,
 )
-from solarcal.report.field.answer import Answer, Drawing, paragraph
 from solarcal.report.instrument_plots import Curve, curve_plot
 from solarcal.report.scales import Theme
 from solarcal.units import FloatArray, format_degrees
@@ -34,22 +36,44 @@ _INSIDE_DEG = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What was measured; lengths in ``unit``. See the command's options for each."""
+    """What was measured; lengths in ``unit``."""
 
     R1: float
     R2: float
     R3: float
     observations: Sequence[Measured]
-    grows: bool = True
-    counts: float | None = None
-    limits: tuple[float, float] | None = None
-    reference_deg: float | None = None
-    unit: str = "in"
-    wrong_R1: float | None = None
+    grows: bool
+    counts: float | None
+    limits: tuple[float, float] | None
+    reference_deg: float | None
+    unit: str
+    wrong_R1: float | None
 
 
-def screwjack(asked: Asked) -> Answer:
+def _asked(form: Form) -> Asked:
+    R1, R2, R3 = (form.number(name) for name in ("R1", "R2", "R3"))
+    pins = form.choice("pins") == "pin to pin"
+    rows = form.filled_rows("at")
+    if not rows:
+        raise form.error("at", "measure the length at one axis angle at least")
+    pairs = [pair for row in rows if (pair := form.pair(row)) is not None]
+    return Asked(
+        R1=R1,
+        R2=R2,
+        R3=R3,
+        observations=[measured(*pair, R3, pin_to_pin=pins) for pair in pairs],
+        grows=form.choice("sense") == "grows",
+        counts=form.optional("counts"),
+        limits=form.pair("limits"),
+        reference_deg=form.optional("reference"),
+        unit=form.choice("unit"),
+        wrong_R1=form.optional("wrong_R1"),
+    )
+
+
+def screwjack(form: Form) -> Answer:
     """Parameters, their consistency, and both curves."""
+    asked = _asked(form)
     unset = ScrewjackDrive(
         R1=asked.R1,
         R2=asked.R2,
@@ -102,7 +126,7 @@ def screwjack(asked: Asked) -> Answer:
             paragraph(*_slope_lines(asked, length, angles), ""),
             _wrong_drawing(asked, angles, change, wrong),
             paragraph(
-                f"  R1 {change:+.4g} {asked.unit} from what was told: up to "
+                f"  R1 {change:+.4g} {asked.unit} from what was given: up to "
                 f"{abs(wrong.error_deg).max():.3f} deg of tracking error;",
                 "  offset and scale (P2 and P5, or P4 and P6) leave "
                 f"{abs(wrong.left_deg).max():.3f} deg.",
@@ -134,7 +158,7 @@ def _setup_lines(asked: Asked, setup: ScrewjackSetup) -> list[str]:
     ]
     if asked.counts is not None:
         lines.append(f"  drive  {format_drive(jack)}")
-    lines.append(f"  {'angle':>9} {'L':>10} {'its beta':>10} {'off by':>10} {'which is':>11}")
+    lines.append(f"  {'angle':>9} {'L':>10} {'its beta':>10} {'residual':>10} {'as angle':>11}")
     for one, beta, length, angle in zip(
         asked.observations, setup.betas_deg, setup.length_residuals, setup.angle_residuals_deg,
         strict=True,

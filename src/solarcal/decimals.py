@@ -1,0 +1,95 @@
+"""Numbers as a person writes them: ASCII decimals only, finite, within a range.
+
+One reader for command options, forms, profiles and typed displays. Python's own ``float`` also
+takes ``1_000``, ``nan``, ``inf`` and the digits of every script: none of them is a reading.
+"""
+
+import argparse
+import math
+import re
+from collections.abc import Callable
+
+from solarcal.errors import ConfigurationError
+
+_DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_WHOLE = re.compile(r"[+-]?[0-9]+")
+_LONGEST = 64
+"""Characters of the longest number; a longer text is none."""
+
+
+def decimal(
+    text: str, low: float = -math.inf, high: float = math.inf, *, comma: bool = False
+) -> float:
+    """The number a text is.
+
+    Parameters
+    ----------
+    text : spaces around it do not count.
+    low, high : both allowed.
+    comma : a decimal comma is taken for the point.
+
+    Raises
+    ------
+    ConfigurationError
+        It is not a number, or not between the two; without the name of what was asked for.
+    """
+    written = text.strip()
+    if comma:
+        written = written.replace(",", ".")
+    if len(written) > _LONGEST or _DECIMAL.fullmatch(written) is None:
+        raise ConfigurationError(f"{shortened(text)} is not a number")
+    value = float(written)
+    if not math.isfinite(value):
+        raise ConfigurationError(f"{shortened(text)} is too large for a number")
+    if not low <= value <= high:
+        raise ConfigurationError(f"{value:g} is not {between(low, high)}")
+    return value
+
+
+def whole(text: str, low: float = -math.inf, high: float = math.inf) -> int:
+    """The same for a whole number."""
+    written = text.strip()
+    if len(written) > _LONGEST or _WHOLE.fullmatch(written) is None:
+        raise ConfigurationError(f"{shortened(text)} is not a whole number")
+    value = int(written)
+    if not low <= value <= high:
+        raise ConfigurationError(f"{value} is not {between(low, high)}")
+    return value
+
+
+def between(low: float, high: float) -> str:
+    """A range in words."""
+    if math.isinf(high):
+        return f"{low:g} or more"
+    if math.isinf(low):
+        return f"{high:g} or less"
+    return f"between {low:g} and {high:g}"
+
+
+def shortened(text: str) -> str:
+    """A text quoted in an error, not longer than a line has room for."""
+    return repr(text if len(text) <= 30 else text[:27] + "...")
+
+
+def number_option(low: float = -math.inf, high: float = math.inf) -> Callable[[str], float]:
+    """The ``type`` of an argparse option that takes a decimal within a range."""
+
+    def number(text: str) -> float:
+        try:
+            return decimal(text, low, high)
+        except ConfigurationError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+
+    return number
+
+
+def whole_option(low: float = -math.inf, high: float = math.inf) -> Callable[[str], int]:
+    """The ``type`` of an argparse option that takes a whole number within a range."""
+
+    def number(text: str) -> int:
+        try:
+            return whole(text, low, high)
+        except ConfigurationError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+
+    return number
