@@ -47,6 +47,7 @@ COMMANDS: dict[str, str] = {
     "ports": "what is plugged in",
     "keys": "what this terminal sends, and which action it would be",
     "doctor": "is this laptop ready",
+    "serve": "the workstation in a browser: replay, recompute, reports and calculators",
     "completion": "print the script that makes Tab complete this program in a shell",
 }
 _CALCULATORS = ("sun", "day", "year", "energy", "sunspot", "screwjack", "heliostat")

@@ -1,6 +1,7 @@
 """``solarcal run``, and ``solarcal`` alone: the workstation."""
 
 import argparse
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,6 +23,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument(
         "--continue", dest="session", type=Path, metavar="FILE",
         help="go on with a session, on the line it was taken on",
+    )  # fmt: skip
+    where.add_argument(
+        "--offline", action="store_true",
+        help="open no unit and no emulator: replay, recompute, reports and calculators only",
     )  # fmt: skip
     add_driver_options(parser)
     parser.add_argument(
@@ -54,7 +59,9 @@ def run(args: argparse.Namespace) -> int:
         choice = Choice(scenario=args.scenario)
     elif args.session:
         choice = _continued(args.session)
-    return run_workstation(choice, profile=profile, output=args.output, trace=args.trace)
+    return run_workstation(
+        choice, profile=profile, output=args.output, trace=args.trace, offline=args.offline
+    )
 
 
 def _continued(path: Path) -> "Choice":
@@ -74,8 +81,15 @@ def _continued(path: Path) -> "Choice":
 
 
 def has_terminal() -> bool:
-    """Whether there is a screen to draw on and a keyboard to read."""
+    """Whether there is a screen to draw on and a keyboard to read, or a browser for both."""
+    if in_browser():
+        return True
     return sys.stdin.isatty() and sys.stdout.isatty()
+
+
+def in_browser() -> bool:
+    """Whether this process draws a page of ``solarcal serve``, which sets Textual's driver."""
+    return "web_driver" in os.environ.get("TEXTUAL_DRIVER", "")
 
 
 def demand_terminal() -> None:
@@ -95,6 +109,7 @@ def run_workstation(
     profile: "Profile | None" = None,
     output: Path | None = None,
     trace: str | None = None,
+    offline: bool = False,
 ) -> int:
     """The Textual program, until it is left; its exit code."""
     from solarcal.config import load_keymap, load_settings
@@ -114,8 +129,10 @@ def run_workstation(
         output=output,
         trace=trace,
         remember=True,
+        offline=offline,
     )
-    end_with_terminal(sys.stdin.fileno())
+    if not in_browser():
+        end_with_terminal(sys.stdin.fileno())
     try:
         result = app.run()
     finally:

@@ -86,6 +86,7 @@ class SolarcalApp(StationApp):
         output: Path | None = None,
         trace: str | None = None,
         remember: bool = False,
+        offline: bool = False,
     ) -> None:
         super().__init__()
         self.line: OpenLine | None = None
@@ -96,6 +97,8 @@ class SolarcalApp(StationApp):
         self._start = start
         self._output, self._trace = output, trace
         self._remember = remember
+        self.offline = offline
+        """No unit and no emulator is opened: for pages of a browser, and for the desk."""
         self._keymap_given = dict(keymap or {})
         self._opening = False
         self._reader: ScreenDisplay | None = None
@@ -182,6 +185,10 @@ class SolarcalApp(StationApp):
         """Open a unit or an emulated one, or replay a session."""
         if choice.replay:
             self._open_replay(choice)
+        elif self.offline:
+            self._tell_start(
+                "this workstation is offline: it opens saved sessions only", error=True
+            )
         elif self.line is not None or self._opening:
             self.notify("a unit is connected already; quit first", severity="warning")
         else:

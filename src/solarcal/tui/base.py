@@ -37,6 +37,7 @@ class Workstation(Protocol):
     worker : talks to the station while a line is open, else ``None``.
     line : the open line, else ``None``.
     fit : the newest fit; ``judgement`` is ``None`` while newer points are being fitted.
+    offline : no unit and no emulator is opened.
     emulated_speed : virtual seconds a second of an emulated unit, ``None`` for a real one.
     """
 
@@ -48,6 +49,7 @@ class Workstation(Protocol):
     settings: "Settings"
     profile: "Profile"
     actions: "tuple[Action, ...]"
+    offline: bool
 
     @property
     def state(self) -> "StationState": ...

@@ -150,6 +150,11 @@ class StartScreen(StationScreen):
 
     def _sections(self, offers: Any) -> Iterator[tuple[str, list[tuple[str, Choice]]]]:
         app = self.workstation
+        if app.offline:
+            replays = offers.replays[:REPLAYS_SHOWN] if offers is not None else []
+            heading = "Saved sessions: replay" if replays else "Saved sessions: none found"
+            yield heading, replays or [("look again", Choice())]
+            return
         if self._continue:
             ports = offers.ports if offers is not None else []
             yield (
