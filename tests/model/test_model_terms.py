@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from solarcal.errors import FitError
+from solarcal.model.fit import fit_linear
+from solarcal.model.points import PointSet
 from solarcal.model.terms import TERMS, chosen_terms
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry
@@ -60,12 +62,65 @@ def test_tpoint_terms_are_their_printed_equations() -> None:
         "CA": (zero - 1.0, zero),
         "NPAE": (-sin_e, zero),
         "TF": (zero, -cos_e),
+        "TX": (zero, -cos_e / sin_e),
+        "HASA": (sin_a * cos_e, zero),
+        "HACA2": (np.cos(2.0 * np.radians(azimuth)) * cos_e, zero),
+        "HSSA3": (np.sin(3.0 * np.radians(azimuth)), zero),
+        "HESE": (zero, sin_e),
+        "HECA2": (zero, np.cos(2.0 * np.radians(azimuth))),
+        "HZSZ": (zero, -cos_e),
+        "HESA2CE": (zero, np.sin(2.0 * np.radians(azimuth)) * cos_e),
     }
     for name, (cross, up) in cross_and_up.items():
-        design = TERMS[name].design(MountGeometry("azel", 35.0), AX1, AX2) * 3600.0
+        mount = MountGeometry("azel", 35.0)
+        (term,) = chosen_terms((name,), mount)
+        design = term.design(mount, AX1, AX2) * 3600.0
         np.testing.assert_allclose(design[:, 0] * cos_e, cross, atol=1e-12, err_msg=name)
         np.testing.assert_allclose(design[:, 1], up, atol=1e-12, err_msg=name)
-        assert TERMS[name].unit == "arcsec"
+        assert term.unit == "arcsec"
+
+
+@pytest.mark.parametrize("name", ["H", "HA", "HASB", "HQSA", "HASA100", "HASA0", "hasa", "HASAS"])
+def test_what_is_no_harmonic_is_no_term(name: str) -> None:
+    with pytest.raises(FitError, match=f"no error term '{name}'"):
+        chosen_terms((name,), MountGeometry("azel", 35.0))
+
+
+TPOINT_NAMES = ("IA", "IE", "AN", "AW", "CA", "NPAE", "TF", "TX")
+HARMONICS = ("HASA2", "HACA2", "HSSA3", "HSCA2", "HESA2", "HECA3", "HESE2", "HZCZ4", "HECA2SE2")
+
+
+@pytest.mark.parametrize(
+    "names", [TPOINT_NAMES[:6] + TPOINT_NAMES[7:], TPOINT_NAMES[:7], HARMONICS]
+)
+def test_a_fit_gives_back_the_tpoint_terms_a_sky_was_made_with(names: tuple[str, ...]) -> None:
+    mount = MountGeometry("azel", 35.0)
+    generator = np.random.default_rng(14)
+    ax1 = generator.uniform(-180.0, 180.0, 60)
+    ax2 = generator.uniform(8.0, 80.0, 60)
+    truth = generator.uniform(-90.0, 90.0, len(names))
+    terms = chosen_terms(names, mount)
+    errors = sum(
+        value * term.design(mount, ax1, ax2) for value, term in zip(truth, terms, strict=True)
+    )
+    points = PointSet(
+        geometry=mount, ax1_deg=ax1, ax2_deg=ax2, err1_deg=errors[:, 0], err2_deg=errors[:, 1]
+    )
+    solution = fit_linear(points, names)
+    np.testing.assert_allclose(solution.values, truth, atol=1e-6)
+    assert solution.sky_rms_deg * 3600.0 < 1e-6
+
+
+def test_tx_has_no_value_at_the_horizon() -> None:
+    points = PointSet(
+        geometry=MountGeometry("azel", 35.0),
+        ax1_deg=np.array([0.0, 40.0, 80.0]),
+        ax2_deg=np.array([30.0, 90.0, 60.0]),
+        err1_deg=np.zeros(3),
+        err2_deg=np.zeros(3),
+    )
+    with pytest.raises(FitError, match="point 2: term TX has no value at AX2 90 deg"):
+        fit_linear(points, ("IA", "IE", "TX"))
 
 
 def test_tpoint_lean_and_flexure_agree_with_ours() -> None:

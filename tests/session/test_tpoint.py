@@ -52,7 +52,7 @@ def test_observations_become_native_angles_and_encoder_errors(tmp_path: Path) ->
     assert points.status == ("accepted", "rejected", "rejected", "accepted")
     assert points.labels == (6, 7, 8, 10)
     assert np.isnan(points.utc_s).all()
-    assert points.warnings == ()
+    assert points.warnings == (f"{tmp_path / 'run.dat'}: 2 observations used, 2 masked",)
 
 
 def test_north_of_the_equator_the_branch_is_centred_on_south(tmp_path: Path) -> None:
@@ -63,7 +63,13 @@ def test_north_of_the_equator_the_branch_is_centred_on_south(tmp_path: Path) -> 
 
 @pytest.mark.parametrize(
     ("dms", "latitude_deg"),
-    [("-00 30 00", -0.5), ("0 30 0", 0.5), ("+38 25 59", 38 + 25 / 60 + 59 / 3600), ("90 0 0", 90)],
+    [
+        ("-00 30 00", -0.5),
+        ("0 30 0", 0.5),
+        ("+38 25 59", 38 + 25 / 60 + 59 / 3600),
+        ("90 0 0", 90),
+        ("-30.2445", -30.2445),
+    ],
 )
 def test_latitudes(tmp_path: Path, dms: str, latitude_deg: float) -> None:
     found = read(tmp_path, SMALL.replace("-30 14 40.2", dms)).latitude_deg
@@ -82,7 +88,7 @@ def test_latitudes(tmp_path: Path, dms: str, latitude_deg: float) -> None:
         ("-30 14 40.2", "-30 61 40.2", r"dat:5: minutes or seconds .* not below 60"),
         ("-30 14 40.2", "south", r"dat:5: 'south' is not a number; the latitude comes here"),
         (
-            "-30 14 40.2 2026 06 21.5 12.0 780.0 2700.0 0.3", "-30.2445",
+            "-30 14 40.2 2026 06 21.5 12.0 780.0 2700.0 0.3", "-30.2445 14 40.2",
             r"dat:5: the latitude needs degrees, minutes and seconds",
         ),
         (": ALTAZ\n", "", r"no ': ALTAZ' line"),
@@ -99,6 +105,82 @@ def test_a_bad_line_is_named(tmp_path: Path, old: str, new: str, complaint: str)
     assert "\n" not in str(refusal.value)
 
 
+def test_a_decimal_latitude_goes_on_as_the_other(tmp_path: Path) -> None:
+    points = read(tmp_path, SMALL.replace("-30 14 40.2", "-30.2445"))
+    assert (points.latitude_deg, points.elevation_m) == (-30.2445, 2700.0)
+
+
+INDEXED = """\
+Made-up night, IA -100 and IE -200 arcsec
+: ALTAZ
++35 00 00
+{rows}END
+"""
+
+# A - A_enc = 100 arcsec, E - E_enc = -200 arcsec in every row.
+DECIMAL_ROWS = """\
+100.0 40.0 99.9722222222 40.0555555556 12.5 ; exposure 26
+;300.0 60.0 298.0 61.0 12.6 ; seen through a cloud
+200.0 50.0 199.9722222222 50.0555555556 12.6
+10.0 30.0 9.9722222222 30.0555555556 12.7
+"""
+SPACED_ROWS = """\
+100 00 00.0 +40 00 00.0 099 58 20.0 +40 03 20.0
+; 300 00 00.0 +60 00 00.0 298 00 00.0 +61 00 00.0
+200 00 00.0 +50 00 00.0 199 58 20.0 +50 03 20.0 17 280.5
+010 00 00.0 -00 30 00.0 009 58 20.0 -00 26 40.0
+"""
+COLON_ROWS = """\
+100:00:00.0 +40:00:00 99:58:20.0 +40:03:20
+200:00:00.0 +50:00:00 199:58:20.0 +50:03:20
+* 300:00:00.0 +60:00:00 298:00:00.0 +61:00:00
+010:00:00.0 -00:30:00.0 009:58:20.0 -00:26:40.0
+"""
+
+
+@pytest.mark.parametrize("rows", [DECIMAL_ROWS, SPACED_ROWS, COLON_ROWS])
+def test_dialects_of_one_night(tmp_path: Path, rows: str) -> None:
+    points = read(tmp_path, INDEXED.format(rows=rows))
+    accepted = points.accepted()
+    np.testing.assert_allclose(accepted.err1_deg * 3600.0, 100.0, atol=1e-6)
+    np.testing.assert_allclose(accepted.err2_deg * 3600.0, -200.0, atol=1e-6)
+    assert (points.count("accepted"), points.count("rejected")) == (3, 1)
+    assert points.warnings == (f"{tmp_path / 'run.dat'}: 3 observations used, 1 masked",)
+
+
+@pytest.mark.parametrize(
+    ("rows", "complaint"),
+    [
+        (
+            "085 40.04 +54 29.42 085 38.37 +54 32.75\n",
+            r"dat:4: columns of whole degrees and minutes are not read",
+        ),
+        (
+            "05 42 40.1 +54 29 25.1 085 38 22.2 +54 32 45.1\n",
+            r"dat:4: read as degrees minutes seconds the encoders are 80 deg from the true place",
+        ),
+        (
+            "85:40:02 54:29:61 85:38:22 54:32:45\n",
+            r"dat:4: minutes or seconds are not below 60",
+        ),
+        ("85:40:02 54:29:25 85:38:22\n", r"dat:4: 3 angles where an observation has four"),
+        ("85:40:02 54:29:25 85:38:22 x\n", r"dat:4: 'x' \(number 4 of the line\) is not"),
+        (
+            "85 40 2 54 29 25 85 38 22 54 32 45\n85.1 54.5 85.0 54.6\n",
+            r"dat:5: this observation is in decimal degrees, those above in degrees minutes",
+        ),
+        (
+            "1.4952 0.9510 1.4947 0.9520\n2.3246 0.9979 2.3241 0.9988\n"
+            "3.9316 0.5750 3.9311 0.5759\n",
+            r"run\.dat: .* this looks like radians; convert the angles to degrees",
+        ),
+    ],
+)
+def test_layouts_that_are_not_read_are_named(tmp_path: Path, rows: str, complaint: str) -> None:
+    with pytest.raises(InputFileError, match=complaint):
+        read(tmp_path, INDEXED.format(rows=rows))
+
+
 def test_files_that_are_no_tpoint_file(tmp_path: Path) -> None:
     with pytest.raises(InputFileError, match="is empty"):
         read(tmp_path, "\n")
@@ -111,7 +193,7 @@ def test_files_that_are_no_tpoint_file(tmp_path: Path) -> None:
 def test_a_file_without_its_end_is_read_with_a_warning(tmp_path: Path) -> None:
     points = read(tmp_path, SMALL.partition("END")[0])
     assert len(points) == 4
-    assert "no END line" in points.warnings[0]
+    assert "no END line" in points.warnings[-1]
 
 
 def test_options_fill_what_the_format_cannot_hold(tmp_path: Path) -> None:

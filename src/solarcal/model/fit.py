@@ -14,12 +14,21 @@ from solarcal.errors import FitError
 from solarcal.model.least_squares import solve
 from solarcal.model.points import PointSet
 from solarcal.model.solution import Solution
-from solarcal.model.terms import CONTROLLER_TERMS, NativeAngles, chosen_terms, design_matrix
+from solarcal.model.terms import (
+    CONTROLLER_TERMS,
+    NativeAngles,
+    Term,
+    chosen_terms,
+    design_matrix,
+)
 from solarcal.mount.limits import Limits
+from solarcal.units import FloatArray
 
 __all__ = ["FEWEST_POINTS", "Solution", "fit_linear"]
 
 FEWEST_POINTS = 3
+LARGEST_EFFECT = 1e3
+"""Degrees of axis 2 that one degree of a term can cause."""
 
 
 def fit_linear(
@@ -58,6 +67,7 @@ def fit_linear(
     if points.sigma_deg is not None:
         weights /= points.sigma_deg
     design = design_matrix(model_terms, at)
+    _refuse_unbounded(design, points, model_terms)
     measured = np.array((points.err1_deg, points.err2_deg))
     solved = solve(
         (design * weights).reshape(len(model_terms), 2 * n),
@@ -92,3 +102,16 @@ def fit_linear(
         limits=limits,
         least_squares=solved,
     )
+
+
+def _refuse_unbounded(design: FloatArray, points: PointSet, terms: tuple[Term, ...]) -> None:
+    """Refuse a point where a term has no value, as TX (cot E) has none at the horizon."""
+    for rows, term in zip(design, terms, strict=True):
+        # One unit of a term moves no axis by more than 1/sin(0.01 deg) anywhere else.
+        beyond = np.abs(rows[1]) > LARGEST_EFFECT * term.degrees_per_unit
+        if beyond.any():
+            at = int(np.flatnonzero(beyond)[0])
+            raise FitError(
+                f"point {points.labels[at]}: term {term.name} has no value at AX2 "
+                f"{points.ax2_deg[at]:g} deg; leave out the term or the point"
+            )

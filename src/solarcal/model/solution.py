@@ -191,6 +191,11 @@ class Solution:
                 f"{per_axis:.4f} deg per axis on sky"
                 + (" (points without noise: real ones have some)" if per_axis < 1e-9 else "")
             )
+            if self.model_terms[0].unit == "arcsec":
+                notes.append(
+                    f"the sigmas divide by 2n - k = {self.degrees_of_freedom}, two numbers a "
+                    "point; SPK's PMFIT divides by n - k, which makes its sigmas larger"
+                )
         elif self.sigma_source == "none":
             notes.append(
                 f"{2 * self.n_points} numbers determine {self.rank} unknowns: nothing is left "

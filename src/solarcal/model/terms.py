@@ -2,15 +2,16 @@
 
 Every term gives the axis errors E1, E2 (reading minus ideal, axis degrees) that one unit of it
 causes. P1..P6 are the controller's own formula (see ``mount.formula``); C, N and SAG are what a
-rigid, square, stiff mechanism does not have; IA..TF are the TPOINT alt-azimuth terms under their
+rigid, square, stiff mechanism does not have; IA..TX are the TPOINT alt-azimuth terms under their
 own names, signs and arcseconds:
 
     (A - A_enc) cos E = -IA cos E - CA - NPAE sin E - AN sin A sin E - AW cos A sin E
-    E - E_enc         =  IE - AN cos A + AW sin A - TF cos E
+    E - E_enc         =  IE - AN cos A + AW sin A - TF cos E - TX cot E
 
 with AX1 = 180 - A and AX2 = 90 - E, so that E1 = A - A_enc and E2 = E - E_enc.
 """
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
@@ -110,9 +111,12 @@ def chosen_terms(names: Iterable[str], geometry: MountGeometry) -> tuple[Term, .
     """
     terms: list[Term] = []
     for name in names:
-        term = TERMS.get(name)
+        term = TERMS.get(name) or harmonic(name)
         if term is None:
-            raise FitError(f"there is no error term {name!r}; known are {', '.join(TERMS)}")
+            raise FitError(
+                f"there is no error term {name!r}; known are {', '.join(TERMS)} and harmonics "
+                "such as HASA2 or HECE"
+            )
         if term.only not in (None, geometry.name):
             raise FitError(
                 f"term {name} is defined for {term.only} mounts only and this one is "
@@ -266,7 +270,68 @@ _ALL = (
         lambda a: _arcsec(0.0, -a.sin2),
         only="azel",
     ),
+    Term(
+        "TX",
+        "arcsec",
+        "tube flexure as the cotangent of elevation",
+        SAG_PRIOR_DEG * ARCSEC_PER_DEG,
+        lambda a: _arcsec(0.0, -a.sin2 / a.cos2),
+        only="azel",
+    ),
 )
 
 TERMS: dict[str, Term] = {term.name: term for term in _ALL}
 """Every error term by name."""
+
+
+_HARMONIC = re.compile(r"H([AESZ])([SC])([AEZ])([0-9]{0,2})(?:([SC])([AEZ])([0-9]{0,2}))?")
+_RESULTS = {
+    "A": "azimuth",
+    "E": "elevation",
+    "S": "left-right on the sky",
+    "Z": "zenith distance",
+}
+
+
+def harmonic(name: str) -> Term | None:
+    """The TPOINT harmonic of this name; None where the name is no harmonic.
+
+    ``H``, what is changed (A azimuth, E elevation, S left-right on the sky, Z zenith distance),
+    then one or two factors: S sine or C cosine, of A, E or Z, times a whole number (1 if none).
+    ``HASA2``: A - A_enc = HASA2 sin 2A. ``HSCA``: (A - A_enc) cos E = HSCA cos A.
+    """
+    parts = _HARMONIC.fullmatch(name)
+    if parts is None:
+        return None
+    result, *rest = parts.groups()
+    factors = [
+        (rest[at], rest[at + 1], int(rest[at + 2] or 1)) for at in (0, 3) if rest[at] is not None
+    ]
+    if any(function == "S" and times == 0 for function, _, times in factors):
+        return None
+
+    def rows(at: NativeAngles) -> tuple[Row, Row]:
+        value: Row = 1.0
+        for function, angle, times in factors:
+            # A = 180 - AX1, Z = AX2, E = 90 - AX2.
+            turn = {"A": 180.0 - at.ax1_deg, "E": 90.0 - at.ax2_deg, "Z": at.ax2_deg}[angle]
+            wave = np.sin if function == "S" else np.cos
+            value = value * wave(times * turn * RAD_PER_DEG)
+        if result == "A":
+            return _arcsec(value, 0.0)
+        if result == "S":
+            return _arcsec(value / at.sin2, 0.0)
+        return _arcsec(0.0, value if result == "E" else -value)
+
+    wording = " ".join(
+        f"{'sin' if function == 'S' else 'cos'} {times if times > 1 else ''}{angle}"
+        for function, angle, times in factors
+    )
+    return Term(
+        name,
+        "arcsec",
+        f"{_RESULTS[result]} harmonic, {wording}",
+        SAG_PRIOR_DEG * ARCSEC_PER_DEG,
+        rows,
+        only="azel",
+    )

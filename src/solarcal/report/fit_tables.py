@@ -3,6 +3,7 @@
 from solarcal.model.fit import Solution
 from solarcal.model.terms import Term
 from solarcal.report.columns import columns, number, wrapped
+from solarcal.units import ARCSEC_PER_DEG
 
 _LEAN = {
     "azel": ("lean of tower top to the north", "lean of tower top to the east"),
@@ -55,15 +56,22 @@ def fit_summary(solution: Solution) -> str:
     """Residuals, rank, condition, what cannot be told apart, and every note, one sentence each."""
     condition = solution.condition_number
     spread = solution.population_sd_deg
+    # A fit of TPOINT terms is compared with others in their unit.
+    fine = set(solution.units) == {"arcsec"}
+    unit, per_deg, decimals = ("arcsec", ARCSEC_PER_DEG, 2) if fine else ("deg", 1.0, 4)
+
+    def shown(value_deg: float) -> str:
+        return f"{value_deg * per_deg:.{decimals}f}"
+
     lines = [
         f"{solution.n_points} points, method {solution.method}, rank {solution.rank} of "
         f"{len(solution.terms)}, condition number "
         + (f"{condition:.3g}" if condition < 1e12 else "beyond 1e12"),
-        f"residual on the sky: rms {solution.sky_rms_deg:.4f} deg, "
-        f"largest {solution.sky_max_deg:.4f}, population SD "
-        + (f"{spread:.4f}" if spread is not None else "not known yet"),
-        f"residual of the axes: rms {solution.axis1_rms_deg:.4f} deg of axis 1, "
-        f"{solution.axis2_rms_deg:.4f} of axis 2",
+        f"residual on the sky: rms {shown(solution.sky_rms_deg)} {unit}, "
+        f"largest {shown(solution.sky_max_deg)}, population SD "
+        + (shown(spread) if spread is not None else "not known yet"),
+        f"residual of the axes: rms {shown(solution.axis1_rms_deg)} {unit} of axis 1, "
+        f"{shown(solution.axis2_rms_deg)} of axis 2",
     ]
     for sentence in (*solution.inseparable, *solution.notes):
         lines += wrapped(f"- {sentence}", hang=2)

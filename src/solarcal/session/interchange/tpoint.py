@@ -2,8 +2,9 @@
 
     caption
     : ALTAZ
-    -30 14 40.2                  latitude: degrees, minutes, seconds [date, weather, height ...]
-    az el az_enc el_enc [...]    degrees, azimuth from North through East: true place, encoders
+    -30 14 40.2                  latitude: d m s, or decimal degrees [date, weather, height ...]
+    az el az_enc el_enc [...]    azimuth from North through East: true place, encoders; decimal
+                                 degrees, d m s in twelve columns, or d:m:s
     END
 
 In native angles AX1 = 180 - A and AX2 = 90 - E; the errors are encoder minus true. What is read
@@ -13,24 +14,34 @@ beyond that (comments, masked observations, solarcal's own keys) is in ``docs/se
 import re
 from dataclasses import dataclass, field
 from fractions import Fraction
-from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
 
 from solarcal.errors import ConfigurationError, InputFileError
-from solarcal.session.interchange.csv_head import complete_head, head_lines, take_key
+from solarcal.session.interchange.altaz import (
+    DECIMAL,
+    Row,
+    altaz_table,
+    layout_of,
+    plain_numbers,
+    possible,
+    refuse_radians,
+    sexagesimal_row,
+)
+from solarcal.session.interchange.csv_head import head_lines, take_key
 from solarcal.session.interchange.files import read_text, write_text
 from solarcal.session.points import PointTable
-from solarcal.units import FloatArray, wrap_deg
+from solarcal.units import FloatArray
 
-_COMMENT = ("!", "#")
+_COMMENT = ("!", "#", ";")
+_COMMENT_FOLLOWS = re.compile("[!#;]")
 _MASK = "*"
-# Where a latitude line goes on (date, temperature, pressure), the height is its ninth number.
-_HEIGHT_AT = 8
+# Where a latitude line goes on (date, temperature, pressure), the height is the sixth number
+# after the latitude.
+_HEIGHT_AFTER = 5
+_EARLIEST_YEAR = 1900.0
 _DECIMALS = 10
-# Bounded, so that no line can ask for a number of a million digits.
-_NUMBER = re.compile(r"[+-]?(?=\.?[0-9])[0-9]{0,30}(\.[0-9]{0,400})?([eE][+-]?[0-9]{1,2})?")
 
 
 def read_tpoint(
@@ -44,57 +55,36 @@ def read_tpoint(
 ) -> PointTable:
     """Read an ALTAZ pointing file. Masked observations have the status ``rejected``.
 
-    The branch is centred on 0, south of the equator on 180. The arguments fill what is missing.
+    The arguments fill what is missing.
 
     Raises
     ------
     InputFileError
-        A short line, a bad number (both named by line), or another mount than ALTAZ.
+        A short line, a bad number, a layout of columns that is not certain (all named by line),
+        radians, or another mount than ALTAZ.
     ConfigurationError
         ``geometry`` is given and not ``azel``.
     """
-    if geometry not in (None, "azel"):
-        raise ConfigurationError(f"{path}: TPOINT ALTAZ files are of geometry azel, not {geometry}")
     reading = _Reading(str(path))
     for number, line in enumerate(read_text(path).splitlines(), start=1):
         if reading.take(number, line.strip()):
             break
     reading.finish()
-    head = complete_head(
-        {"geometry": "azel", **reading.keys},
+    return altaz_table(
         path,
-        {
+        reading.angles,
+        reading.masked,
+        reading.lines,
+        keys=reading.keys,
+        options={
             "geometry": geometry,
             "lat_deg": latitude_deg,
             "lon_deg": longitude_deg,
             "elevation_m": elevation_m,
             "unit": unit,
         },
-    )
-    n = len(reading.lines)
-    azimuth, elevation, azimuth_encoder, elevation_encoder = (
-        np.array(reading.angles, dtype=np.float64).reshape(n, 4).T
-    )
-    return PointTable(
-        geometry="azel",
-        latitude_deg=head.latitude_deg,
-        longitude_deg=head.longitude_deg,
-        elevation_m=head.elevation_m,
-        unit=head.unit,
-        ax1_centre_deg=head.ax1_centre_deg,
-        ideal="apparent",
-        utc_s=np.full(n, np.nan),
-        ax1_deg=wrap_deg(180.0 - azimuth, head.ax1_centre_deg),
-        ax2_deg=90.0 - elevation,
-        err1_deg=wrap_deg(azimuth - azimuth_encoder),
-        err2_deg=elevation - elevation_encoder,
-        sigma_deg=None,
-        status=tuple("rejected" if masked else "accepted" for masked in reading.masked),
-        approach=((0, 0),) * n,
-        note=("",) * n,
-        labels=tuple(reading.lines),
-        sources=(str(path),) * n,
-        warnings=(*reading.warnings, *head.warnings),
+        format_name="TPOINT ALTAZ",
+        warnings=reading.warnings,
     )
 
 
@@ -144,7 +134,8 @@ class _Reading:
     caption: str | None = None
     options: list[str] = field(default_factory=list)
     keys: dict[str, str | float] = field(default_factory=dict)
-    angles: list[tuple[float, float, float, float]] = field(default_factory=list)
+    angles: list[Row] = field(default_factory=list)
+    layout: str | None = None
     masked: list[bool] = field(default_factory=list)
     lines: list[int] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
@@ -154,7 +145,7 @@ class _Reading:
         """One line, blanks stripped. True when it is the END."""
         where = f"{self.path}:{number}"
         if line.startswith(_COMMENT):
-            self._comment(number, line.lstrip("!# \t"))
+            self._comment(number, line.lstrip("!#; \t"))
             return False
         if self.caption is None:
             if not line:
@@ -162,10 +153,10 @@ class _Reading:
             self.caption = "" if line.startswith(":") else line
             if self.caption:
                 cells = line.split()
-                if len(cells) >= 3 and len(_angles(cells)) == len(cells):
+                if len(cells) >= 3 and len(plain_numbers(cells)) == len(cells):
                     raise InputFileError(f"{where}: a TPOINT file begins with its caption line")
                 return False
-        line = line.partition("!")[0].partition("#")[0].strip()
+        line = _COMMENT_FOLLOWS.split(line, maxsplit=1)[0].strip()
         if not line:
             return False
         if line.startswith(":"):
@@ -190,43 +181,100 @@ class _Reading:
             )
         if "lat_deg" not in self.keys:
             raise InputFileError(f"{self.path} has no latitude line (degrees minutes seconds)")
+        refuse_radians(self.angles, self.path)
+        if any(self.masked):
+            used = len(self.masked) - sum(self.masked)
+            self.warnings.append(
+                f"{self.path}: {used} observations used, {sum(self.masked)} masked"
+            )
         if not self.ended:
             self.warnings.append(f"{self.path} has no END line: it may have been cut short")
 
     def _comment(self, number: int, text: str) -> None:
-        """A remark, a key of solarcal's, or an observation somebody commented out."""
-        cells = text.split()
-        values = _angles(cells)
-        looks_like_one = len(cells) >= 4 and len(values) == len(cells)
-        if "lat_deg" in self.keys and looks_like_one and _possible(values):
-            self._keep(number, values, masked=True)
+        """A remark, a key of solarcal's, or an observation that was commented out."""
+        cells = _COMMENT_FOLLOWS.split(text, maxsplit=1)[0].split()
+        row = self._masked_row(cells) if "lat_deg" in self.keys else None
+        if row is not None:
+            self._keep(number, row, masked=True)
         elif self.caption is None or not self.lines:
             key = text.partition("=")[0].strip()
             if key in ("unit", "lon_deg", "elevation_m", "ax1_centre_deg"):
                 take_key(self.keys, text, f"{self.path}:{number}")
 
+    def _masked_row(self, cells: list[str]) -> Row | None:
+        """The observation in a comment, None where it is none."""
+        layout = layout_of(cells)
+        if layout == DECIMAL:
+            values = plain_numbers(cells)
+            if len(values) < max(4, len(cells)) or not possible(values):
+                return None
+            return (values[0], values[1], values[2], values[3])
+        if layout is None or layout != self.layout:
+            return None
+        try:
+            row = sexagesimal_row(cells, layout, "")
+        except InputFileError:
+            return None
+        return row if possible(row) else None
+
     def _latitude(self, cells: list[str], where: str) -> None:
-        values = _angles(cells)
+        values = plain_numbers(cells)
         if len(values) < len(cells):
             raise InputFileError(
                 f"{where}: {cells[len(values)][:20]!r} is not a number; the latitude comes here "
-                "(degrees minutes seconds)"
+                "(degrees minutes seconds, or decimal degrees)"
             )
-        if len(values) < 3:
-            raise InputFileError(f"{where}: the latitude needs degrees, minutes and seconds")
-        degrees, minutes, seconds = (Fraction(cell) for cell in cells[:3])
-        if not (0 <= minutes < 60 and 0 <= seconds < 60):
-            raise InputFileError(f"{where}: minutes or seconds of the latitude are not below 60")
-        size = abs(degrees) + minutes / 60 + seconds / 3600
+        # A decimal latitude stands alone or before a date, whose year no minute can be.
+        if len(values) == 1 or ("." in cells[0] and values[1] >= _EARLIEST_YEAR):
+            size, after = abs(Fraction(cells[0])), 1
+        elif len(values) < 3 or "." in cells[0]:
+            raise InputFileError(
+                f"{where}: the latitude needs degrees, minutes and seconds, or decimal degrees "
+                "alone"
+            )
+        else:
+            degrees, minutes, seconds = (Fraction(cell) for cell in cells[:3])
+            if not (0 <= minutes < 60 and 0 <= seconds < 60):
+                raise InputFileError(
+                    f"{where}: minutes or seconds of the latitude are not below 60"
+                )
+            size, after = abs(degrees) + minutes / 60 + seconds / 3600, 3
         if size > 90:
             raise InputFileError(f"{where}: a latitude of {float(size):g} deg is beyond the pole")
         # The sign stands in the text: -0 30 00 is south.
         self.keys["lat_deg"] = float(-size if cells[0].startswith("-") else size)
-        if len(values) > _HEIGHT_AT:
-            self.keys.setdefault("elevation_m", values[_HEIGHT_AT])
+        if len(values) > after + _HEIGHT_AFTER:
+            self.keys.setdefault("elevation_m", values[after + _HEIGHT_AFTER])
 
     def _observation(self, number: int, cells: list[str], masked: bool, where: str) -> None:
-        values = _angles(cells)
+        layout = layout_of(cells)
+        if layout is None:
+            raise InputFileError(
+                f"{where}: columns of whole degrees and minutes are not read, because they could "
+                "be decimal degrees; write decimal degrees, or degrees minutes seconds in twelve "
+                "columns"
+            )
+        if self.layout is None:
+            self.layout = layout
+        elif layout != self.layout:
+            raise InputFileError(
+                f"{where}: this observation is in {layout}, those above in {self.layout}; "
+                "write all in one way"
+            )
+        row = (
+            self._decimal_row(cells, where)
+            if layout == DECIMAL
+            else sexagesimal_row(cells, layout, where)
+        )
+        if not possible(row):
+            raise InputFileError(
+                f"{where}: azimuths must lie within -360..720 and elevations within -90..90 deg "
+                "(encoders -270..270)"
+            )
+        self._keep(number, row, masked)
+
+    def _decimal_row(self, cells: list[str], where: str) -> Row:
+        values = plain_numbers(cells)
         if len(values) < len(cells):
             raise InputFileError(
                 f"{where}: {cells[len(values)][:20]!r} (number {len(values) + 1} of the line) "
@@ -237,32 +285,12 @@ class _Reading:
                 f"{where}: {len(values)} numbers where an observation has four "
                 "(azimuth, elevation, and both encoders, degrees)"
             )
-        if not _possible(values):
-            raise InputFileError(
-                f"{where}: azimuths must lie within -360..720 and elevations within -90..90 deg "
-                "(encoders -270..270)"
-            )
-        self._keep(number, values, masked)
+        return (values[0], values[1], values[2], values[3])
 
-    def _keep(self, number: int, values: list[float], masked: bool) -> None:
-        self.angles.append((values[0], values[1], values[2], values[3]))
+    def _keep(self, number: int, row: Row, masked: bool) -> None:
+        self.angles.append(row)
         self.masked.append(masked)
         self.lines.append(number)
-
-
-def _angles(cells: list[str]) -> list[float]:
-    """The leading cells that are plain decimal numbers."""
-    return [float(cell) for cell in takewhile(_NUMBER.fullmatch, cells)]
-
-
-def _possible(values: list[float]) -> bool:
-    azimuth, elevation, azimuth_encoder, elevation_encoder = values[:4]
-    return (
-        -360.0 <= azimuth <= 720.0
-        and -360.0 <= azimuth_encoder <= 720.0
-        and -90.0 <= elevation <= 90.0
-        and -270.0 <= elevation_encoder <= 270.0
-    )
 
 
 def _latitude_text(latitude_deg: float) -> str:

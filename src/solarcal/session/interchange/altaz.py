@@ -1,0 +1,192 @@
+"""What files of alt-azimuth telescopes share: numbers, layouts of a row, native angles.
+
+A row gives azimuth and elevation of the true place, then of the encoders, azimuth from North
+through East. In native angles AX1 = 180 - A and AX2 = 90 - E; errors are encoder minus true.
+"""
+
+import re
+from collections.abc import Sequence
+from itertools import takewhile
+from pathlib import Path
+
+import numpy as np
+
+from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.session.interchange.csv_head import complete_head
+from solarcal.session.points import PointTable
+from solarcal.units import FloatArray, wrap_deg
+
+Row = tuple[float, float, float, float]
+
+DECIMAL, SPACED, COLONS = "decimal degrees", "degrees minutes seconds", "degrees:minutes:seconds"
+
+# Bounded, so that no line can ask for a number of a million digits.
+_NUMBER = re.compile(r"[+-]?(?=\.?[0-9])[0-9]{0,30}(\.[0-9]{0,400})?([eE][+-]?[0-9]{1,2})?")
+_WHOLE = re.compile(r"[+-]?[0-9]{1,3}")
+_COLONS = re.compile(r"[+-]?[0-9]{1,3}:[0-9]{1,2}(:[0-9]{1,2}(\.[0-9]{0,20})?)?")
+_FURTHEST_APART_DEG = 10.0
+_FEWEST_TO_JUDGE = 3
+
+
+def plain_numbers(cells: Sequence[str]) -> list[float]:
+    """The leading cells that are plain decimal numbers."""
+    return [float(cell) for cell in takewhile(_NUMBER.fullmatch, cells)]
+
+
+def possible(row: Sequence[float]) -> bool:
+    """Whether four angles can be an observation, degrees."""
+    azimuth, elevation, azimuth_encoder, elevation_encoder = row[:4]
+    return (
+        -360.0 <= azimuth <= 720.0
+        and -360.0 <= azimuth_encoder <= 720.0
+        and -90.0 <= elevation <= 90.0
+        and -270.0 <= elevation_encoder <= 270.0
+    )
+
+
+def layout_of(cells: Sequence[str]) -> str | None:
+    """How the angles of a row are written; None where no layout is certain.
+
+    Twelve columns whose degrees and minutes are whole and whose minutes and seconds lie below 60
+    are degrees, minutes, seconds. Eight columns of whole degrees and minutes could be that or
+    decimal degrees with further numbers behind: no layout is certain.
+    """
+    if any(":" in cell for cell in cells[:4]):
+        return COLONS
+    if len(cells) >= 12 and _sexagesimal(cells[:12], 3):
+        return SPACED
+    if len(cells) >= 8 and _sexagesimal(cells[:8], 2):
+        return None
+    return DECIMAL
+
+
+def sexagesimal_row(cells: Sequence[str], layout: str, where: str) -> Row:
+    """The four angles of a sexagesimal row, degrees; the sign is that of the degrees' text.
+
+    Raises
+    ------
+    InputFileError
+        A cell of another form, minutes or seconds from 60 on, or encoders so far from the true
+        place that the columns must mean something else.
+    """
+    if layout == COLONS:
+        for number, cell in enumerate(cells[:4], start=1):
+            if not _COLONS.fullmatch(cell):
+                raise InputFileError(
+                    f"{where}: {cell[:20]!r} (number {number} of the line) is not "
+                    "degrees:minutes:seconds"
+                )
+        parts = [cell.split(":") for cell in cells[:4]]
+    else:
+        parts = [list(cells[at : at + 3]) for at in range(0, 12, 3)]
+    if len(parts) < 4:
+        raise InputFileError(
+            f"{where}: {len(parts)} angles where an observation has four "
+            "(azimuth, elevation, and both encoders)"
+        )
+    angles = []
+    for degrees, *smaller in parts:
+        sixtieths = [float(text) for text in smaller]
+        if any(value >= 60.0 for value in sixtieths):
+            raise InputFileError(f"{where}: minutes or seconds are not below 60")
+        size = abs(float(degrees)) + sum(
+            value / 60.0**place for place, value in enumerate(sixtieths, start=1)
+        )
+        angles.append(-size if degrees.startswith("-") else size)
+    row = (angles[0], angles[1], angles[2], angles[3])
+    apart = max(abs(wrap_deg(row[0] - row[2])), abs(row[1] - row[3]))
+    if apart > _FURTHEST_APART_DEG:
+        raise InputFileError(
+            f"{where}: read as {layout} the encoders are {apart:.0f} deg from the true place; "
+            "the columns must be azimuth, elevation, encoder azimuth, encoder elevation, each as "
+            "degrees minutes seconds (other sexagesimal layouts are not read; convert to "
+            "decimal degrees)"
+        )
+    return row
+
+
+def refuse_radians(rows: Sequence[Row], path: str) -> None:
+    """Refuse rows that can only be radians: azimuths within a turn, no elevation above pi/2.
+
+    Raises
+    ------
+    InputFileError
+        They are.
+    """
+    if len(rows) < _FEWEST_TO_JUDGE:
+        return
+    angles = np.array(rows)
+    azimuth, elevation = angles[:, 0], angles[:, 1]
+    if (
+        np.all(np.abs(angles[:, (0, 2)]) <= 2.0 * np.pi + 0.1)
+        and np.all(np.abs(angles[:, (1, 3)]) <= np.pi / 2.0 + 0.1)
+        and np.ptp(azimuth) > 0.2
+        and np.ptp(elevation) > 0.05
+    ):
+        raise InputFileError(
+            f"{path}: all elevations lie below {np.max(elevation):.2f} and all azimuths below "
+            f"{np.max(azimuth):.2f}: this looks like radians; convert the angles to degrees"
+        )
+
+
+def altaz_table(
+    path: str | Path,
+    rows: Sequence[Row],
+    masked: Sequence[bool],
+    lines: Sequence[int],
+    *,
+    keys: dict[str, str | float],
+    options: dict[str, str | float | None],
+    format_name: str,
+    warnings: Sequence[str] = (),
+) -> PointTable:
+    """The points table of alt-azimuth rows. Masked rows have the status ``rejected``.
+
+    The branch is centred on 0, south of the equator on 180. ``options`` fill what ``keys`` of the
+    file leave out.
+
+    Raises
+    ------
+    ConfigurationError
+        Another geometry than azel is asked for.
+    """
+    if options.get("geometry") not in (None, "azel"):
+        raise ConfigurationError(
+            f"{path}: {format_name} files are of geometry azel, not {options['geometry']}"
+        )
+    head = complete_head({"geometry": "azel", **keys}, path, options)
+    n = len(lines)
+    columns: FloatArray = np.array(rows, dtype=np.float64).reshape(n, 4).T
+    azimuth, elevation, azimuth_encoder, elevation_encoder = columns
+    return PointTable(
+        geometry="azel",
+        latitude_deg=head.latitude_deg,
+        longitude_deg=head.longitude_deg,
+        elevation_m=head.elevation_m,
+        unit=head.unit,
+        ax1_centre_deg=head.ax1_centre_deg,
+        ideal="apparent",
+        utc_s=np.full(n, np.nan),
+        ax1_deg=wrap_deg(180.0 - azimuth, head.ax1_centre_deg),
+        ax2_deg=90.0 - elevation,
+        err1_deg=wrap_deg(azimuth - azimuth_encoder),
+        err2_deg=elevation - elevation_encoder,
+        sigma_deg=None,
+        status=tuple("rejected" if mask else "accepted" for mask in masked),
+        approach=((0, 0),) * n,
+        note=("",) * n,
+        labels=tuple(lines),
+        sources=(str(path),) * n,
+        warnings=(*warnings, *head.warnings),
+    )
+
+
+def _sexagesimal(cells: Sequence[str], parts: int) -> bool:
+    """Whether whole degrees (and minutes) come before a last part, all parts below 60."""
+    for at in range(0, len(cells), parts):
+        *whole, last = cells[at : at + parts]
+        if not all(_WHOLE.fullmatch(cell) for cell in whole) or not _NUMBER.fullmatch(last):
+            return False
+        if not all(0.0 <= float(cell) < 60.0 for cell in (*whole[1:], last)):
+            return False
+    return True
