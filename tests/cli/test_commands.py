@@ -111,7 +111,7 @@ def test_export_import_round_trip_gives_the_same_fit(session, said_by, tmp_path)
         (["calibrate", "--points", "2"], 2, "three points are the least"),
         (["calibrate", "--start", "yesterday"], 2, "not a date and time"),
         (["calibrate", "--port", "/dev/ttyNOPE"], 3, "does not exist"),
-        (["sun", "--lat", "95", "--lon", "0", "--at", "2026-06-21"], 2, "latitude 95"),
+        (["sun", "--lat", "95", "--lon", "0", "--at", "2026-06-21"], 2, "--lat: 95 is not between"),
         (["calibrate", "--scenario", "screwjack", "--set",
           "unit.drive1=screwjack:1:2:90:10:100:-"], 2, "cannot close"),
     ],
