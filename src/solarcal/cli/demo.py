@@ -1,7 +1,6 @@
 """``solarcal demo``: calibrate the built-in emulator, to see how it is done."""
 
 import argparse
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -71,7 +70,7 @@ def run_headless(args: argparse.Namespace) -> int:
     from solarcal.config import file_stem
     from solarcal.emulator.emulation import Emulator
     from solarcal.emulator.scenario import load_scenario
-    from solarcal.emulator.server import serve_pty
+    from solarcal.emulator.server import serve_here
     from solarcal.station.connect import open_tracker
 
     if DRIVERS[args.driver].rotator is not None:
@@ -84,17 +83,16 @@ def run_headless(args: argparse.Namespace) -> int:
         noise_deg=args.noise_deg,
         speed=args.speed or 0.0,
     )
-    with tempfile.TemporaryDirectory(prefix="solarcal-") as folder:
-        line = Path(folder) / "tracker"
-        with serve_pty(emulator, line):
-            say(f"emulated tracker '{args.scenario}' on a serial line; a day passes in seconds")
-            tracker = open_tracker(str(line))
-            try:
-                calibration = run_calibration(
-                    args, tracker, file_stem(args.scenario), emulator.noise_deg
-                )
-            finally:
-                tracker.close()
+    with serve_here(emulator) as url:
+        kind = "TCP" if url.startswith("socket://") else "a serial line"
+        say(f"emulated tracker '{args.scenario}' on {kind}; a day passes in seconds")
+        tracker = open_tracker(url)
+        try:
+            calibration = run_calibration(
+                args, tracker, file_stem(args.scenario), emulator.noise_deg
+            )
+        finally:
+            tracker.close()
     return _print_calibration(args, calibration)
 
 

@@ -127,6 +127,17 @@ def serve_tcp(emulator: UnitOnALine, host: str = "127.0.0.1", port: int = 0) -> 
         yield f"socket://{shown}:{listener.getsockname()[1]}"
 
 
+@contextlib.contextmanager
+def serve_here(emulator: UnitOnALine) -> Iterator[str]:
+    """Serve for a station in this process: a pseudo-terminal, or TCP where there is none."""
+    with contextlib.ExitStack() as line:
+        try:
+            url = line.enter_context(serve_pty(emulator))
+        except ConfigurationError:
+            url = line.enter_context(serve_tcp(emulator))
+        yield url
+
+
 def tcp_address(text: str) -> tuple[str, int]:
     """Host and port of ``HOST:PORT``, ``[IPV6]:PORT`` or ``:PORT`` (this machine only)."""
     host, colon, port = text.rpartition(":")

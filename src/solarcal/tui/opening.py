@@ -13,7 +13,7 @@ import msgspec
 
 from solarcal.clock import Clock, SystemClock
 from solarcal.config import Choice, file_stem, new_session_path, sessions_dir
-from solarcal.errors import ConfigurationError, SolarcalError
+from solarcal.errors import SolarcalError
 from solarcal.plain_text import harmless
 from solarcal.profiles import Profile
 from solarcal.unit.drivers import demand_driver
@@ -186,7 +186,7 @@ def _emulated_line(choice: Choice) -> Iterator[str]:
     """An emulator in a thread of this process, on a line like any other."""
     from solarcal.emulator.emulation import Emulator
     from solarcal.emulator.scenario import load_scenario
-    from solarcal.emulator.server import serve_pty, serve_tcp
+    from solarcal.emulator.server import serve_here
     from solarcal.timescale import parse_utc
 
     emulator = Emulator(
@@ -196,12 +196,7 @@ def _emulated_line(choice: Choice) -> Iterator[str]:
         noise_deg=choice.noise_deg,
         speed=1.0 if choice.speed is None else choice.speed,
     )
-    with contextlib.ExitStack() as line:
-        try:
-            url = line.enter_context(serve_pty(emulator))
-        except ConfigurationError:
-            # No pseudo-terminals on this system: this machine's own network does as well.
-            url = line.enter_context(serve_tcp(emulator))
+    with serve_here(emulator) as url:
         yield url
 
 
