@@ -202,6 +202,35 @@ def test_after_a_lost_line_the_same_unit_is_taken_up_again_and_another_is_refuse
         b.station.reconnect()
 
 
+def test_a_line_that_comes_and_goes_fills_no_file(bench):
+    b = bench()
+    for _ in range(50):
+        b.station.link_lost(LinkError("loose plug"))
+        b.station.reconnect()
+        b.station.clock.wait(5.0)
+    kinds = [type(r).__name__ for r in b.station.session.records]
+    assert kinds == ["LinkLost", "LinkRestored", "LinkLost"]
+    # Held for half a minute it is back; how often it went meanwhile is in the record.
+    b.station.clock.wait(30.0)
+    b.station.poll()
+    restored = b.station.session.records[-1]
+    assert (type(restored).__name__, restored.losses) == ("LinkRestored", 48)
+    b.station.clock.wait(60.0)
+    b.station.link_lost(LinkError("loose plug"))
+    assert type(b.station.session.records[-1]).__name__ == "LinkLost"
+
+
+def test_what_is_done_on_a_line_that_came_back_stands_behind_its_return(bench):
+    b = bench()
+    for _ in range(3):
+        b.station.link_lost(LinkError("loose plug"))
+        b.station.reconnect()
+    b.station.note("plug pushed in")
+    kinds = [type(r).__name__ for r in b.station.session.records]
+    assert kinds == ["LinkLost", "LinkRestored", "LinkLost", "LinkRestored", "Note"]
+    assert b.station.session.records[3].losses == 1
+
+
 def test_upload_is_one_transaction_and_clears_the_offsets(bench):
     b = bench()
     b.on_sun()

@@ -112,6 +112,40 @@ def test_a_line_that_comes_back_is_tracked_on():
     assert bench.tracker.in_force() == (P, Offsets())
 
 
+def test_a_line_lost_between_two_looks_is_the_reason_and_not_the_mode_it_left(monkeypatch):
+    """The step after the Sun that failed was of the unit's own accord; the next look says why."""
+    bench = RotatorBench()
+    bench.open()
+    looks, said = [], []
+
+    def failing(line):
+        said.append(line)
+        looks.append(line)
+        if len(looks) == 3:
+            bench.cable.pulled = True
+            bench.clock.wait(60.0)
+            bench.cable.pulled = False
+
+    begun = bench.clock.utc_s()
+    done = tracking(bench, failing).until(begun + 600.0, 30.0).document()
+    assert (done["ended_by"], done["lines_lost"]) == ("until", 1)
+    assert "the line to the emulated rotator was lost" in said
+
+
+def test_what_ended_a_run_is_told_though_no_stop_goes_out_either():
+    bench = RotatorBench()
+    bench.open()
+    said = []
+
+    def cut(line):
+        said.append(line)
+        bench.cable.pulled = True
+
+    with pytest.raises(LinkError, match="nobody answers"):
+        tracking(bench, cut).until(None, 30.0)
+    assert said[-1].startswith("it could not be stopped: ")
+
+
 def test_a_line_that_stays_away_is_given_up_after_two_minutes():
     bench = RotatorBench()
     bench.open()

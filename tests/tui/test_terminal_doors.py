@@ -88,7 +88,7 @@ def test_the_program_ends_with_its_terminal_even_if_no_hang_up_is_sent(tmp_path)
     terminal = Terminal(tmp_path, "--scenario", "tijeras-azel")
     try:
         terminal.shows("LINK OK")
-        assert terminal.take_away() == -signal.SIGHUP
+        assert terminal.take_away() == 128 + signal.SIGHUP
     finally:
         terminal.close()
     # The session is whole and free to go on with.

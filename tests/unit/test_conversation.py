@@ -291,3 +291,24 @@ def test_requests_of_several_threads_take_turns():
     ]
     assert [thread.result() for thread in threads] == [True] * 4
     assert link.served == 200
+
+
+def test_an_undamaged_frame_that_is_no_reply_is_a_fault_of_the_protocol_and_not_noise():
+    link = ScriptedLink(("0001 CLOCK", "0001 YES 10.5"))
+    with pytest.raises(ProtocolError, match=r"breaks the protocol.*with a right checksum"):
+        talk_over(link).ask("CLOCK")
+    link.assert_finished()
+
+
+def test_its_own_request_coming_back_answers_nothing():
+    link = ScriptedLink(("0001 CLOCK", sealed(">0001 CLOCK"), "0001 OK 10.5"))
+    assert talk_over(link).ask("CLOCK") == ("10.5",)
+    link.assert_finished()
+
+
+def test_a_line_that_only_repeats_is_named():
+    echo = ("0001 CLOCK", sealed(">0001 CLOCK"))
+    link = ScriptedLink(*[echo] * 4)
+    with pytest.raises(LinkError, match="/dev/ttyTEST only repeats what is sent to it"):
+        talk_over(link).ask("CLOCK")
+    link.assert_finished()

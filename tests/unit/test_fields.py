@@ -229,7 +229,16 @@ def test_a_heliostats_target_and_reduced_offsets_round_trip():
         ("axis2.limits", "a:b"),
         ("axis1.reference", ""),
         ("update_range", "0,1"),
-        ("tilt_decimals", "-1"),
+        ("axis1.limits", "-99999:99999"),
+        ("axis2.limits", "0:99999"),
+        ("axis2.reference", "1000"),
+        ("update_range", "0"),
+        ("update_range", "-1"),
+        ("update_range", "99999"),
+        ("tilt_decimals", "-4"),
+        ("tilt_decimals", "999999999"),
+        ("tilt_decimals", "1"),
+        ("scale_decimals", "0"),
         ("scale_decimals", "99"),
         ("target", "176:78"),
         ("target", "176:78:0"),
@@ -239,6 +248,28 @@ def test_a_heliostats_target_and_reduced_offsets_round_trip():
 def test_a_bad_parameter_is_refused_by_its_name(name, text):
     with pytest.raises(ProtocolError, match=name):
         parameters_from_texts({**parameters_to_texts(PARAMETERS), name: text})
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "text"),
+    [
+        ("zone", 3, "99.00"),
+        ("geometry", 4, "sideways"),
+        ("ax1_centre", 5, "1000.0"),
+        ("latitude", 0, "91.0"),
+    ],
+)
+def test_a_site_that_no_unit_has_is_refused_by_its_name(name, place, text):
+    site = ["35.05000", "-106.48000", "1830.0", "7.00", "azel", "0.00000"]
+    site[place] = text
+    with pytest.raises(ProtocolError, match=name):
+        fields.site_from_fields(site)
+
+
+def test_an_emulated_world_follows_a_sun_that_is_known():
+    assert fields.sky_from_fields(["precise", "820.0", "20.0"]).sun == "precise"
+    with pytest.raises(ProtocolError, match="field sun: 'ptolemaic' is not one of precise"):
+        fields.sky_from_fields(["ptolemaic", "820.0", "20.0"])
 
 
 def test_what_the_emulator_tells_round_trips():

@@ -107,9 +107,9 @@ def run_command(argv: Sequence[str]) -> int:
             traceback.print_exc()
         print(f"solarcal: {error}", file=sys.stderr)
         return error.exit_code
-    except KeyboardInterrupt:
-        print("solarcal: interrupted", file=sys.stderr)
-        return 130
+    except KeyboardInterrupt as interrupt:
+        print(f"solarcal: {str(interrupt) or 'interrupted'}", file=sys.stderr)
+        return int(getattr(interrupt, "exit_code", 130))
     except BrokenPipeError:
         # The reader of our output went away (`| head`); nothing is wrong.
         sys.stderr.close()

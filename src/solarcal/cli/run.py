@@ -112,6 +112,7 @@ def run_workstation(
     offline: bool = False,
 ) -> int:
     """The Textual program, until it is left; its exit code."""
+    from solarcal.cli.ending import leave_by_signals
     from solarcal.config import load_keymap, load_settings
     from solarcal.profiles import load_profile
     from solarcal.tui.action_handlers import ACTION_HANDLERS
@@ -131,6 +132,7 @@ def run_workstation(
         remember=True,
         offline=offline,
     )
+    leave_by_signals(lambda code: app.call_from_thread(app.exit, return_code=code))
     if not in_browser():
         end_with_terminal(sys.stdin.fileno())
     try:

@@ -1,7 +1,6 @@
 """``solarcal track``: follow the Sun with a rotator, coefficients applied."""
 
 import argparse
-import signal
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -52,16 +51,11 @@ def run(args: argparse.Namespace) -> int:
         args.driver = "rotctld"
     if not any((args.scenario, args.port, args.driver, args.profile, args.site)):
         raise ConfigurationError("which rotator? give --port and --site, or --site alone")
-    # Whoever ends the program by another signal than Ctrl-C wants the rotator stopped as well.
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        with tracker_for(args) as (tracker, _, _):
-            identity = tracker.open()
-            emulation = tracker.emulation
-            clock: Clock = SystemClock() if emulation is None else EmulatedClock(emulation)
-            document = _tracked(args, tracker, f"{identity.model} {identity.serial}", clock)
-    finally:
-        signal.signal(signal.SIGTERM, before)
+    with tracker_for(args) as (tracker, _, _):
+        identity = tracker.open()
+        emulation = tracker.emulation
+        clock: Clock = SystemClock() if emulation is None else EmulatedClock(emulation)
+        document = _tracked(args, tracker, f"{identity.model} {identity.serial}", clock)
     if args.json:
         print_json(document)
     return 0

@@ -195,8 +195,6 @@ class ProtocolServer:
                 raise ProtocolError(f"{name} is read only")
             texts = parameters_to_texts(controller.parameters()) | {name: arguments[1]}
             new = parameters_from_texts(texts)
-            if not new.update_range_deg > 0.0:
-                raise ProtocolError("field update_range: must be greater than zero")
             controller.set_parameters(new, self._now_s)
         return [parameters_to_texts(self._controller.parameters())[name]]
 

@@ -11,6 +11,7 @@ from solarcal.optics.aiming import Heliostat
 from solarcal.optics.heliostat import Target
 from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.site import Site
+from solarcal.unit.parameters import RANGES
 
 
 class UnitSettings(msgspec.Struct, frozen=True, kw_only=True):
@@ -51,11 +52,19 @@ class UnitSettings(msgspec.Struct, frozen=True, kw_only=True):
             low, high = getattr(self, name)
             if not low < high:
                 raise ConfigurationError(f"unit.{name}: {low:g} is not below {high:g}")
-        if not 0.0 < self.update_range_deg <= 5.0:
-            raise ConfigurationError("unit.update_range_deg must lie between 0 and 5")
-        for name in ("tilt_decimals", "scale_decimals"):
-            if not 0 <= getattr(self, name) <= 9:
-                raise ConfigurationError(f"unit.{name} must lie between 0 and 9")
+            least, most = RANGES[f"axis{name[6]}.limits"]
+            if low < least or high > most:
+                raise ConfigurationError(f"unit.{name} must lie between {least:g} and {most:g}")
+        for name, of_unit in (
+            ("update_range_deg", "update_range"),
+            ("tilt_decimals", "tilt_decimals"),
+            ("scale_decimals", "scale_decimals"),
+            ("reference1_deg", "axis1.reference"),
+            ("reference2_deg", "axis2.reference"),
+        ):
+            low, high = RANGES[of_unit]
+            if not low <= getattr(self, name) <= high:
+                raise ConfigurationError(f"unit.{name} must lie between {low:g} and {high:g}")
         if any(self.mirror_offset) and (self.target is None or self.geometry != "azel"):
             raise ConfigurationError(
                 "unit.mirror_offset belongs to a heliostat with a target on an azel mount"

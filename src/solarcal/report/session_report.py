@@ -214,7 +214,8 @@ def _what(record: Record) -> str:
         case LinkLost():
             return f"link lost: {record.reason}"
         case LinkRestored():
-            return f"link restored to unit {record.serial}"
+            again = f", after {record.losses} more losses" if record.losses else ""
+            return f"link restored to unit {record.serial}{again}"
         case UnknownRecord():
             return f"{record.type} (not known to this version)"
         case _:

@@ -271,7 +271,11 @@ class LinkLost(_Record, frozen=True, kw_only=True, tag="link_lost"):
 
 
 class LinkRestored(_Record, frozen=True, kw_only=True, tag="link_restored"):
+    """``losses``: how often it was lost again since the ``link_lost`` before, each time within
+    half a minute; those have no record of their own."""
+
     serial: str
+    losses: int = 0
 
 
 class Closed(_Record, frozen=True, kw_only=True, tag="closed"):

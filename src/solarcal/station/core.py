@@ -3,6 +3,7 @@
 A record is written and synced BEFORE the state shows it. Time comes from an injected clock.
 """
 
+import math
 import threading
 from collections.abc import Callable
 from dataclasses import replace
@@ -44,6 +45,9 @@ from solarcal.station.typed.forms import ReadByHand, TypedAnswer
 from solarcal.sun import sun_position
 from solarcal.timescale import format_utc
 from solarcal.unit.tracker import Status, Tracker, UnitIdentity, UnitSite
+
+HELD_S = 30.0
+"""A line that is lost sooner than this after it came back is coming and going."""
 
 Recorded = TypeVar("Recorded", bound=KnownRecord)
 Listener = Callable[[StationState], None]
@@ -92,6 +96,11 @@ class StationCore:
         self._stops = 0
         self._state = StationState()
         self._typed_before: list[TypedAnswer] = []
+        # The line: when it came back last, and what of that is not in the file yet.
+        self._restored_utc_s = -math.inf
+        self._restored_serial = ""
+        self._losses = 0
+        self._flapping = False
         if isinstance(tracker, ReadByHand):
             tracker.listen(self._take_down)
 
@@ -148,6 +157,7 @@ class StationCore:
         """Append to the journal, and only then show it."""
         utc = format_utc(self.clock.utc_s())
         with self._change:
+            self._record_restored()
             journal = self._open_journal()
             record = make(journal.next_seq, utc)
             journal.append(record)
@@ -214,6 +224,9 @@ class StationCore:
     def link_lost(self, error: LinkError) -> None:
         """Say and record that the line is gone; an attempt in progress is kept as aborted.
 
+        A line that is lost again within ``HELD_S`` is counted, not recorded once more: a loose
+        plug must not fill the file.
+
         Raises
         ------
         SessionFileError
@@ -223,8 +236,13 @@ class StationCore:
             return
         try:
             # On the disk first, as everything that is said; a full disk must not hide the loss.
-            if self._journal is not None:
+            if self._restored_serial:
+                self._restored_serial = ""
+                self._losses += 1
+            elif self._journal is not None:
                 self._record(lambda seq, utc: LinkLost(seq=seq, utc=utc, reason=str(error)))
+            held_s = self.clock.utc_s() - self._restored_utc_s
+            self._flapping = 0.0 <= held_s < HELD_S
         finally:
             self._live(link=LinkState.LOST, status=None, link_message=str(error), progress=None)
             try:
@@ -248,13 +266,28 @@ class StationCore:
                 f"{before.model} {before.serial}; connect the right one or start a new session"
             )
         self._read_settings()
-        if self._journal is not None:
-            self._record(lambda seq, utc: LinkRestored(seq=seq, utc=utc, serial=identity.serial))
+        self._restored_utc_s = self.clock.utc_s()
+        self._restored_serial = identity.serial
+        if not self._flapping:
+            self._record_restored()
         self._connected(identity)
         return identity
 
+    def _record_restored(self) -> None:
+        """The line is back: recorded at once, or once a line that comes and goes has held."""
+        serial, losses = self._restored_serial, self._losses
+        if not serial:
+            return
+        self._restored_serial, self._losses = "", 0
+        if self._journal is not None:
+            self._record(
+                lambda seq, utc: LinkRestored(seq=seq, utc=utc, serial=serial, losses=losses)
+            )
+
     def poll(self) -> Status:
         """Read the unit's status once and show it."""
+        if self._restored_serial and self.clock.utc_s() - self._restored_utc_s >= HELD_S:
+            self._record_restored()
         before_utc_s = self.clock.utc_s()
         status = self.tracker.status()
         # The status belongs to the middle of its exchange, which takes a while on a slow line.

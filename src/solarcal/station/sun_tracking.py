@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from solarcal.clock import Clock
-from solarcal.errors import LinkError
+from solarcal.errors import LinkError, SolarcalError
 from solarcal.mount.formula import Coefficients
 from solarcal.sun import sun_position
 from solarcal.timescale import format_utc
@@ -108,12 +108,21 @@ class SunTracking:
                 self._look(status)
                 left_s = math.inf if until_utc_s is None else until_utc_s - clock.utc_s()
                 clock.wait(max(min(every_s, left_s), SHORTEST_WAIT_S))
-        except KeyboardInterrupt:
-            run.ended_by = "interrupted"
-        finally:
-            run.ended_utc_s = clock.utc_s()
-            self._tracker.stop()
+        except KeyboardInterrupt as interrupt:
+            run.ended_by = str(interrupt) or "interrupted"
+        except SolarcalError:
+            self._stop_if_possible()
+            raise
+        run.ended_utc_s = clock.utc_s()
+        self._tracker.stop()
         return run
+
+    def _stop_if_possible(self) -> None:
+        """What ended the run is told, not that a lost line cannot carry a STOP either."""
+        try:
+            self._tracker.stop()
+        except SolarcalError as error:
+            self._say(f"it could not be stopped: {error}")
 
     def _sun_is_down(self, utc_s: float) -> bool:
         sun = sun_position("solartrak", utc_s, self._tracker.site().site)

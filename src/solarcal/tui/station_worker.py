@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 POLL_S = 1.0
 FIRST_RETRY_S = 1.0
 LONGEST_RETRY_S = 15.0
+TURNS_HELD = 5
+"""So many steps or polls after a reconnection the line counts as held, the pauses begin anew."""
 
 Step = Callable[["Station"], object]
 Post = Callable[[Message], object]
@@ -112,11 +114,15 @@ class StationWorker:
 
     def _run(self) -> None:
         pause_s = FIRST_RETRY_S
+        turns = 0
         while not self._closing.is_set():
             if self.station.state.live.link is LinkState.LOST:
                 pause_s = self._try_again(pause_s)
+                turns = 0
                 continue
-            pause_s = FIRST_RETRY_S
+            turns += 1
+            if turns > TURNS_HELD:
+                pause_s = FIRST_RETRY_S
             try:
                 submitted = self._steps.get(timeout=POLL_S)
             except queue.Empty:
@@ -177,7 +183,8 @@ class StationWorker:
             self._post(StepFailed("reconnect", error))
             return LONGEST_RETRY_S
         self._post(StepDone("reconnect", None))
-        return FIRST_RETRY_S
+        # A line that comes and goes is not opened anew every second.
+        return min(2.0 * pause_s, LONGEST_RETRY_S)
 
     def _drop_waiting(self) -> None:
         while True:

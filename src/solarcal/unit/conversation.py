@@ -16,6 +16,7 @@ from solarcal.errors import LinkError, ProcedureRefused, ProtocolError, UnitRefu
 from solarcal.unit.frames import (
     DAMAGED_FRAME,
     SEQUENCE_NUMBERS,
+    MalformedFrame,
     Reply,
     Request,
     decode_reply,
@@ -52,13 +53,14 @@ class Timing(msgspec.Struct, frozen=True):
 class _Waiting:
     """A request under way."""
 
-    __slots__ = ("accepts", "damaged", "reply", "request")
+    __slots__ = ("accepts", "damaged", "fault", "reply", "request")
 
     def __init__(self, request: Request, accepts: Callable[[Reply], bool] | None) -> None:
         self.request = request
         self.accepts = accepts
         self.reply: Reply | None = None
         self.damaged = False
+        self.fault = ""
 
 
 class Conversation:
@@ -75,6 +77,7 @@ class Conversation:
         self._waiting: dict[int, _Waiting] = {}
         self._someone_reads = False
         self._understood = False
+        self._echoes = False
         self._sending = threading.Lock()
         self._stops = 0
         self.recent: deque[str] = deque(maxlen=FRAMES_REMEMBERED)
@@ -169,6 +172,8 @@ class Conversation:
             self._await(waiting, answer_s)
             if waiting.reply is not None:
                 return
+            if waiting.fault:
+                raise ProtocolError(waiting.fault)
             if waiting.damaged:
                 damages += 1
                 waiting.damaged = False
@@ -179,6 +184,11 @@ class Conversation:
             if silences > silences_borne:
                 if damages and not self._understood:
                     raise ProtocolError(self._damage_text(waiting.request, damages))
+                if self._echoes and not self._understood:
+                    raise LinkError(
+                        f"{self.port} only repeats what is sent to it; check the wiring (a loop "
+                        "plug, transmit and receive exchanged) and that the unit is on"
+                    )
                 raise LinkError(
                     f"no answer from {self.port} to {waiting.request.verb} ({silences} times, "
                     f"{answer_s:g} s each); check that the unit is on, the cable and the port"
@@ -225,7 +235,7 @@ class Conversation:
         """
         deadline = time.monotonic() + answer_s
         with self._state:
-            while waiting.reply is None:
+            while waiting.reply is None and not waiting.fault:
                 left_s = deadline - time.monotonic()
                 if left_s <= 0.0:
                     return
@@ -253,8 +263,15 @@ class Conversation:
         """Give a reply to the request it answers; mark all as damaged when none can tell."""
         self.recent.append(_readable(line))
         self._refuse_if_turned_away(line)
+        if line.startswith(b">"):
+            # Our own frame, from an adapter that hears what it sends, or from a plug that loops.
+            self._echoes = True
+            return
         try:
             reply = decode_reply(line)
+        except MalformedFrame as error:
+            self._fault(f"{self.port} breaks the protocol: {error}, with a right checksum")
+            return
         except ProtocolError:
             reply = None
         if reply is None or reply.code == DAMAGED_FRAME:
@@ -267,6 +284,12 @@ class Conversation:
         if waiting is None or (waiting.accepts is not None and not waiting.accepts(reply)):
             return
         waiting.reply = reply
+
+    def _fault(self, text: str) -> None:
+        """Undamaged nonsense answers nobody in particular: repeating it would not help."""
+        self._understood = True
+        for each in self._waiting.values():
+            each.fault = text
 
     def _damage_text(self, request: Request, damages: int) -> str:
         if self._understood:

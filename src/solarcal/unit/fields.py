@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 from solarcal.errors import ConfigurationError, ProtocolError
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Offsets
+from solarcal.mount.geometry import GEOMETRIES
 from solarcal.site import Site, Weather
 from solarcal.timescale import format_utc
 from solarcal.unit import values
@@ -26,6 +27,9 @@ from solarcal.unit.tracker import (
 
 TILT_DECIMALS = 4
 SCALE_DECIMALS = 6
+
+SKY_SUNS = ("precise", "solartrak", "solartrak+", "noaa")
+"""Suns an emulated world may have."""
 
 _REFERENCED, _MEMORIES_DIFFER = 1, 2
 
@@ -87,11 +91,16 @@ def site_from_fields(fields: Sequence[str]) -> UnitSite:
     latitude, longitude, elevation_m, zone, geometry, ax1_centre = expect(
         fields, "latitude longitude elevation_m zone geometry ax1_centre"
     )
+    if geometry not in GEOMETRIES:
+        raise ProtocolError(f"field geometry: {geometry!r} is not one of {' '.join(GEOMETRIES)}")
+    centre_deg = values.number(ax1_centre, "ax1_centre")
+    if not abs(centre_deg) <= 360.0:
+        raise ProtocolError(f"field ax1_centre: {ax1_centre} is not between -360 and 360")
     return UnitSite(
         values.site(latitude, longitude, elevation_m),
         values.zone_west_h(zone),
         geometry,
-        values.number(ax1_centre, "ax1_centre"),
+        centre_deg,
     )
 
 
@@ -159,8 +168,8 @@ def status_from_fields(fields: Sequence[str], zone_west_h: float) -> Status:
     return Status(
         mode=Mode(mode),
         unit_utc_s=values.utc_from_local_time(local_time, zone_west_h),
-        ideal1_deg=values.number(ideal1, "ideal1"),
-        ideal2_deg=values.number(ideal2, "ideal2"),
+        ideal1_deg=values.number(ideal1, "ideal1", -540.0, 540.0),
+        ideal2_deg=values.number(ideal2, "ideal2", 0.0, 180.0),
         reading1_deg=values.number(reading1, "reading1"),
         reading2_deg=values.number(reading2, "reading2"),
         counts1=values.whole_number(counts1, "counts1"),
@@ -276,6 +285,8 @@ def sky_to_fields(sky: EmulatedSky) -> list[str]:
 def sky_from_fields(fields: Sequence[str]) -> EmulatedSky:
     """What ``X SKY`` answers; raises ProtocolError."""
     sun, pressure, temperature = expect(fields, "sun pressure temperature")
+    if sun not in SKY_SUNS:
+        raise ProtocolError(f"field sun: {sun!r} is not one of {' '.join(SKY_SUNS)}")
     try:
         weather = Weather(
             values.number(pressure, "pressure"), values.number(temperature, "temperature")

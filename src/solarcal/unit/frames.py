@@ -29,6 +29,10 @@ _REFUSAL = re.compile(rf"<([0-9A-F]{{4}}|----) NO ([1-9][0-9]?) ({_TOKEN}(?: {_T
 _CHECKSUM = re.compile(rb"[0-9A-F]{8}")
 
 
+class MalformedFrame(ProtocolError):
+    """The checksum is right and the content is no frame: not noise, but another protocol."""
+
+
 class Request(msgspec.Struct, frozen=True):
     """What the station asks: ``>SSSS VERB [argument ...]``."""
 
@@ -93,12 +97,12 @@ def decode_request(line: bytes) -> Request:
     Raises
     ------
     ProtocolError
-        The line is no undamaged request.
+        The line is damaged; ``MalformedFrame`` where it is undamaged and no request.
     """
     body = _unsealed(line)
     match = _REQUEST.fullmatch(body)
     if match is None:
-        raise ProtocolError(f"not a request: {body!r}")
+        raise MalformedFrame(f"not a request: {body!r}")
     verb, *arguments = match[2].split(" ")
     return Request(int(match[1], 16), verb, tuple(arguments))
 
@@ -109,7 +113,7 @@ def decode_reply(line: bytes) -> Reply:
     Raises
     ------
     ProtocolError
-        The line is no undamaged reply.
+        The line is damaged; ``MalformedFrame`` where it is undamaged and no reply.
     """
     body = _unsealed(line)
     if match := _RESULT.fullmatch(body):
@@ -117,7 +121,7 @@ def decode_reply(line: bytes) -> Reply:
     if match := _REFUSAL.fullmatch(body):
         seq = None if match[1] == "----" else int(match[1], 16)
         return Reply(seq, (), int(match[2]), match[3])
-    raise ProtocolError(f"not a reply: {body!r}")
+    raise MalformedFrame(f"not a reply: {body!r}")
 
 
 def _sealed(body: str) -> bytes:

@@ -18,6 +18,18 @@ PARAMETER_NAMES = (
 )  # fmt: skip
 """Everything ``PARAM`` knows."""
 
+RANGES: dict[str, tuple[float, float]] = {
+    "axis1.limits": (-540.0, 540.0),
+    "axis2.limits": (-180.0, 360.0),
+    "axis1.reference": (-540.0, 540.0),
+    "axis2.reference": (-180.0, 360.0),
+    "update_range": (0.001, 5.0),
+    "tilt_decimals": (2, 9),
+    "scale_decimals": (4, 9),
+}
+"""What each can be, degrees or decimals. Outside of it a unit is broken or misread: its limits
+would protect nothing, its P and O would be rounded away."""
+
 ABSENT = {"target": "-", "mirror": "0:0:0"}
 """What a unit that does not know these names is taken to have: it is no heliostat."""
 
@@ -46,11 +58,11 @@ def parameters_from_texts(texts: Mapping[str, str]) -> UnitParameters:
         drive1=_written(texts, "axis1.drive", parse_drive),
         drive2=_written(texts, "axis2.drive", parse_drive),
         limits=Limits(_limits(texts, "axis1.limits"), _limits(texts, "axis2.limits")),
-        update_range_deg=values.number(texts["update_range"], "update_range"),
-        reference1_deg=values.number(texts["axis1.reference"], "axis1.reference"),
-        reference2_deg=values.number(texts["axis2.reference"], "axis2.reference"),
-        tilt_decimals=_decimals(texts, "tilt_decimals"),
-        scale_decimals=_decimals(texts, "scale_decimals"),
+        update_range_deg=_bounded(texts, "update_range"),
+        reference1_deg=_bounded(texts, "axis1.reference"),
+        reference2_deg=_bounded(texts, "axis2.reference"),
+        tilt_decimals=int(_bounded(texts, "tilt_decimals")),
+        scale_decimals=int(_bounded(texts, "scale_decimals")),
         target=_written(texts, "target", parse_target),
         mirror=_written(texts, "mirror", parse_mirror),
     )
@@ -72,13 +84,23 @@ def _limits(texts: Mapping[str, str], name: str) -> AxisLimits:
     if not colon:
         raise ProtocolError(f"field {name}: {texts[name]!r} is not low:high")
     try:
-        return AxisLimits(values.number(low, "low"), values.number(high, "high"))
+        return AxisLimits(
+            _within(values.number(low, "low"), name), _within(values.number(high, "high"), name)
+        )
     except (ConfigurationError, ProtocolError) as error:
         raise ProtocolError(f"field {name}: {error}") from None
 
 
-def _decimals(texts: Mapping[str, str], name: str) -> int:
-    decimals = values.whole_number(texts[name], name)
-    if not 0 <= decimals <= 12:
-        raise ProtocolError(f"field {name}: {decimals} is not between 0 and 12")
-    return decimals
+def _bounded(texts: Mapping[str, str], name: str) -> float:
+    read = values.whole_number if name.endswith("decimals") else values.number
+    try:
+        return _within(read(texts[name], name), name)
+    except ConfigurationError as error:
+        raise ProtocolError(f"field {name}: {error}") from None
+
+
+def _within(value: float, name: str) -> float:
+    low, high = RANGES[name]
+    if not low <= value <= high:
+        raise ConfigurationError(f"{value:g} is not between {low:g} and {high:g}")
+    return value

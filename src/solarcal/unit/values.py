@@ -31,10 +31,13 @@ def number_text(value: float, decimals: int = 5) -> str:
     return text if text.strip("-0.") else text.removeprefix("-")
 
 
-def number(text: str, name: str) -> float:
+def number(text: str, name: str, low: float = -math.inf, high: float = math.inf) -> float:
     if not _NUMBER.fullmatch(text):
         raise ProtocolError(f"field {name}: {text!r} is not a number")
-    return float(text)
+    value = float(text)
+    if not low <= value <= high:
+        raise ProtocolError(f"field {name}: {text} is not between {low:g} and {high:g}")
+    return value
 
 
 def whole_number(text: str, name: str) -> int:

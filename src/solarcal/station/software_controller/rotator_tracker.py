@@ -11,7 +11,7 @@ from collections.abc import Callable
 import msgspec
 
 from solarcal.clock import Clock
-from solarcal.errors import ConfigurationError, LinkError, ProtocolError, SolarcalError
+from solarcal.errors import ConfigurationError, LinkError, SolarcalError
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount_description import MountDescription
 from solarcal.site import Site
@@ -79,6 +79,7 @@ class RotatorTracker:
         self._unit_model = ""
         self._for_now: Coefficients | None = None
         self._interrupted = False
+        self._trouble: LinkError | None = None
 
     @property
     def emulation(self) -> Emulation | None:
@@ -93,6 +94,7 @@ class RotatorTracker:
     def open(self) -> UnitIdentity:
         with self._turn:
             before, self._control = self._control, None
+            self._trouble = None
             self._pace.end()
             if before is not None:
                 self._interrupted = before.let_go() or self._interrupted
@@ -168,6 +170,9 @@ class RotatorTracker:
 
     def status(self) -> Status:
         with self._turn:
+            trouble, self._trouble = self._trouble, None
+            if trouble is not None:
+                raise trouble
             control = self._here
             # What is due comes first: a jog must not outlive its time while it is looked at.
             control.act()
@@ -246,8 +251,10 @@ class RotatorTracker:
                 return
             try:
                 self._control.act()
-            except (LinkError, ProtocolError):
+            except LinkError as error:
                 self._interrupted = self._control.let_go() or self._interrupted
+                # Whoever looks next must learn why it does not track any more.
+                self._trouble = error
             except SolarcalError:
                 # A STOP came between, or the rotator refuses a step: the status shows it.
                 return
