@@ -20,6 +20,7 @@ from solarcal.plain_text import is_harmless
 from solarcal.profile_form import profile_from_form
 from solarcal.profiles import Profile
 from solarcal.session.interchange import read_table
+from solarcal.session.interchange.tpoint_model import read_tpoint_model
 from solarcal.session.reader import live_records, read_session
 from solarcal.station.state import view_session
 from solarcal.tui.keys import checked_keymap
@@ -246,6 +247,36 @@ TPOINT = b"""Rubin AuxTel, made up
 350.0 33.3 350.01 33.31
 END
 """
+SEXAGESIMAL = b"""Made up, twelve columns
+: ALTAZ
++35.05 2026 06 21.5 12.0 780.0 2700.0 0.3
+085 40 02.2 +54 29 25.1 085 38 22.2 +54 32 45.1 ; cloud
+;133 11 01.9 +57 10 35.0 133 09 21.9 +57 13 55.0
+225 15 33.5 -00 56 55.7 225 13 53.5 -01 00 15.7
+END
+"""
+PMFIT = b"""made up
+A
+-30.24
+264.465524  28.162130 264.433446  28.271060
+259.687217  29.877367 259.655032  29.985096 17.5
+"""
+OFFSETS = b"""# Location: MZS, Antarctica
+# latitude: -74.7
+# azimuth: of the Sun's centroid from ephemerides [deg]
+# offset_az: observed azimuth - solar azimuth [deg]
+
+map_id\ttimestamp\tazimuth\televation\toffset_az\toffset_el\ttemperature
+a1\t2026-01-03T00:02:35Z\t14.66\t37.78\t-0.0829\t0.0700\tNaN
+a2\t2026-01-03T00:32:35Z\t4.66\t38.00\tNaN\tNaN\t-2.5
+"""
+MODEL = b"""made up
+T   61   17.4100   0.0000   0.0000
+  IA      -211.1600    3.5000
+& IE      -255.5500    2.5000
+= TX       +60.0000
+END
+"""
 
 
 def _into_csv(content: bytes) -> None:
@@ -254,6 +285,14 @@ def _into_csv(content: bytes) -> None:
 
 def _into_tpoint(content: bytes) -> None:
     read_table(_file("spoilt.dat", content))
+
+
+def _into_offsets(content: bytes) -> None:
+    read_table(_file("spoilt.tsv", content))
+
+
+def _into_model(content: bytes) -> None:
+    read_tpoint_model(_file("spoilt.mod", content))
 
 
 PROFILE = b"""name = "default"
@@ -393,12 +432,15 @@ def _into_mirror_scenario(content: bytes) -> None:
 
 
 DOORS: tuple[Door, ...] = (
-    Door("frames", 30, _requests, _into_frames),
+    Door("frames", 24, _requests, _into_frames),
     Door("unit", 2, _requests, _into_unit),
     Door("driver", 4, _answers, _into_driver, (PORT, "the unit refused")),
     Door("session", 15, _sessions, _into_session, ("spoilt.jsonl",)),
     Door("csv", 12, lambda: (CSV,), _into_csv, ("spoilt.csv",)),
-    Door("tpoint", 10, lambda: (TPOINT,), _into_tpoint, ("spoilt.dat",)),
+    Door("tpoint", 10, lambda: (TPOINT, SEXAGESIMAL), _into_tpoint, ("spoilt.dat",)),
+    Door("pmfit", 2, lambda: (PMFIT,), _into_tpoint, ("spoilt.dat",)),
+    Door("offsets", 3, lambda: (OFFSETS,), _into_offsets, ("spoilt.tsv",)),
+    Door("model", 1, lambda: (MODEL,), _into_model, ("spoilt.mod",)),
     Door("profile", 8, lambda: (PROFILE,), _into_profile, ("spoilt.toml",)),
     Door("profile form", 6, lambda: (FORM,), _into_form, (":",)),
     Door("settings", 6, lambda: (SETTINGS,), _into_settings, ("spoilt.toml",)),

@@ -42,7 +42,7 @@ def test_debug_shows_the_traceback_and_keeps_the_exit_code(capsys, words):
     assert run_command(words) == 2
     err = capsys.readouterr().err
     assert err.startswith("Traceback")
-    assert err.endswith("solarcal: no.jsonl cannot be read: No such file or directory\n")
+    assert err.endswith("solarcal: no.jsonl is missing: no such file\n")
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="this system has no /dev/full")

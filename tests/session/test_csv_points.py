@@ -194,7 +194,7 @@ def test_files_that_are_no_points_file(tmp_path: Path) -> None:
         read(tmp_path, PLAIN.replace(",", "\t"), geometry="azel")
     with pytest.raises(InputFileError, match=r"csv:2: not UTF-8 text \(byte 0xff\)"):
         read(tmp_path, PLAIN.encode() + b"\xff", geometry="azel")
-    with pytest.raises(InputFileError, match="No such file"):
+    with pytest.raises(InputFileError, match="is missing: no such file"):
         read_points_csv(tmp_path / "none.csv")
 
 

@@ -125,7 +125,10 @@ def test_bad_files_and_endings_are_one_line(
     assert "ends in .jsonl" in refused(capsys, "import", short, tmp_path / "x.txt")
     assert "exists already" in refused(capsys, "import", day, day)
     assert "written as .csv or .dat" in refused(capsys, "export", day, tmp_path / "x.xls")
-    assert "read from .jsonl" in refused(capsys, "export", tmp_path / "x.xls", tmp_path / "x.csv")
+    sheet = tmp_path / "x.xls"
+    assert "is missing" in refused(capsys, "export", sheet, tmp_path / "x.csv")
+    sheet.write_text("what is this")
+    assert "points are read from" in refused(capsys, "export", sheet, tmp_path / "x.csv")
     polar = tmp_path / "polar.csv"
     write_table(table(geometry="polar"), polar)
     assert "azel only" in refused(capsys, "export", polar, tmp_path / "x.dat")

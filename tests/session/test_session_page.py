@@ -1,4 +1,4 @@
-"""docs/session-file.md says what the code does."""
+"""docs/session-file.md and docs/formats.md say what the code does."""
 
 import re
 from pathlib import Path
@@ -7,11 +7,17 @@ from typing import get_args
 import pytest
 
 from solarcal.session.interchange import read_table
+from solarcal.session.interchange.tpoint_model import read_tpoint_model
 from solarcal.session.reader import read_session
 from solarcal.session.records import Header, KnownRecord, PointRecord, UnitRecord
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "session-file.md").read_text("utf-8")
 NAMES = set(re.findall(r"`([^`\n]+)`", PAGE))
+FORMATS = re.findall(
+    r"```\n(.*?)```",
+    (Path(__file__).resolve().parents[2] / "docs" / "formats.md").read_text("utf-8"),
+    re.DOTALL,
+)
 EXAMPLES = re.findall(r"```\n(.*?)```", PAGE, re.DOTALL)
 
 
@@ -36,8 +42,24 @@ def test_the_example_session_is_read_and_has_every_kind_of_record(tmp_path: Path
     assert point.error_deg[0] == pytest.approx(point.reading_deg[0] - point.ideal_deg[0])
 
 
-@pytest.mark.parametrize(("example", "name"), list(zip(EXAMPLES, ("a.csv", "a.dat"), strict=True)))
-def test_the_examples_are_read(tmp_path: Path, example: str, name: str) -> None:
-    (tmp_path / name).write_text(example)
-    table = read_table(tmp_path / name)
+def test_the_example_of_points_is_read(tmp_path: Path) -> None:
+    (example,) = EXAMPLES
+    (tmp_path / "a.csv").write_text(example)
+    table = read_table(tmp_path / "a.csv")
     assert (len(table), table.warnings) == (1, ())
+
+
+@pytest.mark.parametrize(
+    ("begins", "name"),
+    [("Test mount, 2026 Jun 21\n: ALTAZ", "a.dat"), ("8m", "a.dat"), ("#", "a.tsv")],
+)
+def test_the_examples_of_other_formats_are_read(tmp_path: Path, begins: str, name: str) -> None:
+    (example,) = [text for text in FORMATS if text.startswith(begins)]
+    (tmp_path / name).write_text(example)
+    assert len(read_table(tmp_path / name, latitude_deg=-74.7)) == 1
+
+
+def test_the_example_of_a_model_is_read(tmp_path: Path) -> None:
+    (example,) = [text for text in FORMATS if "\nT " in text]
+    (tmp_path / "a.mod").write_text(example)
+    assert read_tpoint_model(tmp_path / "a.mod").names == ("IA", "TX")

@@ -186,7 +186,7 @@ def test_files_that_are_no_tpoint_file(tmp_path: Path) -> None:
         read(tmp_path, "\n")
     with pytest.raises(InputFileError, match="no latitude line"):
         read(tmp_path, "caption\n: ALTAZ\nEND\n")
-    with pytest.raises(InputFileError, match="No such file"):
+    with pytest.raises(InputFileError, match="is missing: no such file"):
         read_tpoint(tmp_path / "none.dat")
 
 

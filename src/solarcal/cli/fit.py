@@ -21,6 +21,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_tolerance_option(parser)
     add_point_options(parser)
     parser.add_argument(
+        "--compare", type=Path, metavar="MODEL.mod", help="a published TPOINT model beside the fit"
+    )
+    parser.add_argument(
+        "--write-model",
+        type=Path,
+        metavar="OUT.mod",
+        help="the fitted TPOINT terms as a model file",
+    )
+    parser.add_argument(
         "--require", choices=("done",), help="leave with 1 unless this is the verdict"
     )
     parser.add_argument("--plot", action="store_true", help="the error plot against solar time too")
@@ -30,9 +39,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def add_method_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method",
-        choices=("linear", "robust", "exact"),
+        choices=("linear", "robust", "exact", "iterated"),
         help="robust (default): exact geometry, known physics, a physical prior; exact: the same "
-        "without prior; linear: six terms by plain least squares, as the original did",
+        "without prior; linear: six terms by plain least squares, as the original did; iterated: "
+        "TPOINT terms at the encoder places, as SPK's PMFIT",
     )
 
 
@@ -64,6 +74,11 @@ def add_point_options(parser: argparse.ArgumentParser) -> None:
     missing.add_argument("--lon", type=float, metavar="DEG", help="longitude, EAST positive")
     missing.add_argument("--elevation", type=float, metavar="M", help="metres above sea")
     missing.add_argument("--unit", help="name of the unit")
+    missing.add_argument(
+        "--offsets",
+        choices=("plain", "on-sky"),
+        help="of solaris-pointing files: offset_az is plain azimuth, or already times cos E",
+    )
 
 
 def fill_in(args: argparse.Namespace) -> "FillIn":
@@ -74,36 +89,46 @@ def fill_in(args: argparse.Namespace) -> "FillIn":
         "longitude_deg": args.lon,
         "elevation_m": args.elevation,
         "unit": args.unit,
+        "offsets": args.offsets,
     }
 
 
 def run(args: argparse.Namespace) -> int:
     from solarcal.station.judged_files import judge_files
+    from solarcal.station.published_model import compared, fitted_terms, published, write_model
 
+    model = None if args.compare is None else published(args.compare)
     judged = judge_files(
         args.files,
         fill_in(args),
         method=args.method,
-        terms=None if args.terms is None else tuple(t.strip() for t in args.terms.split(",")),
+        terms=fitted_terms(args.terms, args.method, model),
         tolerance_deg=args.tolerance,
     )
+    comparison = None if model is None else compared(judged.solution, model)
+    if args.write_model is not None:
+        write_model(judged.solution, args.files, args.write_model)
     if args.json:
         from solarcal.station.documents import fit_document
 
-        print_json(
-            fit_document(
-                args.files,
-                judged.table,
-                judged.solution,
-                judged.judgement,
-                findings=judged.fitted.findings,
-                warnings=judged.fitted.warnings,
-            )
+        document = fit_document(
+            args.files,
+            judged.table,
+            judged.solution,
+            judged.judgement,
+            findings=judged.fitted.findings,
+            warnings=judged.fitted.warnings,
         )
+        if comparison is not None:
+            document["comparison"] = comparison.as_json()
+        print_json(document)
     else:
+        from solarcal.report.fit_tables import comparison_section
         from solarcal.report.session_report import fit_text
 
         print(fit_text(judged, plot=args.plot))
+        if comparison is not None:
+            print("\n" + comparison_section(comparison))
     if args.require is None:
         return 0
     reached = judged.judgement is not None and judged.judgement.verdict.state == args.require

@@ -9,6 +9,7 @@ from solarcal.errors import FitError
 from solarcal.model.exact_errors import errors_and_slopes
 from solarcal.model.exact_fit import ExactFit, fit_mechanism
 from solarcal.model.fit import fit_linear
+from solarcal.model.iterated_fit import ITERATED, fit_iterated
 from solarcal.model.known_physics import (
     LOWEST_ELEVATION_DEG,
     SkyContext,
@@ -51,11 +52,12 @@ def fit(
         Site, limits, and what the ideal angles leave out. None: nothing, and the whole sky.
     method
         ``linear``: the named terms by plain least squares. ``robust``: the exact mechanism with a
-        prior and doubt about single points. ``exact``: the same without prior.
+        prior and doubt about single points. ``exact``: the same without prior. ``iterated``: the
+        named TPOINT terms at the encoder places, as SPK's PMFIT.
     prior
         Of the mechanism; not for ``linear``.
     terms
-        For ``linear``.
+        For ``linear`` and ``iterated``.
 
     Raises
     ------
@@ -66,6 +68,8 @@ def fit(
         context = SkyContext.for_points(points)
     if method == "linear":
         return fit_linear(points, terms, limits=context.limits)
+    if method == ITERATED:
+        return fit_iterated(points, tuple(terms), limits=context.limits)
     if method not in METHODS:
         raise FitError(f"unknown method {method!r}; choose {', '.join(METHODS)}")
     if tuple(terms) != CONTROLLER_TERMS:

@@ -191,7 +191,12 @@ class Solution:
                 f"{per_axis:.4f} deg per axis on sky"
                 + (" (points without noise: real ones have some)" if per_axis < 1e-9 else "")
             )
-            if self.model_terms[0].unit == "arcsec":
+            if self.method == "iterated":
+                notes.append(
+                    f"the sigmas divide by n - k = {self.n_points - len(self.terms)}, as SPK's "
+                    "PMFIT does, not by the 2n - k numbers there are"
+                )
+            elif self.model_terms[0].unit == "arcsec":
                 notes.append(
                     f"the sigmas divide by 2n - k = {self.degrees_of_freedom}, two numbers a "
                     "point; SPK's PMFIT divides by n - k, which makes its sigmas larger"

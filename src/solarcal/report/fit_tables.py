@@ -1,5 +1,6 @@
 """What a fit found: coefficients with their meaning on this mount, and how far to trust them."""
 
+from solarcal.model.comparison import ModelComparison
 from solarcal.model.fit import Solution
 from solarcal.model.terms import Term
 from solarcal.report.columns import columns, number, wrapped
@@ -78,3 +79,43 @@ def fit_summary(solution: Solution) -> str:
     if solution.message is not None:
         lines.append(f"*** {solution.message} ***")
     return "\n".join(lines)
+
+
+def comparison_section(comparison: ModelComparison) -> str:
+    """A published model beside the fit: each term, and how far the points are from the model."""
+    title = "Published model"
+    rows = [
+        [
+            name,
+            number(published, _DECIMALS[unit], signed=True),
+            number(published_sigma, _DECIMALS[unit]),
+            number(fitted, _DECIMALS[unit], signed=True),
+            number(fitted_sigma, _DECIMALS[unit]),
+            number(
+                None if published is None or fitted is None else fitted - published,
+                _DECIMALS[unit],
+                signed=True,
+            ),
+            unit,
+        ]
+        for name, unit, published, published_sigma, fitted, fitted_sigma in comparison.rows
+    ]
+    published_rms = comparison.published_sky_rms_arcsec
+    return "\n".join(
+        [
+            title,
+            "-" * len(title),
+            comparison.caption,
+            *columns(
+                ("", "published", "sigma", "fitted", "sigma", "difference", "unit"), rows, "<>>>>><"
+            ),
+            "these points from the published model: sky rms "
+            f"{comparison.sky_rms_deg * ARCSEC_PER_DEG:.2f} arcsec, largest "
+            f"{comparison.sky_max_deg * ARCSEC_PER_DEG:.2f}"
+            + (
+                ""
+                if published_rms is None
+                else f"; the model gives {published_rms:.2f} for its own points"
+            ),
+        ]
+    )

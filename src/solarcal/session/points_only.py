@@ -73,6 +73,8 @@ def read_points_only(path: str | Path) -> PointsOnly:
     """
     try:
         content = Path(path).read_bytes()
+    except FileNotFoundError:
+        raise SessionFileError(f"{path} is missing: no such file") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise SessionFileError(f"{path} cannot be read: {reason}") from None

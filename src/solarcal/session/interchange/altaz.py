@@ -165,7 +165,7 @@ def altaz_table(
         elevation_m=head.elevation_m,
         unit=head.unit,
         ax1_centre_deg=head.ax1_centre_deg,
-        ideal="apparent",
+        ideal=head.ideal,
         utc_s=np.full(n, np.nan),
         ax1_deg=wrap_deg(180.0 - azimuth, head.ax1_centre_deg),
         ax2_deg=90.0 - elevation,

@@ -1,5 +1,6 @@
 """What stands above a points table: ``key=value`` comments about unit and site."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isfinite
@@ -22,6 +23,8 @@ from solarcal.site import Site
 from solarcal.timescale import format_utc, parse_utc
 
 NUMBER_KEYS = ("lat_deg", "lon_deg", "elevation_m", "ax1_centre_deg")
+SEPARATOR_LINE = re.compile(r"sep=([,;|\t])", re.IGNORECASE)
+"""What a spreadsheet writes before a table, to know its own separator again."""
 KEYS = ("geometry", "unit", "ideal", "target", "mirror", *NUMBER_KEYS)
 
 
@@ -76,6 +79,13 @@ def read_head(
             "unit": unit,
         },
     )
+
+
+def without_separator_line(text: str) -> tuple[str, str]:
+    """The text with an empty first line where that was ``sep=,``, and the separator it named."""
+    first, end, rest = text.partition("\n")
+    named = SEPARATOR_LINE.fullmatch(first.rstrip("\r").strip('"'))
+    return (text, ",") if named is None else (end + rest, named[1])
 
 
 def take_key(written: dict[str, str | float], text: str, where: str) -> None:

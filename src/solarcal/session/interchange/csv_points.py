@@ -16,7 +16,12 @@ from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError, InputFileError
 from solarcal.plain_text import harmless
-from solarcal.session.interchange.csv_head import head_lines, instant_text, read_head
+from solarcal.session.interchange.csv_head import (
+    head_lines,
+    instant_text,
+    read_head,
+    without_separator_line,
+)
 from solarcal.session.interchange.files import read_text, write_text
 from solarcal.session.points import STATUSES, PointTable
 from solarcal.timescale import parse_utc
@@ -28,6 +33,8 @@ OPTIONAL_COLUMNS = ("sigma_deg", "status", "approach1", "approach2", "note")
 _APPROACH = {"": 0, "0": 0, ".": 0, "1": 1, "+1": 1, "+": 1, "-1": -1, "-": -1}
 # Instants a tracker can have met; anything else is a slip of the keyboard.
 _EARLIEST_UTC_S, _LATEST_UTC_S = parse_utc("1900-01-01"), parse_utc("2200-01-01")
+
+TAB = "\t"
 
 Value = TypeVar("Value")
 
@@ -50,7 +57,7 @@ def read_points_csv(
     InputFileError
         A bad cell, named by line and column; a missing or repeated column; no geometry.
     """
-    text = read_text(path)
+    text, separator = without_separator_line(read_text(path))
     if not text.strip():
         raise InputFileError(f"{path} is empty: a header line {','.join(REQUIRED_COLUMNS)} comes")
     head = read_head(
@@ -62,7 +69,7 @@ def read_points_csv(
         elevation_m=elevation_m,
         unit=unit,
     )
-    sheet = _read_sheet(text, path)
+    sheet = read_sheet(text, path, REQUIRED_COLUMNS, OPTIONAL_COLUMNS, separator)
     status = sheet.convert("status", _status_of)
     accepted = np.array([s == "accepted" for s in status], dtype=bool)
     # Attempts that were given up may have nothing to show; accepted rows must be complete.
@@ -137,7 +144,7 @@ def write_points_csv(table: PointTable, path: str | Path) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class _Sheet:
+class Sheet:
     """The cells by column name, with the line each row begins on."""
 
     path: str | Path
@@ -221,10 +228,23 @@ class _Sheet:
         return values
 
 
-def _read_sheet(text: str, path: str | Path) -> _Sheet:
+def read_sheet(
+    text: str,
+    path: str | Path,
+    required: Sequence[str],
+    optional: Sequence[str] = (),
+    separator: str = ",",
+) -> Sheet:
+    """A header line and rows of as many cells; ``#`` rows and empty ones are passed over.
+
+    Raises
+    ------
+    InputFileError
+        No header line, a column missing or given twice, a row of another number of cells.
+    """
     rows: list[list[str]] = []
     lines: list[int] = []
-    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True, delimiter=separator)
     last = 0
     try:
         for row in reader:
@@ -235,18 +255,21 @@ def _read_sheet(text: str, path: str | Path) -> _Sheet:
     except csv.Error as error:
         raise InputFileError(f"{path}:{last + 1}: not readable as CSV: {error}") from None
     if not rows:
-        raise InputFileError(f"{path} is empty: a header line {','.join(REQUIRED_COLUMNS)} comes")
+        raise InputFileError(f"{path} is empty: a header line {','.join(required)} comes")
     names = [cell.strip().lower() for cell in rows.pop(0)]
     where = f"{path}:{lines.pop(0)}: the header line"
-    if missing := [name for name in REQUIRED_COLUMNS if name not in names]:
-        for name, other in (("semicolons", ";"), ("tabs", "\t")):
-            if set(REQUIRED_COLUMNS) <= {cell.strip() for cell in ",".join(names).split(other)}:
+    if missing := [name for name in required if name not in names]:
+        for name, other in (("semicolons", ";"), ("tabs", "\t"), ("commas", ",")):
+            if other == separator:
+                continue
+            if set(required) <= {cell.strip() for cell in separator.join(names).split(other)}:
                 raise InputFileError(
-                    f"{where} separates its cells by {name}; save the file with commas between "
-                    "cells and points in numbers"
+                    f"{where} separates its cells by {name}; save the file with "
+                    f"{'tabs' if separator == TAB else 'commas'} between cells and points in "
+                    "numbers"
                 )
         raise InputFileError(f"{where} has no column {', '.join(missing)}")
-    for name in (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS):
+    for name in (*required, *optional):
         if names.count(name) > 1:
             raise InputFileError(f"{where} has the column {name} twice")
     for row, line in zip(rows, lines, strict=True):
@@ -256,7 +279,7 @@ def _read_sheet(text: str, path: str | Path) -> _Sheet:
                 f"{path}:{line}: {len(row)} cells where the header has {len(names)} (column {at})"
             )
     cells = list(zip(*rows, strict=True)) or [()] * len(names)
-    return _Sheet(path, dict(zip(names, cells, strict=True)), lines)
+    return Sheet(path, dict(zip(names, cells, strict=True)), lines)
 
 
 def _status_of(cell: str) -> str:

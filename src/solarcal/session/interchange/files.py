@@ -20,6 +20,8 @@ def read_text(path: str | Path) -> str:
     """
     try:
         content = Path(path).read_bytes()
+    except FileNotFoundError:
+        raise InputFileError(f"{path} is missing: no such file") from None
     except (OSError, ValueError) as error:
         raise InputFileError(f"{path} cannot be read: {_reason(error)}") from None
     try:

@@ -1,0 +1,77 @@
+"""`solarcal fit` on files of other programs, and published models beside the fit."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from solarcal.cli import main
+
+
+def telescope(folder: Path, name: str, *, pmfit: bool = False) -> Path:
+    """Thirty observations with IA -100, IE -200, CA 40, TX 60 arcsec."""
+    generator = np.random.default_rng(3)
+    azimuth, elevation = generator.uniform(0, 360, 30), generator.uniform(20, 80, 30)
+    e = np.radians(elevation)
+    encoder_azimuth = azimuth - (100 - 40 / np.cos(e)) / 3600
+    encoder_elevation = elevation - (-200 - 60 / np.tan(e)) / 3600
+    rows = [
+        " ".join(f"{value:.9f}" for value in row)
+        for row in zip(azimuth, elevation, encoder_azimuth, encoder_elevation, strict=True)
+    ]
+    head = ["Made up", "A", "35.0"] if pmfit else ["Made up", ": ALTAZ", "+35 00 00"]
+    path = folder / name
+    path.write_text("\n".join([*head, *rows, *([] if pmfit else ["END"]), ""]))
+    return path
+
+
+def fitted(capsys: pytest.CaptureFixture[str], *arguments: object) -> dict[str, Any]:
+    assert main(["fit", "--json", *map(str, arguments)]) == 0
+    document: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return document
+
+
+@pytest.mark.parametrize("pmfit", [False, True])
+def test_terms_in_arcsec(tmp_path: Path, capsys: pytest.CaptureFixture[str], pmfit: bool) -> None:
+    path = telescope(tmp_path, "a.dat", pmfit=pmfit)
+    document = fitted(capsys, path, "--terms", "IA,IE,CA,TX")
+    found = {name: c["value"] for name, c in document["coefficients"].items()}
+    assert found == pytest.approx({"IA": -100, "IE": -200, "CA": 40, "TX": 60}, abs=1e-3)
+    assert document["residuals"]["sky_rms_deg"] * 3600 < 1e-3
+    assert {c["unit"] for c in document["coefficients"].values()} == {"arcsec"}
+
+
+def test_iterated_fits_pmfits_terms_unless_others_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = telescope(tmp_path, "a.dat", pmfit=True)
+    document = fitted(capsys, path, "--method", "iterated")
+    assert list(document["coefficients"]) == ["IA", "IE", "CA", "AN", "AW", "TF"]
+    assert document["method"] == "iterated"
+    document = fitted(capsys, path, "--method", "iterated", "--terms", "IA,IE,CA,TX")
+    assert document["coefficients"]["TX"]["value"] == pytest.approx(60.0, abs=0.2)
+
+
+def test_a_written_model_leaves_nothing_when_compared(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, model = telescope(tmp_path, "a.dat"), tmp_path / "a.mod"
+    fitted(capsys, path, "--terms", "IA,IE,CA,TX", "--write-model", model)
+    document = fitted(capsys, path, "--compare", model)
+    assert document["comparison"]["sky_rms_arcsec"] < 1e-3
+    assert document["comparison"]["terms"]["TX"]["published"] == pytest.approx(60.0, abs=1e-3)
+    assert main(["fit", str(path), "--compare", str(model), "--terms", "IA,IE"]) == 0
+    text = capsys.readouterr().out
+    assert "Published model" in text
+    assert "these points from the published model: sky rms 0.00 arcsec" in text
+
+
+def test_a_model_holds_tpoint_terms_only(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, model = telescope(tmp_path, "a.dat"), tmp_path / "a.mod"
+    assert main(["fit", str(path), "--method", "linear", "--write-model", str(model)]) == 2
+    assert "a TPOINT model cannot hold P1" in capsys.readouterr().err
+    assert not model.exists()
