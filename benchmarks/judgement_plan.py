@@ -1,29 +1,31 @@
-"""What planning the day is worth: against equal spacing, exchange search, and a routine."""
+"""What a schedule is worth: against equal spacing and against an exchange search.
+
+How soon planned days are done is measured by ``judgement_stopping``.
+"""
 
 import numpy as np
 
 from benchmarks.judgement_trackers import NOISE_DEG, context_of, daylight_s
 from solarcal.model.known_physics import SkyContext
-from solarcal.model.plan import day_slots, plan, prior_knowledge
+from solarcal.model.plan import prior_knowledge
 from solarcal.model.posterior import MechanismPosterior
 from solarcal.model.prior import PLAIN, Prior
 from solarcal.model.schedule import (
     Slots,
+    YearAhead,
     after,
     best_schedule,
     cost,
+    day_slots,
     exchanged,
     with_point,
+    year_ahead,
 )
-from solarcal.model.year_ahead import YearAhead, year_ahead
-from solarcal.timescale import format_utc
 from solarcal.units import FloatArray
 
 DATES = tuple(range(5, 365, 15))
 COUNTS = (5, 8, 12)
 HOURS = (5.0, 24.0)
-TOLERANCE_DEG = 0.1
-ROUTINE_S = 37 * 60.0
 RANDOM_STARTS = 10
 UNIT = Prior().sigma_array()
 
@@ -89,30 +91,6 @@ def _equal_cost(
     return float(np.sum(year.weight * left))
 
 
-def to_tolerance(geometry: str, day: int) -> tuple[tuple[float, int] | None, ...]:
-    """Hours from the first point and number of points to a forecast within the tolerance: by
-    plan, and every 37 min; None where the day does not reach it."""
-    context = context_of(geometry)
-    first, last = daylight_s(context, day)
-    posterior = knowledge_after(context, first)
-    planned = plan(posterior, context, first, tolerance_deg=TOLERANCE_DEG)
-    ours = None
-    if planned.reaches:
-        times = planned.recommended.times_utc_s
-        ours = ((times[-1] - first) / 3600.0, len(times) + 1)
-
-    year = year_ahead(posterior, context, UNIT)
-    slots = day_slots(posterior, context, first, UNIT, last, slot_s=ROUTINE_S, gap_s=0.0)
-    left = posterior.covariance / np.outer(UNIT, UNIT)
-    routine = None
-    for index in range(1, len(slots)):
-        left = with_point(left, slots.rows[index])
-        if year.expected(left)[1] <= TOLERANCE_DEG:
-            routine = ((slots.utc_s[index] - first) / 3600.0, index + 1)
-            break
-    return ours, routine
-
-
 def run() -> list[str]:
     lines = []
     for geometry in ("azel", "tiltroll-ew"):
@@ -129,32 +107,6 @@ def run() -> list[str]:
                     f"{gain.min():.3f} to {gain.max():.3f}, median {np.median(gain):.3f}: "
                     f"{'met' if met else 'NOT MET'}"
                 )
-        lines += _clock_lines(geometry)
-    return lines
-
-
-def _clock_lines(geometry: str) -> list[str]:
-    results = {day: to_tolerance(geometry, day) for day in DATES}
-    both = [(a, b) for a, b in results.values() if a is not None and b is not None]
-    lines = []
-    if both:
-        hours = np.median([[a[0], b[0]] for a, b in both], axis=0)
-        points = np.median([[a[1], b[1]] for a, b in both], axis=0)
-        lines.append(
-            f"{geometry}: first forecast within 0.1 deg after {hours[0]:.1f} h and {points[0]:.0f} "
-            f"points by plan, {hours[1]:.1f} h and {points[1]:.0f} points every 37 min (medians of "
-            f"{len(both)} dates that reach it both ways)"
-        )
-    context = context_of(geometry)
-    for index, name in ((0, "by plan"), (1, "every 37 min")):
-        missing = [day for day, result in results.items() if result[index] is None]
-        names = ", ".join(
-            format_utc(context.first_midnight_utc_s + 86400.0 * day, 0)[5:10] for day in missing
-        )
-        lines.append(
-            f"{geometry}, {name}: {len(missing)} of {len(DATES)} dates cannot reach 0.1 deg"
-            + (f": {names}" if names else "")
-        )
     return lines
 
 

@@ -37,6 +37,7 @@ from benchmarks.judgement_world import (
 )
 from benchmarks.timing import table
 from solarcal.errors import SolarcalError
+from solarcal.model.forecast import StoppingRule
 from solarcal.model.judgement import Judgement, judge_points
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.points import PointSet
@@ -45,6 +46,7 @@ from solarcal.mount.geometry import MountGeometry
 from solarcal.site import Site
 
 TOLERANCE_DEG = 0.1
+RULE = StoppingRule(TOLERANCE_DEG)
 FEWEST = 3
 LATITUDES = (52.0, 45.0, 12.0, -33.0)
 HARD_LATITUDE = 45.0
@@ -111,7 +113,7 @@ def walk(place: Place, kind: Kind, schedule: str, seed: Sequence[int]) -> Day:
         taken = points_of(place, points)
         at = points[-1].utc_s if schedule == PLANNED else None
         if len(points) >= FEWEST or schedule == PLANNED:
-            judged = judge_points(taken, context, tolerance_deg=TOLERANCE_DEG, at_utc_s=at)
+            judged = judge_points(taken, context, rule=RULE, at_utc_s=at)
             state = judged.verdict.state if len(points) >= FEWEST else "continue"
             if state == "does_not_fit" and not misfit:
                 misfit, why = True, judged.verdict.reasons[0]
@@ -133,7 +135,8 @@ def walk(place: Place, kind: Kind, schedule: str, seed: Sequence[int]) -> Day:
 def _next(schedule: str, now: float, judged: Judgement | None, tracker: Tracker) -> float | None:
     if schedule != PLANNED:
         return now + 60.0 * EVERY_MIN[schedule]
-    assert judged is not None and judged.plan is not None
+    assert judged is not None
+    assert judged.plan is not None
     due = judged.plan.next_point_utc_s
     # The plan is in the laptop's time.
     return None if due is None else max(due - tracker.clock_s, now + 60.0)
@@ -170,7 +173,8 @@ class Cell:
 
     @property
     def name(self) -> str:
-        return f"{self.place.mount} {abs(self.place.latitude_deg):g} {'NS'[self.place.latitude_deg < 0]}"
+        side = "S" if self.place.latitude_deg < 0 else "N"
+        return f"{self.place.mount} {abs(self.place.latitude_deg):g} {side}"
 
     @property
     def done(self) -> list[Day]:

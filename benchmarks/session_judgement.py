@@ -15,12 +15,12 @@ from benchmarks.judgement_trackers import context_of, daylight_s, measured
 from benchmarks.timing import table, timed
 from solarcal.model.exact_errors import axis_errors_deg
 from solarcal.model.forecast import forecast
+from solarcal.model.judgement import judge_solution
 from solarcal.model.known_physics import SkyContext, true_points
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
 from solarcal.model.plan import plan
 from solarcal.model.points import PointSet
-from solarcal.model.verdict import judge
 from solarcal.mount.mechanism import Mechanism
 from solarcal.session.reader import read_session
 from solarcal.station.diagnosing import diagnose_session
@@ -54,11 +54,7 @@ def _one_session() -> list[str]:
 
     def everything() -> object:
         solution = fitted()
-        findings = diagnose_session(session, solution)
-        expected = forecast(solution, context)
-        planned = plan(solution.posterior, context, at_s)
-        verdict = judge(solution, expected, best_today_deg=planned.best_p95_deg)
-        return findings, verdict
+        return diagnose_session(session, solution), judge_solution(solution, context, at_utc_s=at_s)
 
     names = ("robust fit", "diagnosis", "forecast", f"plan, {LEFT_H:g} h left", "all and verdict")
     times = timed(

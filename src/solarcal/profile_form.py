@@ -129,6 +129,7 @@ def profile_from_form(texts: Mapping[str, str], before: Profile | None = None) -
         operator=form["operator"],
         pointing_device=form["pointing_device"],
         tolerance_deg=tolerance,
+        done_probability=Profile().done_probability if before is None else before.done_probability,
         driver=_driver(form),
         port=form["port"],
         baudrate=int(baudrate),

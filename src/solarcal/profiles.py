@@ -26,6 +26,7 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True):
     operator: str = ""
     pointing_device: str = ""
     tolerance_deg: float = 0.1
+    done_probability: float = 0.95
     port: str = ""
     driver: str = DEFAULT_DRIVER
     baudrate: int = 9600

@@ -19,7 +19,10 @@ from solarcal.model.known_physics import Ideal, SkyContext
 from solarcal.model.points import PointSet
 from solarcal.mount.mechanism import Mechanism
 
-__all__ = ["JUNE", "MARCH", "TRACKER", "context_of", "day_of", "random_mechanism", "true_year"]
+__all__ = [
+    "JUNE", "MARCH", "TRACKER", "context_of", "day_of", "measured", "random_mechanism",
+    "true_year",
+]  # fmt: skip
 
 MARCH, JUNE, DECEMBER = 79, 171, 354
 TRACKER = Mechanism(P1=0.7, P2=-0.5, P3=0.3, P4=1.2, P5=0.001, P6=-0.0005)

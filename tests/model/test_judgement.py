@@ -29,7 +29,8 @@ def test_a_day_without_hope_is_called_so():
     whole = judge_points(used, context, at_utc_s=float(points.utc_s[9]))
     assert not whole.plan.reaches
     assert whole.verdict.state == "not_today"
-    assert f"{whole.plan.best_p95_deg:.3f} deg" in whole.verdict.reasons[0]
+    assert whole.verdict.reasons[0] == whole.plan.sentence
+    assert "come back" in whole.verdict.reasons[0]
 
 
 def test_without_a_time_nothing_is_planned():

@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks.judgement_coverage import coverage
 from benchmarks.judgement_hard_cases import bad_points, leaning
-from benchmarks.judgement_plan import compared, to_tolerance
+from benchmarks.judgement_plan import compared
 from benchmarks.judgement_trackers import POPULATION_PRIOR
 from benchmarks.judgement_year import year_errors
 from solarcal.model.prior import Prior
@@ -60,8 +60,3 @@ def test_planned_days(geometry):
         ours, searched, equal = compared(geometry, day, 8, 24.0)
         assert ours <= 1.02 * searched
         assert ours <= equal
-
-
-def test_a_planned_day_is_over_sooner_than_a_routine_one():
-    ours, routine = to_tolerance("azel", 170)
-    assert ours[0] < routine[0]

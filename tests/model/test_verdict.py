@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from made_up_trackers import JUNE, TRACKER, day_of
 
-from solarcal.model.cross_checks import cross_check
-from solarcal.model.forecast import forecast
+from solarcal.model.cross_checks import chance_above_zero, cross_check, order_limit
+from solarcal.model.forecast import StoppingRule, forecast
 from solarcal.model.methods import fit, fit_exact
+from solarcal.model.plan import plan
 from solarcal.model.points import PointSet
 from solarcal.model.shims import base_tilt, shim_heights, wind
 from solarcal.model.verdict import BoltCircle, Verdict, judge
@@ -35,16 +36,30 @@ class TestStates:
 
     def test_nor_is_a_loose_tolerance_a_reason_to_stop_at_two(self):
         context, points = day_of("azel", 14)
-        verdict = verdict_of(points.subset([0, 13]), context, tolerance_deg=20.0)
+        solution = fit_exact(points.subset([0, 13]), context)
+        verdict = judge(solution, forecast(solution, rule=StoppingRule(20.0)))
         assert verdict.state == "continue"
         assert "only 2 points" in verdict.reasons[0]
 
     def test_hopeless_is_what_the_plan_says(self):
         context, points = day_of("tiltroll-ew", 6, day=1)
-        verdict = verdict_of(points, context, best_today_deg=0.34)
+        solution = fit_exact(points, context)
+        expected = forecast(solution)
+        day = plan(solution.posterior, context, float(points.utc_s[-1]))
+        assert day.hopeless
+        verdict = judge(solution, expected, planned=day)
         assert verdict.state == "not_today"
-        assert "today cannot do better than 0.340 deg" in verdict.reasons[0]
-        assert verdict_of(points, context, best_today_deg=0.05).state == "continue"
+        assert verdict.reasons[0] == day.sentence
+        assert judge(solution, expected).state == "continue"
+
+    def test_done_needs_the_probability_that_is_asked_for(self):
+        context, points = day_of("azel", 9, JUNE)
+        solution = fit_exact(points, context)
+        p = forecast(solution, rule=StoppingRule(0.05)).probability_within_tolerance
+        assert 0.5 < p < 0.99
+        for asked, state in ((p - 0.005, "done"), (p + 0.005, "continue")):
+            expected = forecast(solution, rule=StoppingRule(0.05, asked))
+            assert judge(solution, expected).state == state
 
     def test_a_spot_nobody_could_read(self):
         context, points = day_of("azel", 12, noise_deg=0.4)
@@ -71,7 +86,13 @@ class TestStates:
         context, points = day_of("azel", 14, JUNE, mechanism=drooping, noise_deg=0.01)
         verdict = verdict_of(points, context)
         assert verdict.state == "does_not_fit"
-        assert any("follow each other in time" in reason for reason in verdict.reasons)
+        assert any("trend in the residuals" in reason for reason in verdict.reasons)
+
+    def test_points_without_noise_are_no_misfit(self):
+        for geometry in ("azel", "tiltroll-ew", "tiltroll-ns", "polar"):
+            context, points = day_of(geometry, 14, JUNE, noise_deg=0.0)
+            for n in (6, 8, 11, 14):
+                assert verdict_of(points.subset(list(range(n))), context).state != "does_not_fit"
 
     def test_every_reason_carries_its_number(self):
         context, points = day_of("azel", 14)
@@ -150,6 +171,28 @@ class TestBase:
 
 
 class TestCrossChecks:
+    def test_a_whole_day_of_clean_points_is_rarely_called_out_of_order(self):
+        """One day in a hundred, judged after every point; none of 60 to two of 60 then."""
+        alarms = 0
+        for seed in range(60):
+            context, points = day_of("azel", 14, JUNE, seed=seed)
+            alarms += any(
+                checks.order_probability < checks.order_limit
+                for n in range(7, 15)
+                for checks in [cross_check(fit_exact(points.subset(list(range(n))), context))]
+            )
+        assert alarms <= 2
+
+    def test_the_limits_of_all_looks_add_up_to_one_percent(self):
+        assert sum(order_limit(n) for n in range(7, 2000)) == pytest.approx(0.01, rel=0.01)
+
+    def test_the_chance_of_a_sum_is_that_of_many_draws(self):
+        rng = np.random.default_rng(3)
+        for size in (6, 12, 24):
+            weights = rng.standard_normal(size) - 0.4
+            draws = rng.standard_normal((200_000, size)) ** 2 @ weights
+            assert chance_above_zero(weights) == pytest.approx(np.mean(draws > 0.0), abs=0.015)
+
     def test_leaving_out_by_algebra_is_leaving_out_in_deed(self):
         context, points = day_of("azel", 9, noise_deg=0.03)
         checks = cross_check(fit_exact(points, context))

@@ -76,7 +76,7 @@ async def test_the_plan_screen(four_points, size):
     async with workstation(four_points, size) as (app, pilot):
         await judged(app, pilot)
         await pilot.press("f4")
-        await shows(pilot, "more point", "advised", "CONTINUE", "now ", "STOP")
+        await shows(pilot, "more point", "points at, UTC", "CONTINUE", "now ", "STOP")
         await shows_golden(pilot, name_of("plan", size))
 
 
@@ -113,7 +113,7 @@ async def test_a_click_chooses_a_half_hour(four_points):
     async with workstation(four_points) as (app, pilot):
         await judged(app, pilot)
         await pilot.press("p")
-        await shows(pilot, "advised")
+        await shows(pilot, "points at, UTC")
         await settled_text(pilot)
         hours = app.screen.query_one(HalfHours)
         first = hours.chosen_utc_s
@@ -178,7 +178,7 @@ async def test_an_upload_that_does_not_fit_wants_a_reason_which_is_kept(monkeypa
     station, _ = bench()
     take_points(station, 4)
     monkeypatch.setattr(
-        "solarcal.model.judgement.judge",
+        "solarcal.model.judgement.conclude",
         lambda *_, **__: Verdict("does_not_fit", ("the points scatter by 0.40 deg",)),
     )
     async with workstation(station) as (_, pilot):

@@ -53,6 +53,23 @@ def add_tolerance_option(parser: argparse.ArgumentParser) -> None:
         metavar="DEG",
         help="what 95 %% of the year's pointing shall be within; default the session's, else 0.1",
     )
+    parser.add_argument(
+        "--done-probability",
+        type=share,
+        metavar="P",
+        help="probability of that at which the verdict is done; default the session's, else 0.95",
+    )
+
+
+def share(text: str) -> float:
+    """A probability to be asked for, for argparse."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not 0.5 <= value < 1.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a probability of 0.5 to below 1")
+    return value
 
 
 def positive_deg(text: str) -> float:
@@ -104,6 +121,7 @@ def run(args: argparse.Namespace) -> int:
         method=args.method,
         terms=fitted_terms(args.terms, args.method, model),
         tolerance_deg=args.tolerance,
+        done_probability=args.done_probability,
     )
     comparison = None if model is None else compared(judged.solution, model)
     if args.write_model is not None:

@@ -23,7 +23,11 @@ def run(args: argparse.Namespace) -> int:
     from solarcal.station.judged_files import judge_files
 
     judged = judge_files(
-        args.files, fill_in(args), method=args.method, tolerance_deg=args.tolerance
+        args.files,
+        fill_in(args),
+        method=args.method,
+        tolerance_deg=args.tolerance,
+        done_probability=args.done_probability,
     )
     judgement = judged.of_the_controller()
     if args.json:

@@ -50,6 +50,7 @@ def run(args: argparse.Namespace) -> int:
         args.files,
         fitted,
         tolerance_deg=args.tolerance,
+        done_probability=args.done_probability,
         at_utc_s=at_utc_s,
         until_utc_s=next_time(args.until, at_utc_s, "--until") if args.until else None,
         points_left=args.points,

@@ -41,6 +41,7 @@ def run(args: argparse.Namespace) -> int:
         zip_too=args.zip,
         method=args.method,
         tolerance_deg=args.tolerance,
+        done_probability=args.done_probability,
     )
     after, judged = issued.after, issued.judged
     judgement = judged.of_the_controller()

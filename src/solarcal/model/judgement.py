@@ -5,17 +5,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from solarcal.model.finding import Finding
-from solarcal.model.forecast import TOLERANCE_DEG, Forecast, forecast
+from solarcal.model.forecast import DEFAULT_RULE, Forecast, StoppingRule, forecast
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_METHOD, DEFAULT_PRIOR, fit, posterior_without_prior
-from solarcal.model.plan import plan
-from solarcal.model.planned_day import Plan
+from solarcal.model.plan import Plan, Standing, plan, times_of
 from solarcal.model.points import PointSet
 from solarcal.model.prior import Prior
 from solarcal.model.solution import Solution
 from solarcal.model.terms import CONTROLLER_TERMS
-from solarcal.model.verdict import BoltCircle, Verdict, judge
+from solarcal.model.verdict import BoltCircle, Verdict, assess, conclude
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +43,7 @@ def judge_points(
     method: str = DEFAULT_METHOD,
     prior: Prior = DEFAULT_PRIOR,
     terms: Iterable[str] = CONTROLLER_TERMS,
-    tolerance_deg: float = TOLERANCE_DEG,
+    rule: StoppingRule = DEFAULT_RULE,
     at_utc_s: float | None = None,
     until_utc_s: float | None = None,
     points_left: int | None = None,
@@ -53,7 +52,7 @@ def judge_points(
 ) -> Judgement:
     """Fit, forecast, plan the rest of the day from ``at_utc_s`` (where given), and judge.
 
-    Parameters and errors as in ``fit``, ``plan`` and ``judge``.
+    Parameters and errors as in ``fit``, ``plan`` and ``assess``.
     """
     if context is None:
         context = SkyContext.for_points(points)
@@ -61,7 +60,7 @@ def judge_points(
     return judge_solution(
         solution,
         context,
-        tolerance_deg=tolerance_deg,
+        rule=rule,
         at_utc_s=at_utc_s,
         until_utc_s=until_utc_s,
         points_left=points_left,
@@ -74,7 +73,7 @@ def judge_solution(
     solution: Solution,
     context: SkyContext,
     *,
-    tolerance_deg: float = TOLERANCE_DEG,
+    rule: StoppingRule = DEFAULT_RULE,
     at_utc_s: float | None = None,
     until_utc_s: float | None = None,
     points_left: int | None = None,
@@ -82,8 +81,9 @@ def judge_solution(
     bolt_circle: BoltCircle | None = None,
     evidence: Sequence[Finding] = (),
 ) -> Judgement:
-    """The same for points already fitted, with what was seen beside them (``judge``)."""
-    expected = forecast(solution, context)
+    """The same for points already fitted, with what was seen beside them (``assess``)."""
+    expected = forecast(solution, context, rule=rule)
+    assessment = assess(solution, expected, bolt_circle=bolt_circle, evidence=evidence)
     planned = None
     if at_utc_s is not None:
         posterior = (
@@ -95,17 +95,11 @@ def judge_solution(
             posterior,
             context,
             at_utc_s,
+            rule=rule,
+            standing=Standing.of(expected, clear=assessment.clear),
+            taken_utc_s=times_of(solution.points),
             until_utc_s=until_utc_s,
             points=points_left,
             struck=struck,
-            tolerance_deg=tolerance_deg,
         )
-    verdict = judge(
-        solution,
-        expected,
-        tolerance_deg=tolerance_deg,
-        best_today_deg=None if planned is None else planned.best_p95_deg,
-        bolt_circle=bolt_circle,
-        evidence=evidence,
-    )
-    return Judgement(solution, expected, planned, verdict)
+    return Judgement(solution, expected, planned, conclude(assessment, expected, planned))

@@ -5,16 +5,40 @@ the year's mean square error is the trace of M S, M being the mean over the year
 sky slopes. Points are added greedily and then exchanged one for one.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from solarcal.errors import ConfigurationError
+from solarcal.model.exact_errors import errors_and_slopes, own_sine
+from solarcal.model.forecast import SHARE_WITHIN, known_and_slopes, thinning, upper_quantile
+from solarcal.model.known_physics import SkyContext, sun_directions
+from solarcal.model.posterior import MechanismPosterior, standard_normals
+from solarcal.model.prior import Prior
+from solarcal.model.year_grid import (
+    LOWEST_FORECAST_DEG,
+    SLOTS,
+    controller_coefficients,
+    year_grid,
+)
+from solarcal.mount.formula import Coefficients
+from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray
+
+SLOT_S = 300.0
+GAP_S = 600.0
+"""A point with its three questions takes some minutes; nobody takes two within ten."""
 
 _LEAST_GAIN = 1e-9
 _ROUNDS = 8
+_MOMENTS = 150
+_DRAWS = 128
+_BLUR = 0.05
+"""Relative width over which a percentile of one draw counts as within: the probability of few draws
+then has no steps."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -216,3 +240,113 @@ def equally_spaced(slots: Slots, count: int, until_s: float = np.inf) -> list[in
 def _inverse(matrix: FloatArray) -> FloatArray:
     inverse = np.linalg.inv(matrix)
     return inverse.astype(np.float64, copy=False)
+
+
+def day_slots(
+    posterior: MechanismPosterior,
+    context: SkyContext,
+    at_utc_s: float,
+    unit: FloatArray,
+    until_utc_s: float | None = None,
+    struck: Sequence[tuple[float, float]] = (),
+    *,
+    slot_s: float = SLOT_S,
+    gap_s: float = GAP_S,
+    on_the_clock: bool = False,
+) -> Slots:
+    """Every few minutes of the rest of the solar day with the Sun high enough and in reach.
+
+    From ``at_utc_s``, or ``on_the_clock`` from the next full step after it.
+    """
+    since_s = (at_utc_s - context.first_midnight_utc_s) % SECONDS_PER_DAY
+    end_s = at_utc_s + SECONDS_PER_DAY - since_s
+    if until_utc_s is not None:
+        if until_utc_s < at_utc_s:
+            raise ConfigurationError("the plan must end after it begins")
+        end_s = min(end_s, until_utc_s)
+    first_s = slot_s * math.ceil(at_utc_s / slot_s) if on_the_clock else at_utc_s
+    times = first_s + slot_s * np.arange(max(int((end_s - first_s) / slot_s) + 1.0, 0.0))
+    sun = sun_directions(context, times)
+    open_ = sun.elevation_deg > LOWEST_FORECAST_DEG
+    if context.limits is not None:
+        open_ &= context.limits.distance_deg(sun.ideal1_deg, sun.ideal2_deg) >= 0.0
+    for from_s, to_s in struck:
+        open_ &= (times < from_s) | (times > to_s)
+    true1, true2 = sun.true1_deg[open_], sun.true2_deg[open_]
+    rows = np.zeros((0, 2, 6))
+    if len(true1):
+        errors, slopes = errors_and_slopes(posterior.mean, context.geometry, true1, true2)
+        sky = np.stack((own_sine(posterior.mean, true2, errors[1]), np.ones(len(true1))))
+        weighted = slopes * sky * (unit / posterior.noise_rms_deg)[:, np.newaxis, np.newaxis]
+        rows = np.ascontiguousarray(np.transpose(weighted, (2, 1, 0)))
+    return Slots(times[open_], rows, gap_s)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class YearAhead:
+    """A year of moments, linearised about the mechanism as known now; units of the prior.
+
+    ``weight`` (6, 6): mean over the year of the squared sky slopes. ``known_square``: mean square
+    of what the formula, refraction and ephemeris leave, deg^2. ``known`` (2, m), ``slopes``
+    (6, 2 m) at a sample of moments. ``day_rows`` (days, 48, 2, 6): slopes over the noise of every
+    half hour of the grid's days, zero where not ``day_open``.
+    """
+
+    weight: FloatArray
+    known_square: float
+    known: FloatArray
+    slopes: FloatArray
+    day_rows: FloatArray
+    day_open: NDArray[np.bool_]
+    days_utc_s: FloatArray
+
+    def expected(self, covariance: FloatArray, tolerance_deg: float) -> tuple[float, float, float]:
+        """Year rms, 95th percentile, degrees, and probability of the tracker's own percentile
+        within the tolerance, if the mechanism were known to a covariance."""
+        # Rounding can leave a variance of almost nothing below nothing.
+        left = max(float(np.sum(self.weight * covariance)), 0.0)
+        rms = float(np.sqrt(self.known_square + left))
+        values, vectors = np.linalg.eigh(covariance)
+        factor = vectors * np.sqrt(np.maximum(values, 0.0))
+        errors = (standard_normals(_DRAWS) @ factor.T) @ self.slopes
+        errors = errors.reshape(_DRAWS, 2, -1) + self.known
+        square = np.einsum("mag,mag->mg", errors, errors)
+        rank = math.ceil(SHARE_WITHIN * square.shape[1]) - 1
+        own = np.partition(square, rank, axis=1)[:, rank]
+        room = 0.5 * np.log(tolerance_deg**2 / np.maximum(own, 1e-12)) / _BLUR
+        within = float(np.mean(1.0 / (1.0 + np.exp(-np.clip(1.7 * room, -50.0, 50.0)))))
+        return rms, float(np.sqrt(upper_quantile(square.reshape(-1), 0.95))), within
+
+    def noons_after(self, utc_s: float) -> FloatArray:
+        """For each day of the grid its next mean solar noon after that day's end, (days,)."""
+        noon_s = self.days_utc_s + SECONDS_PER_DAY / 2.0
+        year_s = 365.2422 * SECONDS_PER_DAY
+        ahead_s = (noon_s - utc_s - SECONDS_PER_DAY / 2.0) % year_s
+        # Whole days keep it at noon.
+        days = np.ceil((utc_s + SECONDS_PER_DAY / 2.0 + ahead_s - noon_s) / SECONDS_PER_DAY - 0.01)
+        result: FloatArray = noon_s + days * SECONDS_PER_DAY
+        return result
+
+
+def year_ahead(posterior: MechanismPosterior, context: SkyContext, unit: FloatArray) -> YearAhead:
+    """The year about the posterior's mean, with the best coefficients for that mean uploaded."""
+    grid = year_grid(context)
+    uploaded = Coefficients(*controller_coefficients(posterior.mean, context, Prior()).tolist())
+    known, slopes = known_and_slopes(posterior.mean, uploaded, grid)
+    slopes = slopes * unit[:, np.newaxis, np.newaxis]
+    flat = slopes.reshape(6, -1)
+    days = len(grid.days_utc_s)
+    rows = np.zeros((days, SLOTS, 2, 6))
+    rows[grid.day, grid.slot] = np.transpose(slopes, (2, 1, 0)) / posterior.noise_rms_deg
+    is_open = np.zeros((days, SLOTS), dtype=np.bool_)
+    is_open[grid.day, grid.slot] = True
+    step = thinning(len(grid), _MOMENTS)
+    return YearAhead(
+        weight=flat @ flat.T / len(grid),
+        known_square=float(np.mean(np.sum(known**2, axis=0))),
+        known=known[:, ::step],
+        slopes=slopes[:, :, ::step].reshape(6, -1),
+        day_rows=rows,
+        day_open=is_open,
+        days_utc_s=grid.days_utc_s,
+    )

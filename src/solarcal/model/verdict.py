@@ -1,4 +1,9 @@
-"""Stop, go on, give up for today, or look what is the matter."""
+"""Done, continue, not today, or does not fit: what a fit and its forecast come to.
+
+The rule is the forecast's ``StoppingRule``. ``assess`` gathers what speaks against a fit before the
+day is planned, ``conclude`` adds what the plan makes of the rest of the day: so that verdict, plan
+and next step never contradict one another.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,15 +12,16 @@ from typing import Any, Literal
 from solarcal.model.cross_checks import LAST_POINTS, CrossChecks, cross_check
 from solarcal.model.evidence.weighing import weigh
 from solarcal.model.finding import Finding
-from solarcal.model.forecast import TOLERANCE_DEG, Forecast
+from solarcal.model.forecast import Forecast, apart_from, percent
 from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.plan import Plan
 from solarcal.model.shims import SHIM_FIRST_DEG, BaseTilt, Shim, base_tilt, shim_heights, wind
 from solarcal.model.solution import Solution
 
 State = Literal["done", "continue", "not_today", "does_not_fit"]
 
-ORDER_LIMIT = 0.01
-"""Residuals that chance would order like this less often are not noise."""
+NEGLIGIBLE_SHARE = 0.05
+"""Residuals below this part of the tolerance are no misfit, whatever their order."""
 NOISE_LIMIT_DEG = 0.15
 """A point that scatters more was not read on a spot."""
 SIGMA_FACTOR_LIMIT = 3.0
@@ -54,59 +60,104 @@ class Verdict:
         return document
 
 
+@dataclass(frozen=True, slots=True)
+class Assessment:
+    """What is known of a fit before the day is planned.
+
+    ``wrong`` says that it does not fit, ``reservations`` what keeps it from being done although
+    the forecast would allow it, ``remarks`` the rest.
+    """
+
+    wrong: tuple[str, ...]
+    doubts: tuple[str, ...]
+    reservations: tuple[str, ...]
+    remarks: tuple[str, ...]
+    checks: CrossChecks | None
+    base: BaseTilt | None
+    shims: tuple[Shim, ...]
+
+    @property
+    def clear(self) -> bool:
+        """Nothing known speaks against the fit."""
+        return not self.wrong and not self.reservations
+
+
 def judge(
     solution: Solution,
     expected: Forecast,
     *,
-    tolerance_deg: float = TOLERANCE_DEG,
-    best_today_deg: float | None = None,
+    planned: Plan | None = None,
     bolt_circle: BoltCircle | None = None,
     evidence: Sequence[Finding] = (),
 ) -> Verdict:
-    """The verdict on a fit.
+    """The verdict on a fit: ``assess``, then ``conclude``."""
+    assessment = assess(solution, expected, bolt_circle=bolt_circle, evidence=evidence)
+    return conclude(assessment, expected, planned)
+
+
+def assess(
+    solution: Solution,
+    expected: Forecast,
+    *,
+    bolt_circle: BoltCircle | None = None,
+    evidence: Sequence[Finding] = (),
+) -> Assessment:
+    """What speaks against a fit.
 
     Parameters
     ----------
     solution, expected
-        The fit and its forecast.
-    tolerance_deg
-        Compared with the forecast's ``year_p95_deg``.
-    best_today_deg
-        The plan's best of the day; without it no day is called hopeless.
+        The fit and its forecast, with the rule it is held to.
     bolt_circle
         For shim heights where the tower leans too much.
     evidence
         What clocks, reference checks, settings and read-outs say by themselves.
     """
+    tolerance_deg = expected.rule.tolerance_deg
     checks = cross_check(solution) if isinstance(solution, MechanismSolution) else None
     base, shims, lean_reasons = _lean(solution, tolerance_deg, bolt_circle)
     seen = weigh(evidence, set(solution.points.labels), tolerance_deg)
-    wrong = [*lean_reasons, *seen.wrong, *_misfits(solution, checks)]
-    p95 = expected.year_p95_deg
-    forecast_reason = (
-        f"over the year 95 % of the pointing is expected within {p95:.3f} deg "
-        f"({'within' if p95 <= tolerance_deg else 'above'} the tolerance of {tolerance_deg:g} deg)"
+    wrong = [*lean_reasons, *seen.wrong, *_misfits(solution, checks, tolerance_deg)]
+    waiting, remarks = _borne_out(solution, checks, tolerance_deg)
+    return Assessment(
+        wrong=tuple(wrong),
+        doubts=seen.waiting,
+        reservations=(*seen.waiting, *waiting),
+        remarks=(*seen.cautions, *remarks),
+        checks=checks,
+        base=base,
+        shims=shims,
     )
-    waiting, told = _borne_out(solution, checks, tolerance_deg)
-    waiting = [*seen.waiting, *waiting]
-    told = [*seen.cautions, *told]
+
+
+def conclude(assessment: Assessment, expected: Forecast, planned: Plan | None = None) -> Verdict:
+    """The verdict; without a plan no day is called hopeless."""
     state: State
-    if wrong:
-        state, reasons = "does_not_fit", [*wrong, *seen.waiting, forecast_reason, *told]
-    elif p95 <= tolerance_deg:
-        state = "continue" if waiting else "done"
-        reasons = [*waiting, forecast_reason, *told]
-    elif best_today_deg is not None and best_today_deg > tolerance_deg:
+    sure = sure_sentence(expected)
+    if assessment.wrong:
+        state = "does_not_fit"
+        reasons = [*assessment.wrong, *assessment.doubts, sure, *assessment.remarks]
+    elif expected.sure:
+        state = "continue" if assessment.reservations else "done"
+        reasons = [*assessment.reservations, sure, *assessment.remarks]
+    elif planned is not None and planned.hopeless:
         state = "not_today"
-        reasons = [
-            f"today cannot do better than {best_today_deg:.3f} deg, the tolerance is "
-            f"{tolerance_deg:g} deg",
-            forecast_reason,
-            *told,
-        ]
+        reasons = [planned.sentence, sure, *assessment.remarks]
     else:
-        state, reasons = "continue", [forecast_reason, *waiting, *told]
-    return Verdict(state, tuple(reasons), checks, base, shims)
+        state = "continue"
+        reasons = [sure, *assessment.reservations, *assessment.remarks]
+    return Verdict(state, tuple(reasons), assessment.checks, assessment.base, assessment.shims)
+
+
+def sure_sentence(expected: Forecast) -> str:
+    """How sure one can be of the year, and how sure one is asked to be."""
+    rule = expected.rule
+    p = expected.probability_within_tolerance
+    return (
+        f"{percent(p, rule.probability)} sure ({100 * rule.probability:g} % is asked for) that "
+        f"95 % of the year's pointing is within {rule.tolerance_deg:g} deg; expected: 95 % within "
+        f"{rule.within_deg(expected.year_p95_deg)} deg"
+    )
 
 
 def _lean(
@@ -148,7 +199,7 @@ def _lean(
     return base, shims, reasons
 
 
-def _misfits(solution: Solution, checks: CrossChecks | None) -> list[str]:
+def _misfits(solution: Solution, checks: CrossChecks | None, tolerance_deg: float) -> list[str]:
     reasons = []
     if solution.message is not None:
         reasons.append(f"{solution.message}: these numbers cannot be a tracker's")
@@ -169,12 +220,21 @@ def _misfits(solution: Solution, checks: CrossChecks | None) -> list[str]:
     bad, n = len(solution.outliers), solution.n_points
     if bad > 1 and bad > BLUNDER_SHARE_LIMIT * n:
         reasons.append(f"{bad} of {n} points do not fit the others: more than accidents")
-    if checks.order_probability is not None and checks.order_probability < ORDER_LIMIT:
+    if out_of_order(checks, tolerance_deg):
         reasons.append(
-            "the residuals follow each other in time; chance does so in "
-            f"{100.0 * checks.order_probability:.1f} % of cases: something is not in the model"
+            f"trend in the residuals (p = {checks.order_probability:.2g}, limit "
+            f"{checks.order_limit:.2g} for {n} points): something is not in the model"
         )
     return reasons
+
+
+def out_of_order(checks: CrossChecks, tolerance_deg: float) -> bool:
+    """Whether the residuals follow each other in time, and are large enough to matter."""
+    return (
+        checks.order_probability is not None
+        and checks.order_probability < checks.order_limit
+        and checks.residual_rms_deg > NEGLIGIBLE_SHARE * tolerance_deg
+    )
 
 
 def _borne_out(
@@ -185,23 +245,23 @@ def _borne_out(
     told: list[str] = []
     if solution.n_points < FEWEST_TO_STOP:
         waiting.append(
-            f"only {solution.n_points} point{'s' if solution.n_points > 1 else ''}: fewer than "
-            f"{FEWEST_TO_STOP} cannot contradict each other"
+            f"only {solution.n_points} point{'s' if solution.n_points > 1 else ''}: at least "
+            f"{FEWEST_TO_STOP} points are needed for a consistency check"
         )
     if checks is None or not isinstance(solution, MechanismSolution):
         return waiting, told
     if checks.left_out_rms_deg is not None:
         limit = max(tolerance_deg, LEFT_OUT_FACTOR * solution.noise_deg)
         (waiting if checks.left_out_rms_deg > limit else told).append(
-            f"each point predicted from the others is met to {checks.left_out_rms_deg:.3f} deg rms"
+            f"leave-one-out rms {apart_from(checks.left_out_rms_deg, limit)} deg (limit "
+            f"{limit:.3g} deg)"
         )
     if checks.last_moved_deg is not None:
-        (waiting if checks.last_moved_deg > tolerance_deg / 2.0 else told).append(
-            f"the last {LAST_POINTS} points moved the year by {checks.last_moved_deg:.3f} deg rms"
+        most = tolerance_deg / 2.0
+        (waiting if checks.last_moved_deg > most else told).append(
+            f"the last {LAST_POINTS} points changed the forecast by "
+            f"{apart_from(checks.last_moved_deg, most)} deg rms (limit {most:.3g} deg)"
         )
-    if checks.order_probability is not None and checks.order_probability >= ORDER_LIMIT:
-        told.append(
-            "the residuals look random: chance orders them so or more strongly in "
-            f"{100.0 * checks.order_probability:.0f} % of cases"
-        )
+    if checks.order_probability is not None and not out_of_order(checks, tolerance_deg):
+        told.append(f"no trend in the residuals (p = {checks.order_probability:.2g})")
     return waiting, told

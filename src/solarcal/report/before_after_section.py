@@ -23,17 +23,18 @@ def after_section(judged: JudgedFiles, after: SignOff) -> Section:
         rows.append((f"with what was {_done(newest)} {newest.utc[:16].replace('T', ' ')}", left))
     blocks: list[Block] = [
         Table(
-            ("expected error over the year, deg", "rms", "95 %", "largest"),
+            ("expected error over the year, deg", "rms", "95 %", "largest", "P"),
             tuple(
                 (
                     what,
                     number(year.year_rms_deg, 3),
                     number(year.year_p95_deg, 3),
                     number(year.year_max_deg, 3),
+                    number(year.probability_within_tolerance, 2),
                 )
                 for what, year in rows
             ),
-            "<>>>",
+            "<>>>>",
         )
     ]
     if newest is not None:

@@ -36,6 +36,7 @@ def issue(
     zip_too: bool,
     method: str | None = None,
     tolerance_deg: float | None = None,
+    done_probability: float | None = None,
 ) -> Issued:
     """Judge files and write the certificate in the format of each output's ending.
 
@@ -47,7 +48,13 @@ def issue(
         A file cannot be read or fitted, was written to meanwhile, or an output cannot be written.
     """
     sources = read_sources(files)
-    judged = judge_files(files, fill_in, method=method, tolerance_deg=tolerance_deg)
+    judged = judge_files(
+        files,
+        fill_in,
+        method=method,
+        tolerance_deg=tolerance_deg,
+        done_probability=done_probability,
+    )
     if read_sources(files) != sources:
         raise ConfigurationError(
             "a session was written to meanwhile; the certificate would not match its checksum: "

@@ -1,9 +1,9 @@
 """Forecast, plan and verdict as text of at most 80 columns. Angles in degrees on the sky."""
 
-from solarcal.model.forecast import Forecast
+from solarcal.model.forecast import Forecast, percent
 from solarcal.model.judgement import Judgement
 from solarcal.model.mechanism_solution import MechanismSolution
-from solarcal.model.planned_day import Plan, PlannedStop
+from solarcal.model.plan import Plan, PlannedStop
 from solarcal.model.solution import Solution
 from solarcal.model.verdict import Verdict
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS
@@ -21,12 +21,14 @@ STATE_WORDS = {
 
 def forecast_rows(forecast: Forecast, tolerance_deg: float) -> list[tuple[str, str]]:
     """What is expected over the year, and what it is made of: name, degrees."""
-    within = "within" if forecast.year_p95_deg <= tolerance_deg else "ABOVE"
+    rule, p = forecast.rule, forecast.probability_within_tolerance
     return [
         (
-            "95 % of the pointing is better than",
-            f"{forecast.year_p95_deg:.3f}  {within} the tolerance of {tolerance_deg:g}",
+            f"sure that 95 % are within {tolerance_deg:g}",
+            f"{percent(p, rule.probability)}  "
+            f"{'enough' if forecast.sure else 'NOT ENOUGH'}: {100 * rule.probability:g} % is asked",
         ),
+        ("95 % of the pointing is better than", rule.within_deg(forecast.year_p95_deg)),
         ("root mean square over the year", f"{forecast.year_rms_deg:.3f}"),
         ("  68 % sure to be below", f"{forecast.year_rms_below_deg(0.68):.3f}"),
         ("  95 % sure to be below", f"{forecast.year_rms_below_deg(0.95):.3f}"),
@@ -87,11 +89,11 @@ def plan_table(plan: Plan) -> str:
     """What stopping at each remaining half hour would give; the advised one is marked."""
     rows = [_stop_row("now", plan.now, plan)]
     rows += [_stop_row(_time(stop.stop_utc_s), stop, plan) for stop in plan.stops]
-    return "\n".join(columns(("stop, UTC", "points", "year rms", "95 %", ""), rows, "<>>><"))
+    return "\n".join(columns(("stop, UTC", "points", "year rms", "95 %", "P", ""), rows, "<>>>><"))
 
 
 def _stop_row(when: str, stop: PlannedStop, plan: Plan) -> list[str]:
-    said = "reaches the tolerance" if stop.year_p95_deg <= plan.tolerance_deg else ""
+    said = "done" if plan.reached_by(stop) else ""
     if stop is plan.recommended:
         said = f"<- advised{', ' + said if said else ''}"
     return [
@@ -99,6 +101,7 @@ def _stop_row(when: str, stop: PlannedStop, plan: Plan) -> list[str]:
         str(stop.points),
         number(stop.year_rms_deg, 3),
         number(stop.year_p95_deg, 3),
+        number(stop.probability, 2),
         said,
     ]
 
@@ -144,6 +147,9 @@ def rounding_table(offer: UploadOffer) -> str:
                     ("rms ", exact.year_rms_deg, kept_year.year_rms_deg),
                 )
             ),
+            "probability of the tolerance: "
+            f"{exact.probability_within_tolerance:.3f} as fitted, "
+            f"{kept_year.probability_within_tolerance:.3f} as kept",
         ]
     )
 

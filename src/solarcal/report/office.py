@@ -63,6 +63,7 @@ def session_profile_toml(header: Header) -> str:
         operator=header.operator,
         pointing_device=header.pointing_device,
         tolerance_deg=header.tolerance_deg,
+        done_probability=header.done_probability,
         site=None if imported and header.unknown else header.site,
         weather=header.weather,
     )

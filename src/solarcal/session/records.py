@@ -81,6 +81,8 @@ class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
     refraction: str = "none"
     true_sun: str = "precise"
     tolerance_deg: float = 0.1
+    done_probability: float = 0.95
+    """With which the year must be within the tolerance before the calibration is done."""
     coefficients: Coefficients = Coefficients()
     offsets: Offsets = Offsets()
     operator: str = ""

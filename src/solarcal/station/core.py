@@ -77,6 +77,7 @@ class StationCore:
         operator: str = "",
         pointing_device: str = "",
         tolerance_deg: float = 0.1,
+        done_probability: float = 0.95,
         inclinometer: Inclinometer | None = None,
     ) -> None:
         self.tracker = tracker
@@ -88,6 +89,7 @@ class StationCore:
         self._operator = operator
         self._pointing_device = pointing_device
         self._tolerance_deg = tolerance_deg
+        self._done_probability = done_probability
         self._inclinometer = inclinometer
         self._journal: Journal | None = None
         self._in_force = Coefficients()
@@ -387,6 +389,7 @@ class StationCore:
             ax1_centre_deg=told.ax1_centre_deg,
             true_sun=self._true_sun,
             tolerance_deg=self._tolerance_deg,
+            done_probability=self._done_probability,
             coefficients=stored.coefficients,
             offsets=stored.offsets,
             operator=self._operator,

@@ -62,6 +62,7 @@ def forecast_document(
     return {
         **_heading(files, judgement),
         "tolerance_deg": tolerance_deg,
+        "done_probability": judgement.forecast.rule.probability,
         "forecast": judgement.forecast.as_json(),
         "map": judgement.forecast.map_json(),
         "verdict": judgement.verdict.as_json(),

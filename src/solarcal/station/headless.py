@@ -59,6 +59,7 @@ def calibrate(
     site: Site | None = None,
     operator: str = "",
     tolerance_deg: float = 0.1,
+    done_probability: float = 0.95,
     method: str = DEFAULT_METHOD,
     eye_sigma_deg: float = 0.02,
     say: Callable[[str], None] = lambda sentence: None,
@@ -90,6 +91,7 @@ def calibrate(
         operator=operator or "automatic technician",
         pointing_device="emulated sunspot device",
         tolerance_deg=tolerance_deg,
+        done_probability=done_probability,
     )
     station.connect()
     journal = station.open_session(create_journal)

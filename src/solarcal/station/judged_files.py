@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.forecast import TOLERANCE_DEG
+from solarcal.model.forecast import StoppingRule
 from solarcal.model.judgement import Judgement
 from solarcal.model.solution import Solution
 from solarcal.mount.formula import COEFFICIENT_NAMES
@@ -14,7 +14,7 @@ from solarcal.session.points import PointTable
 from solarcal.session.reader import Session
 from solarcal.session.records import Header
 from solarcal.station.fitted_files import FittedFiles, fit_files
-from solarcal.station.judging import judge_fit
+from solarcal.station.judging import judge_fit, stopping_rule
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,11 @@ class JudgedFiles:
     paths: tuple[Path, ...]
     fitted: FittedFiles
     judgement: Judgement | None
-    tolerance_deg: float
+    rule: StoppingRule
+
+    @property
+    def tolerance_deg(self) -> float:
+        return self.rule.tolerance_deg
 
     @property
     def table(self) -> PointTable:
@@ -69,6 +73,7 @@ def judge_files(
     method: str | None = None,
     terms: Sequence[str] | None = None,
     tolerance_deg: float | None = None,
+    done_probability: float | None = None,
 ) -> JudgedFiles:
     """Read, merge, fit and judge, planning from the newest point.
 
@@ -76,7 +81,9 @@ def judge_files(
     """
     files = [Path(path) for path in paths]
     fitted = fit_files(files, fill_in, method=method, terms=terms)
-    return judge_fitted(files, fitted, tolerance_deg=tolerance_deg)
+    return judge_fitted(
+        files, fitted, tolerance_deg=tolerance_deg, done_probability=done_probability
+    )
 
 
 def judge_fitted(
@@ -84,6 +91,7 @@ def judge_fitted(
     fitted: FittedFiles,
     *,
     tolerance_deg: float | None = None,
+    done_probability: float | None = None,
     at_utc_s: float | None = None,
     until_utc_s: float | None = None,
     points_left: int | None = None,
@@ -92,19 +100,19 @@ def judge_fitted(
     """The judgement of files already fitted; the plan begins at the newest point unless told."""
     files = tuple(Path(path) for path in paths)
     header = fitted.sessions[0].header if fitted.sessions else None
-    if tolerance_deg is None:
-        tolerance_deg = TOLERANCE_DEG if header is None else header.tolerance_deg
+    rule = stopping_rule(header, tolerance_deg, done_probability)
     if fitted.solution.terms != COEFFICIENT_NAMES:
-        return JudgedFiles(files, fitted, None, tolerance_deg)
+        return JudgedFiles(files, fitted, None, rule)
     judgement = judge_fit(
         fitted.table,
         fitted.solution,
         header,
-        tolerance_deg=tolerance_deg,
+        tolerance_deg=rule.tolerance_deg,
+        done_probability=rule.probability,
         at_utc_s=at_utc_s,
         until_utc_s=until_utc_s,
         points_left=points_left,
         struck=struck,
         evidence=fitted.evidence,
     )
-    return JudgedFiles(files, fitted, judgement, tolerance_deg)
+    return JudgedFiles(files, fitted, judgement, rule)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from solarcal.model.finding import Finding
-from solarcal.model.forecast import TOLERANCE_DEG
+from solarcal.model.forecast import StoppingRule
 from solarcal.model.judgement import Judgement, judge_solution
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.model.solution import Solution
@@ -55,6 +55,7 @@ def judge_fit(
     header: Header | None = None,
     *,
     tolerance_deg: float | None = None,
+    done_probability: float | None = None,
     at_utc_s: float | None = None,
     until_utc_s: float | None = None,
     points_left: int | None = None,
@@ -66,15 +67,28 @@ def judge_fit(
     ``header`` is that of the session they are from, ``evidence`` what its clocks, checks, settings
     and read-outs say by themselves.
     """
-    if tolerance_deg is None:
-        tolerance_deg = TOLERANCE_DEG if header is None else header.tolerance_deg
     return judge_solution(
         solution,
         sky_context(table, header),
-        tolerance_deg=tolerance_deg,
+        rule=stopping_rule(header, tolerance_deg, done_probability),
         at_utc_s=newest_point_utc_s(table) if at_utc_s is None else at_utc_s,
         until_utc_s=until_utc_s,
         points_left=points_left,
         struck=struck,
         evidence=evidence,
+    )
+
+
+def stopping_rule(
+    header: Header | None,
+    tolerance_deg: float | None = None,
+    done_probability: float | None = None,
+) -> StoppingRule:
+    """The session's, with what is given instead."""
+    rule = StoppingRule()
+    if header is not None:
+        rule = StoppingRule(header.tolerance_deg, header.done_probability)
+    return StoppingRule(
+        rule.tolerance_deg if tolerance_deg is None else tolerance_deg,
+        rule.probability if done_probability is None else done_probability,
     )

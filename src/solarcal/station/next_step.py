@@ -20,6 +20,7 @@ ENOUGH_POINTS = 7
 """The fewest points the manual calls a calibration; it goes on to twelve."""
 
 FULL_CALIBRATION = 12
+NOT_TODAY = " Today's will not reach the tolerance."
 CHECK_POINTS = 2
 CLOCK_TOLERANCE_S = 1.0
 
@@ -156,10 +157,11 @@ def _next_point(
         )
     if judgement is not None and judgement.verdict.state == "done":
         return NextStep("Good for the year: upload the coefficients, then prove them.", "upload")
-    planned = judgement.plan.recommended if judgement is not None and judgement.plan else None
+    day = None if judgement is None else judgement.plan
+    planned = None if day is None else day.recommended
     if planned is not None and planned.points:
         due_utc_s: float | None = planned.times_utc_s[0]
-    elif n >= FULL_CALIBRATION:
+    elif day is None and n >= FULL_CALIBRATION:
         return NextStep(f"{n} points: upload the coefficients, then prove them.", "upload")
     else:
         due_utc_s = _due_utc_s(session)
@@ -182,14 +184,15 @@ def _next_point(
         )
     if planned is not None and planned.points:
         last = n + planned.points
-        reaches = judgement is not None and judgement.plan is not None and judgement.plan.reaches
-        but = "" if reaches else " Today's will not reach the tolerance."
+        but = "" if day is None or not day.hopeless else NOT_TODAY
         return NextStep(
             f"Point {n + 1} of {last}: set the Sun offset, then take it.{but}",
             "sun_offset",
             due_utc_s,
         )
     rest = f"Point {n + 1}: set the Sun offset, then take it"
+    if day is not None and day.hopeless:
+        return NextStep(f"{rest}.{NOT_TODAY}", "sun_offset", due_utc_s)
     if n >= ENOUGH_POINTS:
         rest += " (or upload: there are enough to try)"
     return NextStep(rest + ".", "sun_offset", due_utc_s)

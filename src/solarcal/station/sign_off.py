@@ -110,4 +110,5 @@ def forecast_with(judgement: Judgement, coefficients: Coefficients, offsets: Off
         coefficients.P5,
         coefficients.P6,
     )
-    return forecast(judgement.solution, judgement.forecast.grid.context, uploaded=held)
+    expected = judgement.forecast
+    return forecast(judgement.solution, expected.grid.context, uploaded=held, rule=expected.rule)

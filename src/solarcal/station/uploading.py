@@ -42,7 +42,12 @@ def offer_upload(judgement: Judgement, unit: UnitRecord) -> UploadOffer:
         judgement=judgement,
         fitted=fitted,
         rounded=rounded,
-        kept=forecast(judgement.solution, judgement.forecast.grid.context, uploaded=rounded),
+        kept=forecast(
+            judgement.solution,
+            judgement.forecast.grid.context,
+            uploaded=rounded,
+            rule=judgement.forecast.rule,
+        ),
         against=verdict.reasons[:1] if verdict.state == "does_not_fit" else (),
     )
 

@@ -124,6 +124,7 @@ def open_line(
             operator=profile.operator,
             pointing_device=profile.pointing_device,
             tolerance_deg=profile.tolerance_deg,
+            done_probability=profile.done_probability,
             inclinometer=None if emulated else profile.inclinometer,
         )
         station.connect()

@@ -218,7 +218,7 @@ class StationApp(App[int]):
 def planning_utc_s(session: "SessionView", laptop_utc_s: float | None) -> float | None:
     """The moment to plan from: the laptop's, but not so soon after the newest point that nobody
     could take another."""
-    from solarcal.model.plan import GAP_S
+    from solarcal.model.schedule import GAP_S
 
     if not session.accepted:
         return laptop_utc_s

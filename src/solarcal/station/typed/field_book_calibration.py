@@ -85,6 +85,7 @@ def calibrate_by_book(
         operator=profile.operator,
         pointing_device=profile.pointing_device,
         tolerance_deg=profile.tolerance_deg,
+        done_probability=profile.done_probability,
         inclinometer=profile.inclinometer,
     )
     station.connect()

@@ -7,6 +7,7 @@ from textual.widget import Widget
 from textual.widgets import Input, Static
 
 from solarcal.errors import SolarcalError
+from solarcal.model.forecast import percent
 from solarcal.report.columns import columns, number
 from solarcal.report.judgement_text import STATE_WORDS
 from solarcal.report.tables import checks_table
@@ -226,7 +227,9 @@ def proposal_table(proposal: UploadProposal) -> str:
     fitted, kept = proposal.judgement.forecast, proposal.offer.kept
     lines.append(
         f"over the year, 95 %: {fitted.year_p95_deg:.4f} deg as fitted, "
-        f"{kept.year_p95_deg:.4f} as the unit keeps it"
+        f"{kept.year_p95_deg:.4f} as the unit keeps it, "
+        f"{percent(kept.probability_within_tolerance, kept.rule.probability)} sure of "
+        f"{kept.rule.tolerance_deg:g}"
     )
     lines.append(STATE_WORDS[proposal.judgement.verdict.state])
     return "\n".join(lines)

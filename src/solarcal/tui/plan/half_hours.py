@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 from textual.events import Click
 
-from solarcal.model.planned_day import Plan, PlannedStop
+from solarcal.model.plan import Plan, PlannedStop
 from solarcal.report.columns import columns, number
 from solarcal.station.plan_wishes import HALF_HOUR_S, PlanWishes
 from solarcal.timescale import format_utc
 from solarcal.tui.widgets.text_lines import TextLines
 
-HEADINGS = ("", "until", "local", "points at, UTC", "points", "rms", "95 %", "")
-ALIGNMENT = "<<<<>>><"
+HEADINGS = ("", "until", "local", "points at, UTC", "points", "rms", "95 %", "P", "")
+ALIGNMENT = "<<<<>>>><"
 HEADING_ROWS = 2
 
 
@@ -57,6 +57,7 @@ class HalfHour:
             "" if stop is None else str(stop.points),
             number(None if stop is None else stop.year_rms_deg, 3),
             number(None if stop is None else stop.year_p95_deg, 3),
+            number(None if stop is None else stop.probability, 2),
             ", ".join(said),
         ]
 
@@ -85,7 +86,7 @@ def half_hours(plan: Plan, wishes: PlanWishes, zone_west_h: float) -> tuple[Half
                 planned_utc_s=tuple(t for t in times if begin <= t < end_utc_s),
                 stop=stop,
                 advised=stop is not None and stop is plan.recommended,
-                reaches=stop is not None and stop.year_p95_deg <= plan.tolerance_deg,
+                reaches=stop is not None and plan.reached_by(stop),
                 struck=begin in wishes.struck,
                 leaving=begin == leaving,
             )
@@ -130,7 +131,7 @@ class HalfHours(TextLines):
 
     def _show_rows(self) -> None:
         now = ["", "now", "", "", "0", number(self._now.year_rms_deg, 3)]
-        now += [number(self._now.year_p95_deg, 3), ""]
+        now += [number(self._now.year_p95_deg, 3), number(self._now.probability, 2), ""]
         rows = [hour.cells(index == self._chosen) for index, hour in enumerate(self._hours)]
         self.show(columns(HEADINGS, [now, *rows], ALIGNMENT), pinned=HEADING_ROWS)
         # The row of now comes before the half hours.

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from textual.content import Content
 from textual.widgets import Static
 
+from solarcal.model.forecast import percent
 from solarcal.model.judgement import Judgement
+from solarcal.model.verdict import sure_sentence
 from solarcal.report.judgement_text import STATE_WORDS
 from solarcal.station.next_step import NextStep, countdown_text
 from solarcal.station.sign_off import sign_off_views
@@ -124,8 +126,11 @@ def verdict_words(
         told = reason or ("" if waiting else "it comes with the first point")
         return VerdictWords("judging ..." if waiting and not reason else "No verdict", told)
     verdict = judgement.verdict
-    year = f"{judgement.forecast.year_p95_deg:.3f} deg"
-    # The reason that is the forecast itself is told so already.
-    first = next((reason for reason in verdict.reasons if year not in reason), "")
-    told = f"Year 95 %: {year}, tolerance {session.header.tolerance_deg:g}.  {first}"
+    expected = judgement.forecast
+    rule, p95 = expected.rule, expected.rule.within_deg(expected.year_p95_deg)
+    sure = percent(expected.probability_within_tolerance, rule.probability)
+    # The reason that is the forecast itself stands first already.
+    forecast_reason = sure_sentence(expected)
+    first = next((reason for reason in verdict.reasons if reason != forecast_reason), "")
+    told = f"{sure} sure of {rule.tolerance_deg:g} deg. Year 95 %: {p95} deg.  {first}"
     return VerdictWords(f"{STATE_WORDS[verdict.state]}.", told, TONES[verdict.state])
