@@ -33,6 +33,8 @@ SEARCH_SCALES = (0.0, 2 * COARSE_STEP)
 SETTLED = 1e-3
 ROUNDING = 1e-14
 MOST_SUSPECTS = 8
+MOST_NUMBERS = 2_000_000
+"""Of one array of starts by points; beyond it the starts take turns."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -98,12 +100,11 @@ def solve_mixture(at: Linearised, before: ScaleMixture | None = None) -> ScaleMi
 
 
 def _search_blunders(at: Linearised) -> FloatArray:
-    """The most plausible start: every point, every pair of suspects taken for blunders. (1, n)"""
+    """The most plausible start: no point, each suspect, each pair of them a blunder. (1, n)"""
     n = len(at.residuals)
-    singles = [(i,) for i in range(n)]
-    rows: list[tuple[int, ...]] = [(), *singles]
+    suspects = range(n) if n <= MOST_SUSPECTS + 4 else _suspects(at)
+    rows: list[tuple[int, ...]] = [(), *((i,) for i in suspects)]
     if n > 3:
-        suspects = range(n) if n <= MOST_SUSPECTS + 4 else _suspects(at)
         rows += list(combinations(suspects, 2))
     starts = np.zeros((len(rows), n))
     for row, chosen in zip(starts, rows, strict=True):
@@ -120,11 +121,22 @@ def _search_blunders(at: Linearised) -> FloatArray:
 
 
 def _suspects(at: Linearised) -> list[int]:
-    """The points whose leaving out improves the rest most."""
-    n = len(at.residuals)
-    log_scales = np.full(n, at.log_scale_mean + COARSE_STEP)
-    _, _, _, scores = _climb(at, log_scales, np.ones(n), np.eye(n), 2)
-    return sorted(np.argsort(scores)[::-1][:MOST_SUSPECTS].tolist())
+    """The points that lie farthest from what the others predict, in their own noise.
+
+    One fit of all points; the residual of a left-out point follows from its leverage, so that the
+    search grows as the number of points (Cook and Weisberg 1982, Residuals and Influence, 2.2).
+    """
+    scale = np.exp(at.log_scale_mean + COARSE_STEP)
+    weights = 1.0 / (scale * at.sigma_deg) ** 2
+    normal = np.einsum("n,nai,naj->ij", weights, at.slopes, at.slopes) + np.diag(at.precision)
+    pull = np.einsum("n,nai,na->i", weights, at.slopes, at.residuals) + at.precision * at.offset
+    inverse = np.linalg.inv(normal + ROUNDING * np.trace(normal) * np.eye(len(normal)))
+    left = at.residuals - at.slopes @ (inverse @ pull)
+    leverage = np.einsum("n,nai,ij,nbj->nab", weights, at.slopes, inverse, at.slopes, optimize=True)
+    others = np.eye(2) * (1.0 + ROUNDING) - leverage
+    predicted = np.linalg.solve(others, left[..., np.newaxis])[..., 0]
+    distance = weights * np.einsum("na,na->n", left, predicted)
+    return sorted(np.argsort(distance)[::-1][:MOST_SUSPECTS].tolist())
 
 
 def _at_scales(at: Linearised, scales: FloatArray, start: FloatArray) -> ScaleMixture:
@@ -167,6 +179,19 @@ def _climb(
     Returns steps (b, k), point weights (b, n), blunder probabilities (b, n), log evidence (b,).
     """
     n, _, k = at.slopes.shape
+    together = max(1, MOST_NUMBERS // n)
+    if len(log_scales) > together:
+        # So many points that the starts are climbed a few at a time: memory grows as the points.
+        parts = [
+            _climb(at, log_scales[part], widths[part], blunder[part], iterations)
+            for part in (
+                slice(first, first + together) for first in range(0, len(log_scales), together)
+            )
+        ]
+        steps, point_weights, blunder, score = (
+            np.concatenate(of) for of in zip(*parts, strict=True)
+        )
+        return steps, point_weights, blunder, score
     flat = at.slopes.reshape(2 * n, k)
     squares = np.einsum("nai,naj->nij", at.slopes, at.slopes).reshape(n, k * k)
     pulls = np.einsum("nai,na->ni", at.slopes, at.residuals)
