@@ -223,11 +223,85 @@ def test_convergence_shows_one_sigma_of_each_coefficient(history):
     assert bars(wide) >= bars(without) + 3 * len(history)
 
 
+FINE = scales.View(fine=True)
+BRAILLE = re.compile("[\u2801-\u28ff]")
+
+
+def test_curves_in_braille_tell_the_axes_apart_without_colour(full_day):
+    """Axis 1 is a whole line, axis 2 a dashed one; the points keep their glyphs."""
+    text = plots.error_plot(full_day, 80, 15, colour=False, view=FINE)
+    rows = body(text)
+    dots = {
+        (2 * x + column, 4 * y + row)
+        for y, line in enumerate(rows)
+        for x, character in enumerate(line)
+        if BRAILLE.match(character)
+        for bit, (column, row) in enumerate(
+            ((0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (0, 3), (1, 3))
+        )
+        if (ord(character) - 0x2800) >> bit & 1
+    }
+    assert len({x for x, _ in dots}) > 80, "finer than one mark a column"
+    assert scales.AXIS1 in text
+    assert scales.AXIS2 in text
+    assert "model ⠒⠒ ⠒ ⠒" in text.split("\n")[0]
+
+
+def test_a_residual_of_a_fiftieth_of_a_degree_is_seen_at_80x24(full_day):
+    """The plot pane of an 80x24 terminal is 80x15; tolerance and larger residuals share it."""
+    points = full_day.points
+    model1 = points.err1_deg - points.residual1_deg
+    left = np.zeros(len(points.labels))
+    left[2], left[7] = 0.02, 0.09
+    quiet = replace(
+        points,
+        err1_deg=model1,
+        residual1_deg=np.zeros_like(left),
+        residual2_deg=left,
+    )
+    text = plots.residual_plot(replace(full_day, points=quiet), 80, 15, colour=False, view=FINE)
+    without = replace(quiet, residual2_deg=np.where(left == 0.02, 0.0, left))
+    other = plots.residual_plot(replace(full_day, points=without), 80, 15, colour=False, view=FINE)
+    assert text != other
+    changed = sum(a != b for a, b in zip(text, other, strict=True))
+    assert changed >= 2, "the point and its line both moved"
+
+
+def test_the_error_plot_of_an_80x24_terminal_has_five_labelled_ticks(full_day):
+    text = plots.error_plot(full_day, 80, 15, colour=False, view=FINE)
+    labels = re.findall(r"^ *[+-]?\d+\.\d+┤", text, re.M)
+    assert len(labels) >= 5
+
+
+def test_a_cursor_reads_the_values_of_its_point(full_day):
+    view = scales.View(cursor=3, fine=True)
+    header = plots.error_plot(full_day, 100, 30, colour=False, view=view).split("\n")[0]
+    assert f"record {full_day.points.labels[3]}" in header
+    assert f"{full_day.points.err1_deg[3]:+.4f}" in header
+    assert f"{full_day.points.err2_deg[3]:+.4f}" in header
+
+
+@pytest.mark.parametrize("width", [80, 140])
+def test_zoom_shows_a_part_and_never_beyond_the_ends(full_day, width):
+    zoomed = scales.View(zoom=4.0, x=0.0, y=0.5, fine=True)
+    text = plots.error_plot(full_day, width, 24, colour=False, view=zoomed)
+    first = re.search(r"(\d\d):(\d\d)", text.split("\n")[-2])
+    assert first is not None
+    assert int(first[1]) in (4, 5), "the window stays at the beginning of the day"
+    assert "09:00" not in text, "a quarter of the day"
+
+
+def test_the_window_is_centred_on_the_cursor_it_follows(full_day):
+    view = scales.View(zoom=6.0, cursor=5, follows=True, fine=True)
+    text = plots.error_plot(full_day, 100, 30, colour=False, view=view)
+    assert {scales.AXIS1, scales.AXIS2} <= set("".join(body(text))), "both axes of it are in view"
+
+
 @pytest.mark.parametrize(("low", "high"), [(-0.03, 0.02), (-2.3, 0.7), (0.0, 90.0), (-1e-6, 1e-6)])
 @pytest.mark.parametrize("cells", [6, 18, 50])
 def test_ticks_are_round_and_inside(low, high, cells):
     scale = scales.value_scale(low, high, cells)
-    assert 2 <= len(scale.ticks) <= max(5, cells // 2)
+    assert (5 if cells >= 10 else 2) <= len(scale.ticks) <= max(5, 2 * cells // 3)
     assert all(low <= tick <= high for tick in scale.ticks)
     assert [float(label) for label in scale.labels] == pytest.approx(scale.ticks)
     assert len({len(label) for label in scale.labels}) == 1

@@ -68,6 +68,57 @@ class Canvas:
         marker = self._plt.marker(glyph, pixel=pixel)
         self._figure.draw(self._figure.signal(x[keep].tolist(), y[keep].tolist(), marker=marker))
 
+    def curve(
+        self, x: FloatArray, y: FloatArray, colour: int, *, dash: int = 0, gap: float = np.inf
+    ) -> None:
+        """A line in braille through values in order; broken where not finite or ``gap`` apart in x.
+
+        ``dash``: so many braille dots drawn, as many left out; 0 draws all.
+        """
+        across = (self._x.high - self._x.low) / max(1, 2 * self.columns - 1)
+        down = (self._y.high - self._y.low) / max(1, 4 * self.rows - 1)
+        ok = np.isfinite(x) & np.isfinite(y)
+        # What is far beyond the frame must not be walked dot by dot.
+        margin = self._y.high - self._y.low
+        ok &= (y > self._y.low - margin) & (y < self._y.high + margin)
+        joined = ok[:-1] & ok[1:] & (np.abs(np.diff(x)) <= gap)
+        steps = np.where(
+            joined, np.maximum(np.abs(np.diff(x)) / across, np.abs(np.diff(y)) / down), 0.0
+        )
+        length = np.concatenate(([0.0], np.cumsum(np.nan_to_num(steps))))
+        if not ok.any():
+            return
+        at = np.arange(0.0, length[-1] + 1.0)
+        index = np.clip(np.searchsorted(length, at, side="right") - 1, 0, max(0, len(x) - 2))
+        if len(x) < 2:
+            return
+        span = np.where(steps[index] > 0.0, steps[index], 1.0)
+        share = np.clip((at - length[index]) / span, 0.0, 1.0)
+        keep = joined[index]
+        if dash:
+            keep &= (at // dash) % 2 == 0
+        self.dots(
+            (x[index] + share * (x[index + 1] - x[index]))[keep],
+            (y[index] + share * (y[index + 1] - y[index]))[keep],
+            scales.FINE,
+            colour,
+        )
+
+    def stems(self, x: FloatArray, y: FloatArray, colour: int, side: float = 0.0) -> None:
+        """A braille line from zero to each value; ``side`` moves it by that part of a column."""
+        across = (self._x.high - self._x.low) / max(1, self.columns - 1)
+        for at, value in zip((x + side * across).tolist(), y.tolist(), strict=True):
+            if np.isfinite(value):
+                ends = np.array(
+                    [max(min(0.0, value), self._y.low), min(max(0.0, value), self._y.high)]
+                )
+                self.curve(np.array([at, at]), ends, colour)
+
+    def upright(self, x: float, colour: int) -> None:
+        """A vertical line over the whole frame."""
+        y = np.linspace(self._y.low, self._y.high, self.rows)
+        self.dots(np.full(self.rows, x), y, scales.BAR, colour)
+
     def level(self, y: float, glyph: str) -> None:
         """A faint horizontal line."""
         x = np.linspace(self._x.low, self._x.high, self.columns)

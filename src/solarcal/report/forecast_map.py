@@ -4,7 +4,7 @@ Each cell is drawn with one of five glyphs. The first three are thin and within 
 last two are filled and beyond it: nothing is said by colour alone.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,12 +79,16 @@ def forecast_map(
     colour: bool = True,
     theme: Theme = "phosphor",
     tolerance_deg: float = TOLERANCE_DEG,
+    fine: bool = False,
 ) -> str:
     """At most ``height`` lines of at most ``width`` characters; 40 x 10 is the least.
 
-    A cell that stands for several days or half hours shows the worst of them.
+    A cell that stands for several days or half hours shows the worst of them. ``fine``: two half
+    hours a character in half blocks, where there is colour to tell them apart.
     """
     cells = year_cells(forecast)
+    if fine and scales.colour_wanted(colour):
+        return _half_blocks(cells, width, height, tolerance_deg, COLOURS[theme])
     down = _share(len(cells.hours), height - 3)
     across = _share(len(cells.months), width - _RULER)
     worst = _worst(cells.rms_deg, down, across)
@@ -111,6 +115,39 @@ def forecast_map(
     return "\n".join(lines)
 
 
+def _half_blocks(
+    cells: YearCells, width: int, height: int, tolerance_deg: float, tones: tuple[int, ...]
+) -> str:
+    """The map with two rows of cells in each line."""
+    down = _share(len(cells.hours), 2 * (height - 3))
+    across = _share(len(cells.months), width - _RULER)
+    worst = _worst(cells.rms_deg, down, across)
+    stretch = max(1, (width - _RULER) // worst.shape[1])
+    levels = [[level(value, tolerance_deg) for value in row] for row in worst.tolist()]
+    if len(levels) % 2:
+        levels.append([None] * worst.shape[1])
+    hours = cells.hours[::down].tolist()
+    lines = [_legend(width, tolerance_deg, tones, "█" * len(GLYPHS))]
+    for row in range(0, len(levels), 2):
+        whole = [hour for hour in hours[row : row + 2] if hour == int(hour)]
+        line = f"{int(whole[0]):02d} " if whole else " " * _RULER
+        for upper, lower in zip(levels[row], levels[row + 1], strict=True):
+            if upper is None and lower is None:
+                line += " " * stretch
+            elif lower is None and upper is not None:
+                line += f"\x1b[38;5;{tones[upper]}m{'▀' * stretch}\x1b[0m"
+            elif upper is None and lower is not None:
+                line += f"\x1b[38;5;{tones[lower]}m{'▄' * stretch}\x1b[0m"
+            elif upper is not None and lower is not None:
+                line += f"\x1b[38;5;{tones[upper]};48;5;{tones[lower]}m{'▀' * stretch}\x1b[0m"
+        lines.append(line)
+    lines.append(" " * _RULER + _months_ruler(cells.months, across, stretch))
+    note = "mean solar hour down, day of the year across; blank: no Sun, or out of reach"
+    short = "solar hour down, day of the year across"
+    lines.append(note if len(note) <= width else short[:width])
+    return "\n".join(lines)
+
+
 def _share(cells: int, room: int) -> int:
     """How many cells one character has to stand for."""
     return max(1, -(-cells // max(1, room)))
@@ -126,9 +163,14 @@ def _worst(rms_deg: FloatArray, down: int, across: int) -> FloatArray:
     return worst
 
 
-def _legend(width: int, tolerance_deg: float, tones: tuple[int, ...] | None) -> str:
+def _legend(
+    width: int,
+    tolerance_deg: float,
+    tones: tuple[int, ...] | None,
+    glyphs: Sequence[str] = GLYPHS,
+) -> str:
     names = level_names(tolerance_deg)
-    entries = [f"{glyph} {name}" for glyph, name in zip(GLYPHS, names, strict=True)]
+    entries = [f"{glyph} {name}" for glyph, name in zip(glyphs, names, strict=True)]
     if len("  ".join(entries)) > width:
         entries = [entry.replace(" to ", "<").replace(" ", "") for entry in entries]
     titles = ("expected error on the sky, deg rms:  ", "error, deg rms:  ", "deg: ", "")

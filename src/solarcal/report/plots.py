@@ -6,13 +6,14 @@ Draw on one thread only (see ``canvas``).
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.report import scales
 from solarcal.report.canvas import Canvas, HeaderPart
-from solarcal.report.scales import Scale, Theme
+from solarcal.report.scales import WHOLE, Scale, Theme, View
 from solarcal.session.records import FitRecord
 from solarcal.station.curves import ErrorPlotData
 from solarcal.units import FloatArray
@@ -82,26 +83,149 @@ def _legend(
     return parts
 
 
+def _cursor(data: ErrorPlotData, view: View) -> int | None:
+    """The cursor's point, where there is one."""
+    at = view.cursor
+    return at if at is not None and 0 <= at < len(data.points.labels) else None
+
+
+def _rulers(
+    canvas: Canvas,
+    data: ErrorPlotData,
+    view: View,
+    low: float,
+    high: float,
+    y1: FloatArray,
+    y2: FloatArray,
+) -> tuple[Scale, Scale]:
+    """Time and values, the whole of them or the window looked at."""
+    points = data.points
+    hours = scales.hour_scale((points.solar_time_h, data.path.solar_time_h), canvas.columns)
+    if view.zoom <= 1.0:
+        return hours, scales.value_scale(low, high, canvas.rows)
+    at = _cursor(data, view)
+    place = None
+    if at is not None and np.isfinite(y1[at] + y2[at]):
+        ends = sorted((float(y1[at]), float(y2[at])))
+        place = (float(points.solar_time_h[at]), ends[0], ends[1])
+    span_h, span = view.windows((hours.low, hours.high), (low, high), place)
+    return scales.time_scale(*span_h, canvas.columns), scales.value_scale(*span, canvas.rows)
+
+
+def _reading(
+    canvas: Canvas, data: ErrorPlotData, at: int, y1: FloatArray, y2: FloatArray, what: str
+) -> list[HeaderPart]:
+    """The values of the cursor's point, in place of the legend."""
+    points, palette = data.points, canvas.palette
+    minutes = round(60.0 * float(points.solar_time_h[at]))
+    parts: list[HeaderPart] = [
+        (f"record {points.labels[at]}  {minutes // 60:02d}:{minutes % 60:02d} solar", palette.text),
+        (f"  {scales.AXIS1} {y1[at]:+.4f}", palette.axis1),
+        (f"  {scales.AXIS2} {y2[at]:+.4f} deg", palette.axis2),
+        (what, palette.text),
+    ]
+    if not points.used[at]:
+        parts.append(("  not used", palette.text))
+    return parts
+
+
+MODEL_GAP_H = 0.35
+"""Model dots come every ten minutes; farther apart they are of different days or limits."""
+
+
+def _model_curves(canvas: Canvas, data: ErrorPlotData) -> bool:
+    """Both curves and their one-sigma bands in braille; true if a band is seen.
+
+    Axis 1 is a whole line, axis 2 a dashed one.
+    """
+    model, palette = data.model, canvas.palette
+    band = False
+    day = np.array(model.day)
+    for number in sorted(set(model.day)):
+        on = day == number
+        x = model.solar_time_h[on]
+        for error, sigma, tone, dash in (
+            (model.err1_deg[on], model.sigma1_deg[on], palette.axis1, 0),
+            (model.err2_deg[on], model.sigma2_deg[on], palette.axis2, 3),
+        ):
+            # A band narrower than the line itself would only make it look ragged.
+            if bool((sigma >= 0.5 * canvas.cell_height).any()):
+                band = True
+                for sign in (-1.0, 1.0):
+                    canvas.curve(x, error + sign * sigma, palette.faint, dash=1, gap=MODEL_GAP_H)
+            canvas.curve(x, error, tone, dash=dash, gap=MODEL_GAP_H)
+    return band
+
+
 def error_plot(
-    data: ErrorPlotData, width: int, height: int, colour: bool = True, theme: Theme = "phosphor"
+    data: ErrorPlotData,
+    width: int,
+    height: int,
+    colour: bool = True,
+    theme: Theme = "phosphor",
+    view: View = WHOLE,
 ) -> str:
-    """Axis errors of the points and of the model every ten minutes, against solar time.
+    """Axis errors of the points and of the model, against solar time.
 
     Returns ``height`` lines of at most ``width`` characters; 40 x 10 is the least that can be read.
-    Faint columns are times at which the limits shut the Sun out; from 20 rows on ``'`` and ``,``
-    bound the model's one-sigma band.
+    Faint columns are times at which the limits shut the Sun out. The model is a dot every ten
+    minutes, from 20 rows on with ``'`` and ``,`` at its one-sigma band; where the view is fine,
+    curves in braille with dotted bands at any height.
     """
     canvas = Canvas(width, height, colour, theme, _time_label(data))
     points, model, palette = data.points, data.model, canvas.palette
     low, high = scales.error_range(
         (points.err1_deg, points.err2_deg), (model.err1_deg, model.err2_deg)
     )
-    values = scales.value_scale(low, high, canvas.rows)
-    hours = scales.hour_scale((points.solar_time_h, data.path.solar_time_h), canvas.columns)
+    hours, values = _rulers(canvas, data, view, low, high, points.err1_deg, points.err2_deg)
     canvas.frame(hours, values)
     for start, end in data.outside_h:
         canvas.shade(start, end)
     canvas.level(0.0, scales.ZERO)
+    at = _cursor(data, view)
+    if at is not None:
+        canvas.upright(float(points.solar_time_h[at]), palette.text)
+    if view.fine:
+        band = _model_curves(canvas, data)
+    else:
+        band = _model_dots(canvas, data, height)
+    both = _draw_points(canvas, data, hours, values, points.err1_deg, points.err2_deg)
+    if not points.labels:
+        canvas.say("No points yet. The first one appears here as soon as it is stored.")
+    if at is not None:
+        words = ""
+        if data.has_model:
+            words = f"  residual {points.residual1_deg[at]:+.4f} {points.residual2_deg[at]:+.4f}"
+        what = _reading(canvas, data, at, points.err1_deg, points.err2_deg, words)
+        return canvas.finish(_header(width, what, what[:3]))
+    curves: list[HeaderPart] = []
+    if data.has_model:
+        glyphs = ("⠒⠒", "⠒ ⠒") if view.fine else (scales.MODEL1, scales.MODEL2)
+        curves = [
+            ("  model ", palette.text),
+            (glyphs[0], palette.axis1),
+            (" ", None),
+            (glyphs[1], palette.axis2),
+        ]
+    marks: list[HeaderPart] = []
+    if band:
+        ends = "⠂⠂" if view.fine else f"{scales.BAND_TOP} {scales.BAND_FOOT}"
+        marks.append((f"  {ends} 1 sigma", palette.text))
+    if data.outside_h:
+        marks.append((f"  {scales.SHADE} limits", palette.text))
+    curve = np.concatenate((model.err1_deg, model.err2_deg))
+    if bool(((curve < low) | (curve > high)).any()):
+        marks.append(("  model off frame", palette.text))
+    long = _legend(canvas, data, both, "axis error, deg", ("axis 1", "axis 2")) + curves
+    short = _legend(canvas, data, both, "error, deg", ("ax1", "ax2")) + curves
+    bare = _legend(canvas, data, False, "deg", ("ax1", "ax2")) + curves
+    shorter = [short + marks[:k] for k in range(len(marks), -1, -1)]
+    return canvas.finish(_header(width, long + marks, *shorter, bare))
+
+
+def _model_dots(canvas: Canvas, data: ErrorPlotData, height: int) -> bool:
+    """The model as one character every ten minutes; true if a band is seen."""
+    model, palette = data.model, canvas.palette
     band = False
     if height >= BAND_MIN_HEIGHT:
         for error, sigma, tone in (
@@ -116,67 +240,71 @@ def error_plot(
             canvas.dots(x, y - reach, scales.BAND_FOOT, tone)
     canvas.dots(model.solar_time_h, model.err1_deg, scales.MODEL1, palette.axis1)
     canvas.dots(model.solar_time_h, model.err2_deg, scales.MODEL2, palette.axis2)
-    both = _draw_points(canvas, data, hours, values, points.err1_deg, points.err2_deg)
-    if not points.labels:
-        canvas.say("No points yet. The first one appears here as soon as it is stored.")
-    curves: list[HeaderPart] = []
-    if data.has_model:
-        curves = [
-            ("  model ", palette.text),
-            (scales.MODEL1, palette.axis1),
-            (" ", None),
-            (scales.MODEL2, palette.axis2),
-        ]
-    marks: list[HeaderPart] = []
-    if band:
-        marks.append((f"  {scales.BAND_TOP} {scales.BAND_FOOT} 1 sigma", palette.text))
-    if data.outside_h:
-        marks.append((f"  {scales.SHADE} limits", palette.text))
-    curve = np.concatenate((model.err1_deg, model.err2_deg))
-    if bool(((curve < low) | (curve > high)).any()):
-        marks.append(("  model off frame", palette.text))
-    long = _legend(canvas, data, both, "axis error, deg", ("axis 1", "axis 2")) + curves
-    short = _legend(canvas, data, both, "error, deg", ("ax1", "ax2")) + curves
-    bare = _legend(canvas, data, False, "deg", ("ax1", "ax2")) + curves
-    shorter = [short + marks[:k] for k in range(len(marks), -1, -1)]
-    return canvas.finish(_header(width, long + marks, *shorter, bare))
+    return band
 
 
 def residual_plot(
-    data: ErrorPlotData, width: int, height: int, colour: bool = True, theme: Theme = "phosphor"
+    data: ErrorPlotData,
+    width: int,
+    height: int,
+    colour: bool = True,
+    theme: Theme = "phosphor",
+    view: View = WHOLE,
 ) -> str:
-    """What the model leaves of each point ON THE SKY, against solar time, with the tolerance."""
+    """What the model leaves of each point ON THE SKY, against solar time, with the tolerance.
+
+    Where the view is fine a braille line goes from zero to each residual: a quarter of a row is
+    seen.
+    """
     canvas = Canvas(width, height, colour, theme, _time_label(data))
     points, palette = data.points, canvas.palette
     cross, along = points.cross_deg, points.along_deg
-    finite = np.concatenate((cross, along))
+    used = np.array(points.used, dtype=bool)
+    # One point that was struck out must not flatten those that are used.
+    finite = np.concatenate((cross[used], along[used]))
     finite = np.abs(finite[np.isfinite(finite)])
     reach = 1.2 * max(float(finite.max()) if finite.size else 0.0, 0.3 * data.tolerance_deg)
-    values = scales.value_scale(-reach, reach, canvas.rows)
-    hours = scales.hour_scale((points.solar_time_h, data.path.solar_time_h), canvas.columns)
+    hours, values = _rulers(canvas, data, view, -reach, reach, cross, along)
     canvas.frame(hours, values)
     for start, end in data.outside_h:
         canvas.shade(start, end)
     canvas.level(0.0, scales.ZERO)
     for sign in (-1.0, 1.0):
         canvas.level(sign * data.tolerance_deg, scales.TOLERANCE)
+    at = _cursor(data, view)
+    if at is not None:
+        canvas.upright(float(points.solar_time_h[at]), palette.text)
     both = False
     if data.has_model and points.labels:
+        if view.fine:
+            canvas.stems(points.solar_time_h, cross, palette.axis1, -0.25)
+            canvas.stems(points.solar_time_h, along, palette.axis2, 0.25)
         both = _draw_points(canvas, data, hours, values, cross, along)
     else:
         canvas.say("No fit yet. Residuals appear from the third point on.")
+    if at is not None and data.has_model:
+        sky = f"  on the sky {np.hypot(cross[at], along[at]):.4f} deg"
+        what = _reading(canvas, data, at, cross, along, sky)
+        return canvas.finish(_header(width, what, what[:3]))
     names = ("across (axis 1)", "along (axis 2)")
     long = _legend(canvas, data, both, "residual on the sky, deg", names)
     short = _legend(canvas, data, both, "on sky, deg", ("axis 1", "axis 2"))
     bare = _legend(canvas, data, False, "on sky, deg", ("ax1", "ax2"))
     marks: list[HeaderPart] = []
+    if beyond := int((np.abs(np.fmax(np.abs(cross), np.abs(along))) > reach).sum()):
+        marks.append((f"  {beyond} beyond the frame", palette.text))
     if data.tolerance_deg <= reach:
         marks.append((f"  {scales.TOLERANCE} tolerance {data.tolerance_deg:g}", palette.text))
     return canvas.finish(_header(width, long + marks, short + marks, long, short, bare))
 
 
 def sky_map(
-    data: ErrorPlotData, width: int, height: int, colour: bool = True, theme: Theme = "phosphor"
+    data: ErrorPlotData,
+    width: int,
+    height: int,
+    colour: bool = True,
+    theme: Theme = "phosphor",
+    view: View = WHOLE,
 ) -> str:
     """Where in the sky the points lie: elevation against azimuth, with the Sun's path."""
     canvas = Canvas(width, height, colour, theme, "azimuth")
@@ -185,22 +313,49 @@ def sky_map(
     top = min(90.0, 10.0 * np.ceil(tallest / 10.0))
     sun_x = scales.on_bearing_branch(path.azimuth_deg, data.latitude_deg)
     point_x = scales.on_bearing_branch(points.azimuth_deg, data.latitude_deg)
-    canvas.frame(
-        scales.bearing_scale(np.concatenate((sun_x, point_x))),
-        scales.value_scale(0.0, top, canvas.rows, signed=False),
-    )
+    bearings = scales.bearing_scale(np.concatenate((sun_x, point_x)))
+    heights = scales.value_scale(0.0, top, canvas.rows, signed=False)
+    at = _cursor(data, view)
+    if view.zoom > 1.0:
+        place = None
+        if at is not None:
+            up_deg = float(points.elevation_deg[at])
+            place = (float(point_x[at]), up_deg, up_deg)
+        across, up = view.windows((bearings.low, bearings.high), (0.0, top), place)
+        bearings = replace(bearings, low=across[0], high=across[1])
+        inside = [i for i, tick in enumerate(bearings.ticks) if across[0] <= tick <= across[1]]
+        bearings = replace(
+            bearings,
+            ticks=tuple(bearings.ticks[i] for i in inside),
+            labels=tuple(bearings.labels[i] for i in inside),
+        )
+        heights = scales.value_scale(*up, canvas.rows, signed=False)
+    canvas.frame(bearings, heights)
+    if at is not None:
+        canvas.upright(float(point_x[at]), palette.text)
     within = np.array(path.within_limits, dtype=bool)
     for mask, glyph, tone in (
         (~within, scales.PATH_OUTSIDE, palette.faint),
         (within, scales.PATH, palette.text),
     ):
-        canvas.dots(sun_x[mask], path.elevation_deg[mask], glyph, tone)
+        if view.fine and glyph == scales.PATH:
+            for number in sorted(set(path.day)):
+                on = mask & (np.array(path.day) == number)
+                canvas.curve(sun_x[on], path.elevation_deg[on], tone, gap=30.0)
+        else:
+            canvas.dots(sun_x[mask], path.elevation_deg[mask], glyph, tone)
     used = np.array(points.used, dtype=bool)
     y = points.elevation_deg
     canvas.dots(point_x[~used], y[~used], scales.UNUSED, palette.axis1)
     canvas.dots(point_x[used], y[used], scales.AXIS1, palette.axis1, bold=True)
     if not points.labels:
         canvas.say("No points yet: dots show where the Sun will be.")
+    if at is not None:
+        bearing = float(points.azimuth_deg[at]) % 360.0
+        words = f"  azimuth {bearing:.1f}, elevation {points.elevation_deg[at]:.1f} deg"
+        return canvas.finish(
+            [(f"record {points.labels[at]}", palette.text), (words, palette.axis1)]
+        )
     head: list[HeaderPart] = [
         ("elevation, deg", palette.text),
         (f"  {scales.AXIS1} points", palette.axis1),

@@ -41,6 +41,8 @@ BAND_TOP, BAND_FOOT = "'", ","
 SHADE = "░"
 BAR = "│"
 """One sigma up and down."""
+FINE = "braille"
+"""Not a glyph: plotext's marker of 2 x 4 dots a character."""
 ZERO = "─"
 TOLERANCE = "╌"
 PATH, PATH_OUTSIDE = "·", ":"
@@ -65,13 +67,67 @@ class Scale:
         return round((value - self.low) / (self.high - self.low) * (cells - 1))
 
 
+@dataclass(frozen=True, slots=True)
+class View:
+    """What part of a plot is looked at, and how.
+
+    Attributes
+    ----------
+    zoom : 1 fits everything; the factor by which both rulers are stretched.
+    x, y : middle of the window as a share of the full range, 0 to 1.
+    cursor : index of the point whose values are read, ``None`` for none.
+    follows : whether the window is centred on the cursor's point.
+    fine : curves in braille, 2 x 4 dots a character, instead of one character a step.
+    """
+
+    zoom: float = 1.0
+    x: float = 0.5
+    y: float = 0.5
+    cursor: int | None = None
+    follows: bool = False
+    fine: bool = False
+
+    def windows(
+        self,
+        x: tuple[float, float],
+        y: tuple[float, float],
+        point: tuple[float, float, float] | None,
+    ) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The parts of both rulers in view.
+
+        ``point`` is the cursor's, its place in x and its lowest and highest value: where the
+        window follows it, both values stay in view.
+        """
+        half_x = half_y = 0.5 / self.zoom
+        middle_x, middle_y = self.x, self.y
+        if self.follows and point is not None:
+            middle_x = (point[0] - x[0]) / (x[1] - x[0])
+            middle_y = (0.5 * (point[1] + point[2]) - y[0]) / (y[1] - y[0])
+            half_y = min(0.5, max(half_y, 0.6 * (point[2] - point[1]) / (y[1] - y[0])))
+        return _part(x, middle_x, half_x), _part(y, middle_y, half_y)
+
+
+def _part(ruler: tuple[float, float], middle: float, half: float) -> tuple[float, float]:
+    """The part of a ruler about ``middle`` (shares of its length), never beyond its ends."""
+    middle = min(max(middle, half), 1.0 - half)
+    span = ruler[1] - ruler[0]
+    return ruler[0] + (middle - half) * span, ruler[0] + (middle + half) * span
+
+
+WHOLE = View()
+LEAST_TICKS = 5
+"""Labelled ticks that a ruler of values has at least, from ten rows on."""
+
+
 def value_scale(low: float, high: float, cells: int, signed: bool = True) -> Scale:
-    """Ticks at 1, 2 or 5 times a power of ten, about one for every three rows."""
-    wanted = (high - low) / max(4, cells // 3)
+    """Ticks at round steps: five at least from ten rows on, more where there is room."""
+    wanted = (high - low) / max(LEAST_TICKS if cells >= 10 else 2, cells // 4)
     power = 10.0 ** math.floor(math.log10(wanted))
-    step = next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= wanted * 0.999)
+    step = next(k * power for k in (10.0, 5.0, 2.5, 2.0, 1.0) if k * power <= wanted * 1.001)
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
     decimals = max(0, -math.floor(math.log10(step) + 1e-9))
+    if abs(round(step / power, 3) - 2.5) < 1e-6:
+        decimals += 1
     ticks = tuple(round(k * step, 10) for k in range(first, last + 1))
     texts = [f"{t:+.{decimals}f}" if signed and t else f"{t:.{decimals}f}" for t in ticks]
     width = max((len(t) for t in texts), default=0)
@@ -119,6 +175,21 @@ def hour_scale(hours: Sequence[FloatArray], cells: int) -> Scale:
     first = -(-low // step) * step
     ticks = tuple(float(h) for h in range(first, high + 1, step))
     return Scale(float(low), float(high), ticks, tuple(f"{int(h):02d}" for h in ticks))
+
+
+def time_scale(low_h: float, high_h: float, cells: int) -> Scale:
+    """Part of a day, with ticks at round minutes kept apart."""
+    room = max(1, cells // 7)
+    steps = (1, 2, 5, 10, 15, 30, 60, 120, 180, 360, 720)
+    step = next((s for s in steps if (high_h - low_h) * 60.0 / s <= room), 720)
+    first, last = math.ceil(low_h * 60.0 / step - 1e-9), math.floor(high_h * 60.0 / step + 1e-9)
+    minutes = [k * step for k in range(first, last + 1)]
+    return Scale(
+        low_h,
+        high_h,
+        tuple(m / 60.0 for m in minutes),
+        tuple(f"{m // 60:02d}:{m % 60:02d}" for m in minutes),
+    )
 
 
 def on_bearing_branch(azimuth_deg: FloatArray, latitude_deg: float) -> FloatArray:
