@@ -139,21 +139,24 @@ def _model_curves(canvas: Canvas, data: ErrorPlotData) -> bool:
     Axis 1 is a whole line, axis 2 a dashed one.
     """
     model, palette = data.model, canvas.palette
+    days = [np.array(model.day) == number for number in sorted(set(model.day))]
+    axes = (
+        (model.err1_deg, model.sigma1_deg, palette.axis1, 0),
+        (model.err2_deg, model.sigma2_deg, palette.axis2, 3),
+    )
     band = False
-    day = np.array(model.day)
-    for number in sorted(set(model.day)):
-        on = day == number
-        x = model.solar_time_h[on]
-        for error, sigma, tone, dash in (
-            (model.err1_deg[on], model.sigma1_deg[on], palette.axis1, 0),
-            (model.err2_deg[on], model.sigma2_deg[on], palette.axis2, 3),
-        ):
+    for on in days:
+        for error, sigma, _, _ in axes:
             # A band narrower than the line itself would only make it look ragged.
-            if bool((sigma >= 0.5 * canvas.cell_height).any()):
+            if bool((sigma[on] >= 0.5 * canvas.cell_height).any()):
                 band = True
-                for sign in (-1.0, 1.0):
-                    canvas.curve(x, error + sign * sigma, palette.faint, dash=1, gap=MODEL_GAP_H)
-            canvas.curve(x, error, tone, dash=dash, gap=MODEL_GAP_H)
+                for edge in (error - sigma, error + sigma):
+                    canvas.curve(
+                        model.solar_time_h[on], edge[on], palette.faint, dash=1, gap=MODEL_GAP_H
+                    )
+    for on in days:
+        for error, _, tone, dash in axes:
+            canvas.curve(model.solar_time_h[on], error[on], tone, dash=dash, gap=MODEL_GAP_H)
     return band
 
 

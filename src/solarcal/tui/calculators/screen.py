@@ -224,11 +224,7 @@ class CalculatorScreen(StationScreen):
         plot = self.query_one("#drawing", AnsiPlot)
         if self.drawings:
             draw = self.drawings[at].draw
-            plot.show(
-                lambda width, height, colour, theme: draw(
-                    width, height, colour, "light" if theme == "light" else "phosphor"
-                )
-            )
+            plot.show(draw)
         else:
             plot.show(lambda *size: "")
         width = max(20, self.app.size.width - 1)

@@ -22,9 +22,9 @@ from solarcal.station.fitting import solve
 from solarcal.station.state import SessionView, view_session
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
-from solarcal.tui.widgets.plot import AnsiPlot
+from solarcal.tui.widgets.plot import ExploredPlot
 from solarcal.tui.widgets.text_lines import TextLines
-from solarcal.tui.workstation.view import PLOTS, drawing
+from solarcal.tui.workstation.view import PLOTS, WITH_POINTS, drawing, plotted_points
 
 HIGH = 40
 
@@ -105,7 +105,7 @@ class RecomputeScreen(StationScreen):
         yield Static("", id="file", markup=False)
         with Container(id="found"):
             yield TextLines(id="table")
-            yield AnsiPlot(id="plot")
+            yield ExploredPlot(id="plot")
         yield ActionFooter(
             [
                 FooterEntry("Spc", "Next", "screen.step(1)"),
@@ -182,7 +182,10 @@ class RecomputeScreen(StationScreen):
         shown = self._shown
         if shown is None or shown.session is None:
             return
-        self.query_one(AnsiPlot).show(drawing(PLOTS[self._plot], shown.session, shown.solution))
+        kind = PLOTS[self._plot]
+        count = len(plotted_points(shown.session)) if kind in WITH_POINTS else 0
+        draw = drawing(kind, shown.session, shown.solution)
+        self.query_one(ExploredPlot).show_view(draw, count)
 
 
 def _lines(found: Recomputed) -> tuple[str, ...]:

@@ -15,8 +15,10 @@ from solarcal.timescale import format_utc, parse_utc
 from solarcal.tui.base import StationModal, StationScreen
 from solarcal.tui.fitting import Fitter
 from solarcal.tui.messages import FitReady
+from solarcal.tui.point.opened import PointScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry, StopKey
 from solarcal.tui.widgets.lines import HeadLine, LogLine
+from solarcal.tui.widgets.plot import ExploredPlot
 from solarcal.tui.workstation.lines import TitleLine, verdict_words
 from solarcal.tui.workstation.view import TABS, WorkstationView
 
@@ -65,7 +67,9 @@ class ReplayScreen(StationScreen):
 
     DEFAULT_CSS = """
     ReplayScreen #bar, ReplayScreen #verdict { background: $boost; }
+    ReplayScreen.-alone #file, ReplayScreen.-alone #verdict { display: none; }
     """
+    AUTO_FOCUS = ""
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("space", "play", "Play or pause", show=False, priority=True),
         Binding("right", "step(1)", "Forward", show=False, priority=True),
@@ -82,6 +86,7 @@ class ReplayScreen(StationScreen):
             Binding(str(number), f"tab('{name}')", label, show=False)
             for number, (name, label) in enumerate(TABS, start=1)
         ),
+        Binding("z", "alone", "Plot alone", show=False),
         Binding("tab", "next_tab(1)", "Next pane", show=False, priority=True),
     ]
 
@@ -289,7 +294,25 @@ class ReplayScreen(StationScreen):
 
     def next_plot(self) -> None:
         name = self.query_one(WorkstationView).next_plot()
-        self.query_one("#log", LogLine).say(f"plot: {name}")
+        self.query_one("#log", LogLine).say(f"{name}: {ExploredPlot.HELP}")
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        """Where the plot is alone its arrows, + and - are the plot's."""
+        del parameters
+        moves = ("step", "point", "end", "speed")
+        return not (action in moves and self.has_class("-alone"))
+
+    def action_alone(self) -> None:
+        view = self.query_one(WorkstationView)
+        name = view.show_alone()
+        self.set_class(view.alone, "-alone")
+        words = f"{name}: {ExploredPlot.HELP}" if view.alone else ""
+        self.query_one("#log", LogLine).say(words)
+
+    def on_workstation_view_point_opened(self, event: WorkstationView.PointOpened) -> None:
+        session = self.replay.view
+        if session is not None:
+            self.app.push_screen(PointScreen(session, event.point.seq, writable=False))
 
     def action_tab(self, name: str) -> None:
         self.query_one(WorkstationView).tab = name

@@ -2,22 +2,37 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
+from typing import ClassVar
 
 from rich.segment import Segment
 from rich.style import Style
+from textual.binding import Binding, BindingType
+from textual.message import Message
+from textual.reactive import reactive
 from textual.strip import Strip
 from textual.widget import Widget
 
+from solarcal.report.scales import Theme, View
+
 _SGR = re.compile(r"\x1b\[([0-9;]*)m")
 
-Draw = Callable[[int, int, bool, str], str]
-"""Width, height, colour wanted, ``phosphor`` or ``light`` -> the plot as text with ANSI colours."""
+Draw = Callable[[int, int, bool, Theme], str]
+"""Width, height, colour wanted, theme -> the plot as text with ANSI colours."""
+
+DrawView = Callable[[int, int, bool, Theme, View], str]
+"""The same of the part of the plot that is looked at."""
+
+MOST_ZOOM = 64.0
+PAN = 0.2
+"""Of the window, a press of an arrow."""
 
 
 @lru_cache(maxsize=256)
 def _after(style: Style, codes: str) -> Style:
-    """The style after one SGR sequence; only what the plots use: reset, bold, 256 colours."""
+    """The style after one SGR sequence; only what the plots use: reset, bold, 256 colours
+    of the character and behind it."""
     numbers = [int(code) for code in codes.split(";") if code] or [0]
     index = 0
     while index < len(numbers):
@@ -28,8 +43,9 @@ def _after(style: Style, codes: str) -> Style:
             style += Style(bold=True)
         elif code == 39:
             style = Style(bold=style.bold)
-        elif code == 38 and numbers[index + 1 : index + 2] == [5]:
-            style += Style(color=f"color({numbers[index + 2]})")
+        elif code in (38, 48) and numbers[index + 1 : index + 2] == [5]:
+            colour = f"color({numbers[index + 2]})"
+            style += Style(color=colour) if code == 38 else Style(bgcolor=colour)
             index += 2
         index += 1
     return style
@@ -82,11 +98,15 @@ class AnsiPlot(Widget):
     def render_line(self, y: int) -> Strip:
         width, height = self.size
         base = self.rich_style
-        wanted = (width, height, base, self.app.theme)
+        wanted = (width, height, base, self.app.theme, self._drawn_of())
         if self._drawn != wanted:
             self._drawn = wanted
             self._strips = self._drawing(width, height, base)
         return self._strips[y] if y < len(self._strips) else Strip.blank(width, base)
+
+    def _drawn_of(self) -> object:
+        """What else the drawing depends on."""
+        return None
 
     def _drawing(self, width: int, height: int, base: Style) -> list[Strip]:
         least_width, least_height = self.SMALLEST
@@ -94,5 +114,106 @@ class AnsiPlot(Widget):
             return []
         if width < least_width or height < least_height:
             return strips_of_ansi("no room for the plot; make the window larger", width, base)
-        theme = "phosphor" if self.app.current_theme.dark else "light"
+        theme: Theme = "phosphor" if self.app.current_theme.dark else "light"
         return strips_of_ansi(self._draw(width, height, True, theme), width, base)
+
+
+def fine_characters(encoding: str | None) -> bool:
+    """Whether a terminal of this encoding shows braille and half blocks."""
+    return (encoding or "").lower().replace("-", "") in ("utf8", "utf16", "utf32")
+
+
+class ExploredPlot(AnsiPlot, can_focus=True):
+    """A plot that zooms, pans and reads its points by keys.
+
+    ``points`` says how many points the cursor can walk over.
+    """
+
+    DEFAULT_CSS = """
+    ExploredPlot:focus { background-tint: $foreground 4%; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("plus,equals_sign", "zoom(2)", "Zoom in", show=False),
+        Binding("minus", "zoom(0.5)", "Zoom out", show=False),
+        Binding("0", "whole", "All", show=False),
+        Binding("left", "arrow(-1,0)", "Left", show=False),
+        Binding("right", "arrow(1,0)", "Right", show=False),
+        Binding("up", "arrow(0,1)", "Up", show=False),
+        Binding("down", "arrow(0,-1)", "Down", show=False),
+        Binding("pagedown", "walk(1)", "Next point", show=False),
+        Binding("pageup", "walk(-1)", "Previous point", show=False),
+        Binding("home", "walk_end(False)", "First point", show=False),
+        Binding("end", "walk_end(True)", "Last point", show=False),
+        Binding("enter", "open", "Open the point", show=False),
+    ]
+    HELP = "+ - zoom  arrows pan  0 all  PgUp PgDn points  Enter open  z whole"
+
+    view: reactive[View] = reactive(View())
+
+    class PointOpened(Message):
+        """The cursor's point was opened; ``index`` counts the plotted points."""
+
+        def __init__(self, index: int) -> None:
+            super().__init__()
+            self.index = index
+
+    def __init__(self, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self._points = 0
+
+    def show_view(self, draw: DrawView, points: int, what: object = None) -> None:
+        """Draw this from now on, of as much as is looked at."""
+        fine = fine_characters(self.app.console.encoding)
+        self._points = points
+        if (cursor := self.view.cursor) is not None and cursor >= points:
+            self.view = replace(self.view, cursor=None, follows=False)
+        self.show(
+            lambda width, height, colour, theme: draw(
+                width, height, colour, theme, replace(self.view, fine=fine)
+            ),
+            what,
+        )
+
+    def watch_view(self) -> None:
+        self.refresh()
+
+    def _drawn_of(self) -> object:
+        return self.view
+
+    def action_zoom(self, factor: float) -> None:
+        zoom = min(max(self.view.zoom * factor, 1.0), MOST_ZOOM)
+        self.view = replace(self.view, zoom=zoom, follows=self.view.cursor is not None)
+
+    def action_whole(self) -> None:
+        self.view = View()
+
+    def action_arrow(self, right: int, up: int) -> None:
+        """Move the window; where all is in view there is nothing to move, and the cursor walks."""
+        view = self.view
+        if view.zoom <= 1.0:
+            self.action_walk(right or up)
+            return
+        half = 0.5 / view.zoom
+        self.view = replace(
+            view,
+            x=min(max(view.x + 2.0 * half * PAN * right, half), 1.0 - half),
+            y=min(max(view.y + 2.0 * half * PAN * up, half), 1.0 - half),
+            follows=False,
+        )
+
+    def action_walk(self, step: int) -> None:
+        if not self._points:
+            return
+        at = self.view.cursor
+        first = 0 if step > 0 else self._points - 1
+        at = first if at is None else min(max(at + step, 0), self._points - 1)
+        self.view = replace(self.view, cursor=at, follows=True)
+
+    def action_walk_end(self, last: bool) -> None:
+        if self._points:
+            at = self._points - 1 if last else 0
+            self.view = replace(self.view, cursor=at, follows=True)
+
+    def action_open(self) -> None:
+        if self.view.cursor is not None:
+            self.post_message(self.PointOpened(self.view.cursor))

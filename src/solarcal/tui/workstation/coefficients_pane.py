@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 from textual.content import Content
-from textual.widgets import Static
 
 from solarcal.model.fit import Solution
 from solarcal.model.judgement import Judgement
@@ -11,6 +10,7 @@ from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.report.judgement_text import STATE_WORDS
 from solarcal.session.records import FitRecord
 from solarcal.station.state import SessionView
+from solarcal.tui.widgets.text_lines import TextLines
 
 BARS = "▁▂▃▄▅▆▇█"
 
@@ -32,12 +32,15 @@ HISTORY = 12
 DECIMALS = {"P5": 6, "P6": 6}
 
 
-class CoefficientsPane(Static):
+class CoefficientsPane(TextLines):
     """The fit as it stands; says so when there is none yet."""
 
     DEFAULT_CSS = """
-    CoefficientsPane { width: 1fr; height: auto; padding: 0 1; }
+    CoefficientsPane { padding: 0 1; }
     """
+
+    def __init__(self, id: str | None = None, classes: str | None = None) -> None:
+        super().__init__(id=id, wrap=True, classes=classes)
 
     def show_fit(
         self,
@@ -46,7 +49,7 @@ class CoefficientsPane(Static):
         judgement: Judgement | None = None,
     ) -> None:
         lines = coefficient_lines(session, solution) + reason_lines(judgement)
-        self.update(Content("\n").join(Content.assemble(*line) for line in lines))
+        self.show([Content.assemble(*line) for line in lines])
 
 
 def coefficient_lines(session: SessionView, solution: Solution | None) -> list[list[Part]]:

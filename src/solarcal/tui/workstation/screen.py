@@ -14,8 +14,10 @@ from solarcal.station.state import LinkState, StationState
 from solarcal.station.sun_now import sun_now
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.messages import FitReady, Progress
+from solarcal.tui.point.opened import PointScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine, Part
+from solarcal.tui.widgets.plot import ExploredPlot
 from solarcal.tui.workstation.lines import NextLines, TitleLine, verdict_words
 from solarcal.tui.workstation.view import TABS, WorkstationView
 
@@ -42,11 +44,16 @@ def _footer_key(app: Workstation, name: str) -> str:
 class WorkstationScreen(StationScreen):
     """Title, file, what to do next, verdict, panes, log, footer."""
 
+    DEFAULT_CSS = """
+    WorkstationScreen.-alone #file, WorkstationScreen.-alone #next { display: none; }
+    """
+    AUTO_FOCUS = ""
     BINDINGS: ClassVar[list[BindingType]] = [
         *(
             Binding(str(number), f"tab('{name}')", label, show=False)
             for number, (name, label) in enumerate(TABS, start=1)
         ),
+        Binding("z", "alone", "Plot alone", show=False),
         Binding("tab", "next_tab(1)", "Next pane", show=False, priority=True),
         Binding("shift+tab", "next_tab(-1)", "Previous pane", show=False, priority=True),
     ]
@@ -163,7 +170,24 @@ class WorkstationScreen(StationScreen):
 
     def next_plot(self) -> None:
         name = self.query_one(WorkstationView).next_plot()
-        self.query_one("#log", LogLine).say(f"plot: {name}")
+        self.query_one("#log", LogLine).say(f"{name}: {ExploredPlot.HELP}")
+
+    def on_screen_resume(self) -> None:
+        super().on_screen_resume()
+        if self._ready:
+            self.query_one(WorkstationView).focus_pane()
+
+    def action_alone(self) -> None:
+        view = self.query_one(WorkstationView)
+        name = view.show_alone()
+        self.set_class(view.alone, "-alone")
+        words = f"{name}: {ExploredPlot.HELP}" if view.alone else ""
+        self.query_one("#log", LogLine).say(words)
+
+    def on_workstation_view_point_opened(self, event: WorkstationView.PointOpened) -> None:
+        session = self.workstation.state.session
+        if session is not None:
+            self.app.push_screen(PointScreen(session, event.point.seq, writable=True))
 
     def action_tab(self, name: str) -> None:
         self.query_one(WorkstationView).tab = name

@@ -4,12 +4,14 @@ Fed with a state and a fit, whether they come from a unit or from a replay.
 """
 
 from collections.abc import Sequence
+from functools import cache
 from typing import ClassVar
 
 from textual.app import ComposeResult
-from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.containers import Horizontal, Vertical
 from textual.content import Content
 from textual.events import Resize
+from textual.message import Message
 from textual.reactive import reactive
 from textual.widgets import Static
 
@@ -26,11 +28,12 @@ from solarcal.report.tables import (
     ref_checks_table,
     upload_table,
 )
-from solarcal.station.curves import session_plot_data
+from solarcal.session.records import PointRecord
+from solarcal.station.curves import ErrorPlotData, session_plot_data
 from solarcal.station.state import SessionView, StationState
 from solarcal.tui.widgets.footer import ROOMY_COLUMNS, FooterEntry, FooterKey
-from solarcal.tui.widgets.plot import AnsiPlot, Draw
-from solarcal.tui.widgets.text_lines import TextLines
+from solarcal.tui.widgets.plot import DrawView, ExploredPlot
+from solarcal.tui.widgets.text_lines import ChosenLines, TextLines
 from solarcal.tui.workstation.coefficients_pane import CoefficientsPane
 from solarcal.tui.workstation.live_pane import LivePane
 
@@ -48,6 +51,8 @@ TABS = (
     ("checks", "Checks"),
 )
 PLOTS = ("error", "residuals", "sky map", "history", "forecast")
+WITH_POINTS = PLOTS[:3]
+"""Those whose points a cursor walks over."""
 
 
 class Tab(Static):
@@ -83,8 +88,7 @@ class WorkstationView(Vertical):
     WorkstationView .pane { height: 1fr; }
     WorkstationView #left { width: 1fr; }
     WorkstationView #right { width: 1fr; }
-    WorkstationView #coefficients { height: 1fr; scrollbar-size: 1 1; }
-    WorkstationView.-wide #tabs { display: none; }
+    WorkstationView.-wide #tabs, WorkstationView.-alone #tabs { display: none; }
     WorkstationView.-wide #left { width: 60; }
     WorkstationView.-wide #now {
         height: 17; border: round $faint; border-title-color: $primary;
@@ -97,12 +101,23 @@ class WorkstationView(Vertical):
     WorkstationView.-wide #points, WorkstationView.-wide #checks {
         height: 12; border: round $faint; border-title-color: $primary;
     }
+    WorkstationView.-wide #coefficients:focus, WorkstationView.-wide #points:focus,
+    WorkstationView.-wide #checks:focus { border: round $accent; }
     """
 
     tab: reactive[str] = reactive("now")
     plot: reactive[int] = reactive(0)
     """Of the compact form's only plot; the wide form's second plot skips the first kind."""
     wide: reactive[bool] = reactive(False)
+    alone: reactive[bool] = reactive(False)
+    """The plot alone on the whole screen."""
+
+    class PointOpened(Message):
+        """A point was opened, from the table or at the cursor of a plot."""
+
+        def __init__(self, point: PointRecord) -> None:
+            super().__init__()
+            self.point = point
 
     PANES: ClassVar[dict[str, str]] = {
         "now": "left", "coefficients": "left", "plot": "right", "points": "right",
@@ -129,13 +144,12 @@ class WorkstationView(Vertical):
         with Horizontal(id="panes"):
             with Vertical(id="left"):
                 yield LivePane(id="now", classes="pane")
-                with VerticalScroll(id="coefficients", classes="pane", can_focus=False):
-                    yield CoefficientsPane()
+                yield CoefficientsPane(id="coefficients", classes="pane")
             with Vertical(id="right"):
-                yield AnsiPlot(id="plot")
-                yield AnsiPlot(id="second")
-                yield TextLines(id="points", follow=True)
-                yield TextLines(id="checks")
+                yield ExploredPlot(id="plot")
+                yield ExploredPlot(id="second")
+                yield ChosenLines(id="points")
+                yield TextLines(id="checks", wrap=True)
 
     def on_mount(self) -> None:
         self.query_one("#now").border_title = "Now"
@@ -170,7 +184,7 @@ class WorkstationView(Vertical):
     def _show_session(self) -> None:
         """Tables and plots, only when what they show has changed."""
         session = self._session
-        if session is None or not self.query(CoefficientsPane):
+        if session is None or not self.query("#checks"):
             # Left while it was being built: the innermost panes are not there.
             return
         shown = (
@@ -191,7 +205,7 @@ class WorkstationView(Vertical):
         self.query_one(CoefficientsPane).show_fit(session, self._solution, self._judgement)
         table = points_table(session.header, session.points, self._solution).split("\n")
         # The table's heading and rule stay in view.
-        self.query_one("#points", TextLines).show(table, pinned=2 if len(table) > 2 else 0)
+        self.query_one("#points", ChosenLines).show(table, pinned=2 if len(table) > 2 else 0)
         self.query_one("#checks", TextLines).show(check_lines(session))
         self._show_plots()
 
@@ -203,7 +217,8 @@ class WorkstationView(Vertical):
         for place, kind in (("#plot", first), ("#second", PLOTS[self._second])):
             what = (kind, self._version)
             draw = drawing(kind, session, self._solution, self._judgement)
-            self.query_one(place, AnsiPlot).show(draw, what)
+            count = len(plotted_points(session)) if kind in WITH_POINTS else 0
+            self.query_one(place, ExploredPlot).show_view(draw, count, what)
 
     # -- what is in view ---------------------------------------------------------------------
 
@@ -225,9 +240,47 @@ class WorkstationView(Vertical):
         self._show_plots()
         return name
 
+    def show_alone(self) -> str:
+        """The plot alone on the screen, or everything again; its name."""
+        self.alone = not self.alone
+        if self.wide and self._room_for_second:
+            return PLOTS[self._second]
+        return PLOTS[self.plot]
+
     def watch_tab(self) -> None:
         if self.is_mounted:
             self._arrange()
+            self.focus_pane()
+
+    def watch_alone(self) -> None:
+        if self.is_mounted:
+            self._arrange()
+            self.focus_pane()
+
+    def focus_pane(self) -> None:
+        """Give the keys that scroll, walk and zoom to the pane that is looked at."""
+        if not self.query("#checks"):
+            return
+        if self.alone:
+            # The second plot where there are two: its kind is the one that was chosen.
+            place = "#second" if self.wide and self._room_for_second else "#plot"
+        else:
+            place = f"#{self.tab}"
+        pane = self.query_one(place)
+        self.screen.set_focus(pane if pane.can_focus else None, scroll_visible=False)
+
+    def on_chosen_lines_opened(self, event: ChosenLines.Opened) -> None:
+        event.stop()
+        points = self._session.points if self._session is not None else ()
+        for point in points:
+            if point.seq == event.number:
+                self.post_message(self.PointOpened(point))
+
+    def on_explored_plot_point_opened(self, event: ExploredPlot.PointOpened) -> None:
+        event.stop()
+        shown = plotted_points(self._session) if self._session is not None else ()
+        if event.index < len(shown):
+            self.post_message(self.PointOpened(shown[event.index]))
 
     def next_tab(self, step: int = 1) -> None:
         names = [name for name, _ in TABS]
@@ -236,6 +289,16 @@ class WorkstationView(Vertical):
     def _arrange(self) -> None:
         """Show all panes, or the one whose tab is open."""
         self.set_class(self.wide, "-wide")
+        self.set_class(self.alone, "-alone")
+        if self.alone:
+            second = self.wide and self._room_for_second
+            for name in self.PANES:
+                self.query_one(f"#{name}").display = name == "plot" and not second
+            self.query_one("#second").display = second
+            self.query_one("#left").display = False
+            self.query_one("#right").display = True
+            self._show_plots()
+            return
         for name, side in self.PANES.items():
             self.query_one(f"#{name}").display = self.wide or name == self.tab
             if not self.wide and name == self.tab:
@@ -252,34 +315,43 @@ class WorkstationView(Vertical):
         self._show_plots()
 
 
+def plotted_points(session: SessionView) -> tuple[PointRecord, ...]:
+    """The points a plot shows, in its order: those with an error."""
+    return tuple(p for p in session.points if p.error_deg is not None and p.ideal_deg is not None)
+
+
 def drawing(
     kind: str, session: SessionView, solution: Solution | None, judgement: Judgement | None = None
-) -> Draw:
+) -> DrawView:
     """How to draw one of ``PLOTS`` for a session as it stands."""
     if kind == "forecast":
-        return lambda width, height, colour, theme: (
+        return lambda width, height, colour, theme, view: (
             forecast_map(
                 judgement.forecast,
                 width,
                 height,
                 colour,
-                "light" if theme == "light" else "phosphor",
+                theme,
                 session.header.tolerance_deg,
+                view.fine,
             )
             if judgement is not None
             else "The forecast of the year comes with the first point."
         )
     if kind == "history":
-        return lambda width, height, colour, theme: convergence_plot(
-            session.fits, width, height, colour, "light" if theme == "light" else "phosphor"
+        return lambda width, height, colour, theme, view: convergence_plot(
+            session.fits, width, height, colour, theme
         )
     plot = {"error": error_plot, "residuals": residual_plot, "sky map": sky_map}[kind]
 
-    def draw(width: int, height: int, colour: bool, theme: str) -> str:
-        data = session_plot_data(session.header, session.points, solution)
-        return plot(data, width, height, colour, "light" if theme == "light" else "phosphor")
+    @cache
+    def data() -> ErrorPlotData:
+        # Zooming and walking draw the same numbers again.
+        return session_plot_data(session.header, session.points, solution)
 
-    return draw
+    return lambda width, height, colour, theme, view: plot(
+        data(), width, height, colour, theme, view
+    )
 
 
 def check_lines(session: SessionView) -> list[str]:

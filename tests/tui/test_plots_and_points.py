@@ -1,0 +1,117 @@
+"""Looking closer: zoom and cursor of a plot, a point opened, panes that scroll by keys."""
+
+import pytest
+from golden_screens import shows_golden
+from procedure_bench import LARGE, SMALL, bench, screen_text, shows, take_points, until, workstation
+
+from solarcal.tui.point.opened import PointScreen
+from solarcal.tui.widgets.plot import ExploredPlot
+from solarcal.tui.workstation.screen import WorkstationScreen
+from solarcal.tui.workstation.view import WorkstationView
+
+SIZES = [pytest.param(SMALL, id="80x24"), pytest.param(LARGE, id="140x45")]
+
+
+@pytest.fixture(scope="module")
+def station(tmp_path_factory):
+    """Five points, taken once for all tests that only look."""
+    path = tmp_path_factory.mktemp("points") / "five.jsonl"
+    station, _ = bench(path, start="2026-06-03T13:30:00Z")
+    take_points(station, 5, 40.0)
+    return station
+
+
+async def on_workstation(app, pilot):
+    app.push_screen(WorkstationScreen())
+    await shows(pilot, "LINK OK")
+    await until(pilot, lambda: app.judgement is not None)
+    await until(pilot, lambda: app.state.session is not None and app.emulated_speed == 0.0)
+    return app.screen.query_one(WorkstationView)
+
+
+async def test_a_plot_zooms_pans_shows_all_again_and_takes_the_whole_screen(station):
+    async with workstation(station, SMALL) as (app, pilot):
+        view = await on_workstation(app, pilot)
+        await pilot.press("4")
+        plot = view.query_one("#plot", ExploredPlot)
+        await until(pilot, lambda: app.focused is plot)
+        await shows(pilot, "error, deg")
+        whole = screen_text(app)
+        await pilot.press("plus", "plus")
+        assert plot.view.zoom == 4.0
+        await pilot.press("left")
+        assert plot.view.x < 0.5
+        await shows(pilot, "10:30")
+        await pilot.press("0")
+        await until(pilot, lambda: screen_text(app) == whole)
+        await pilot.press("z")
+        await until(pilot, lambda: plot.size.height == SMALL[1] - 4)
+        await shows(pilot, "STOP", "zoom")
+        await pilot.press("z")
+        await until(pilot, lambda: plot.size.height < SMALL[1] - 4)
+
+
+async def test_an_emulators_time_keeps_its_keys_where_no_plot_has_the_focus(station):
+    async with workstation(station, SMALL) as (app, pilot):
+        view = await on_workstation(app, pilot)
+        await pilot.press("1", "plus")
+        await until(pilot, lambda: app.emulated_speed != 0.0)
+        assert view.query_one("#plot", ExploredPlot).view.zoom == 1.0
+        station.tracker.emulation.set_speed(0.0)
+
+
+async def test_the_cursor_reads_point_after_point_and_enter_opens_it(station):
+    async with workstation(station, SMALL) as (app, pilot):
+        await on_workstation(app, pilot)
+        await pilot.press("4", "pagedown", "pagedown")
+        second = station.session.points[1]
+        await shows(pilot, f"record {second.seq}", f"{second.error_deg[0]:+.4f}")
+        await pilot.press("enter")
+        await until(pilot, lambda: isinstance(app.screen, PointScreen))
+        await shows(pilot, "Point 2 of 5", f"record {second.seq}")
+        await pilot.press("escape")
+        await until(pilot, lambda: isinstance(app.screen, WorkstationScreen))
+
+
+@pytest.mark.parametrize("size", SIZES)
+async def test_a_point_opened_says_all_about_it(station, size):
+    async with workstation(station, size) as (app, pilot):
+        await on_workstation(app, pilot)
+        # The newest point is the one chosen; one before it.
+        await pilot.press("2", "up", "enter")
+        await until(pilot, lambda: isinstance(app.screen, PointScreen))
+        await shows(pilot, "Point 4 of 5", "in sigmas", "Leverage", "without")
+        await shows_golden(pilot, f"point-opened-{size[0]}x{size[1]}")
+        await pilot.press("end")
+        await shows(pilot, "Records", "Set Sun Offset")
+
+
+async def test_a_point_is_struck_out_and_restored_where_it_is_looked_at(tmp_path):
+    station, _ = bench(tmp_path / "three.jsonl", start="2026-06-03T13:30:00Z")
+    take_points(station, 3, 40.0)
+    async with workstation(station, SMALL) as (app, pilot):
+        await on_workstation(app, pilot)
+        await pilot.press("2", "enter")
+        await until(pilot, lambda: isinstance(app.screen, PointScreen))
+        await pilot.press("x", *"cloud", "enter")
+        await shows(pilot, "STRUCK OUT")
+        assert len(station.session.accepted) == 2
+        await pilot.press("x", *"clear", "enter")
+        await shows(pilot, "accepted")
+        await until(pilot, lambda: len(station.session.accepted) == 3)
+
+
+async def test_every_line_of_the_checks_is_reached_by_keys_at_80x24(station):
+    async with workstation(station, SMALL) as (app, pilot):
+        view = await on_workstation(app, pilot)
+        await pilot.press("5")
+        pane = view.query_one("#checks")
+        await until(pilot, lambda: app.focused is pane)
+        last = next(line for line in reversed(pane.lines) if line.strip()).strip()
+        if pane.below:
+            await shows(pilot, f"▼ {pane.below} more")
+        await pilot.press("end")
+        await shows(pilot, last)
+        assert all(len(line) <= pane.scrollable_content_region.width for line in pane.lines)
+        await pilot.press("home")
+        await shows(pilot, pane.lines[0].strip())
