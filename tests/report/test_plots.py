@@ -299,9 +299,11 @@ def test_the_window_is_centred_on_the_cursor_it_follows(full_day):
 
 @pytest.mark.parametrize(("low", "high"), [(-0.03, 0.02), (-2.3, 0.7), (0.0, 90.0), (-1e-6, 1e-6)])
 @pytest.mark.parametrize("cells", [6, 18, 50])
-def test_ticks_are_round_and_inside(low, high, cells):
-    scale = scales.value_scale(low, high, cells)
-    assert (5 if cells >= 10 else 2) <= len(scale.ticks) <= max(5, 2 * cells // 3)
+@pytest.mark.parametrize("fine", [False, True])
+def test_ticks_are_round_and_inside(low, high, cells, fine):
+    scale = scales.value_scale(low, high, cells, fine=fine)
+    least = 5 if fine and cells >= 10 else 2
+    assert least <= len(scale.ticks) <= max(5, 2 * cells // 3 if fine else cells // 2)
     assert all(low <= tick <= high for tick in scale.ticks)
     assert [float(label) for label in scale.labels] == pytest.approx(scale.ticks)
     assert len({len(label) for label in scale.labels}) == 1

@@ -102,14 +102,15 @@ def _rulers(
     points = data.points
     hours = scales.hour_scale((points.solar_time_h, data.path.solar_time_h), canvas.columns)
     if view.zoom <= 1.0:
-        return hours, scales.value_scale(low, high, canvas.rows)
+        return hours, scales.value_scale(low, high, canvas.rows, fine=view.fine)
     at = _cursor(data, view)
     place = None
     if at is not None and np.isfinite(y1[at] + y2[at]):
         ends = sorted((float(y1[at]), float(y2[at])))
         place = (float(points.solar_time_h[at]), ends[0], ends[1])
     span_h, span = view.windows((hours.low, hours.high), (low, high), place)
-    return scales.time_scale(*span_h, canvas.columns), scales.value_scale(*span, canvas.rows)
+    values = scales.value_scale(*span, canvas.rows, fine=view.fine)
+    return scales.time_scale(*span_h, canvas.columns), values
 
 
 def _reading(

@@ -115,19 +115,25 @@ def _part(ruler: tuple[float, float], middle: float, half: float) -> tuple[float
 
 
 WHOLE = View()
-LEAST_TICKS = 5
-"""Labelled ticks that a ruler of values has at least, from ten rows on."""
+FINE_TICKS = 5
+"""Labelled ticks a ruler of values has at least in a fine view, from ten rows on."""
 
 
-def value_scale(low: float, high: float, cells: int, signed: bool = True) -> Scale:
-    """Ticks at round steps: five at least from ten rows on, more where there is room."""
-    wanted = (high - low) / max(LEAST_TICKS if cells >= 10 else 2, cells // 4)
-    power = 10.0 ** math.floor(math.log10(wanted))
-    step = next(k * power for k in (10.0, 5.0, 2.5, 2.0, 1.0) if k * power <= wanted * 1.001)
+def value_scale(
+    low: float, high: float, cells: int, signed: bool = True, fine: bool = False
+) -> Scale:
+    """Ticks at round steps, about one for every three rows; more in a fine view of few rows."""
+    if fine:
+        wanted = (high - low) / max(FINE_TICKS if cells >= 10 else 2, cells // 4)
+        power = 10.0 ** math.floor(math.log10(wanted))
+        step = next(k * power for k in (10.0, 5.0, 2.5, 2.0, 1.0) if k * power <= wanted * 1.001)
+    else:
+        wanted = (high - low) / max(4, cells // 3)
+        power = 10.0 ** math.floor(math.log10(wanted))
+        step = next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= wanted * 0.999)
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-    decimals = max(0, -math.floor(math.log10(step) + 1e-9))
-    if abs(round(step / power, 3) - 2.5) < 1e-6:
-        decimals += 1
+    quarter = abs(step / power - 2.5) < 1e-6
+    decimals = max(0, -math.floor(math.log10(step) + 1e-9) + quarter)
     ticks = tuple(round(k * step, 10) for k in range(first, last + 1))
     texts = [f"{t:+.{decimals}f}" if signed and t else f"{t:.{decimals}f}" for t in ticks]
     width = max((len(t) for t in texts), default=0)
