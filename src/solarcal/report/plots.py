@@ -263,8 +263,8 @@ def residual_plot(
     canvas = Canvas(width, height, colour, theme, _time_label(data))
     points, palette = data.points, canvas.palette
     cross, along = points.cross_deg, points.along_deg
-    used = np.array(points.used, dtype=bool)
-    # One point that was struck out must not flatten those that are used.
+    # On screen one point that is not used must not flatten the others; in print all are in the frame.
+    used = np.array(points.used, dtype=bool) | (not view.fine)
     finite = np.concatenate((cross[used], along[used]))
     finite = np.abs(finite[np.isfinite(finite)])
     reach = 1.2 * max(float(finite.max()) if finite.size else 0.0, 0.3 * data.tolerance_deg)
