@@ -263,7 +263,7 @@ def residual_plot(
     canvas = Canvas(width, height, colour, theme, _time_label(data))
     points, palette = data.points, canvas.palette
     cross, along = points.cross_deg, points.along_deg
-    # On screen one point that is not used must not flatten the others; in print all are in the frame.
+    # On screen a point that is not used must not flatten the others; in print all are shown.
     used = np.array(points.used, dtype=bool) | (not view.fine)
     finite = np.concatenate((cross[used], along[used]))
     finite = np.abs(finite[np.isfinite(finite)])
