@@ -246,6 +246,20 @@ class TestSteadiness:
         struck = self.made(at, struck=((due - 60.0, due + 1740.0),))
         assert not any(due - 60.0 <= t <= due + 1740.0 for t in struck.recommended.times_utc_s)
 
+    def test_a_change_of_more_than_half_an_hour_says_why(self):
+        _, points = day_of("azel", 24, JUNE)
+        at = float(points.utc_s[2]) + GAP_S
+        before = self.made(at)
+        assert self.made(at + 60.0).compared_with(before).sentence == before.sentence
+        end = before.recommended.times_utc_s[-1]
+        clouded = self.made(at, struck=((end - 3 * 3600.0, end + 1800.0),)).compared_with(before)
+        assert "later than planned: the hours that can be used have changed" in clouded.sentence
+        context, noisy = day_of("azel", 24, JUNE, noise_deg=0.08)
+        rough = judge_points(
+            noisy.subset([0, 1, 2, 3, 4]), context, at_utc_s=float(noisy.utc_s[4])
+        ).plan
+        assert "later than planned: the last point" in rough.compared_with(before).sentence
+
     def test_no_point_closer_to_the_last_than_one_takes(self):
         _, points = day_of("azel", 24, JUNE)
         at = float(points.utc_s[2])

@@ -200,7 +200,6 @@ def test_half_the_sigma_counts_as_much_as_the_point_taken_four_times() -> None:
     )
     repeated = points.subset([*range(10), 3, 3, 3])
     np.testing.assert_allclose(fit_linear(weighted).values, fit_linear(repeated).values, atol=1e-10)
-    assert any("identical to the last digit" in note for note in fit_linear(repeated).notes)
 
 
 @pytest.mark.parametrize("name", ["azel", "tiltroll-ns", "tiltroll-ew"])

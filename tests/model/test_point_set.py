@@ -1,5 +1,6 @@
 """Points are checked when the set is made: what is wrong is said with the point's label."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -68,13 +69,19 @@ def test_points_on_the_branch_are_kept_to_the_last_bit() -> None:
     assert points.remarks() == ()
 
 
-def test_copied_points_are_named() -> None:
-    points = made().subset([0, 1, 0, 3])
-    assert points.labels == (7, 9, 7, 15)
+def test_a_point_given_twice_is_one_point_and_named() -> None:
+    points = made().subset([0, 1, 0, 3]).distinct()
+    assert points.labels == (7, 9, 15)
     assert points.remarks() == (
-        "points 7 and 7 are identical to the last digit; each counts in full: "
-        "if one is a copy, strike it",
+        "points 7 and 7 are identical to the last digit: they count as one point",
     )
+    assert made().distinct().remarks() == ()
+
+
+def test_the_same_reading_at_another_time_is_another_point() -> None:
+    points = made(utc_s=[0.0, 1.0, 2.0, 3.0])
+    again = replace(points.subset([0, 1, 0]), utc_s=np.array([0.0, 1.0, 9.0]))
+    assert len(again.distinct()) == 3
 
 
 def test_a_path_across_the_end_of_the_branch_is_named() -> None:

@@ -230,3 +230,15 @@ class TestFrontDoor:
         undated = with_errors(points, points.err1_deg, points.err2_deg, utc_s=None)
         with pytest.raises(FitError, match="point 1 has no time"):
             fit(undated, context)
+
+
+@pytest.mark.parametrize("method", ["linear", "robust", "exact"])
+def test_a_point_given_three_times_counts_once(method):
+    context, points = day_of("azel", 9)
+    once, thrice = (
+        fit(points.subset(order), context, method=method)
+        for order in (list(range(9)), [*range(9), 3, 3])
+    )
+    assert thrice.n_points == 9
+    assert thrice.values == pytest.approx(once.values)
+    assert any("count as one point" in note for note in thrice.notes)

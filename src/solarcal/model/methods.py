@@ -47,7 +47,8 @@ def fit(
     Parameters
     ----------
     points
-        ``robust`` and ``exact`` answer from one point on, ``linear`` from three.
+        ``robust`` and ``exact`` answer from one point on, ``linear`` from three. A point given
+        more than once counts once.
     context
         Site, limits, and what the ideal angles leave out. None: nothing, and the whole sky.
     method
@@ -66,6 +67,7 @@ def fit(
     """
     if context is None:
         context = SkyContext.for_points(points)
+    points = points.distinct()
     if method == "linear":
         return fit_linear(points, terms, limits=context.limits)
     if method == ITERATED:

@@ -47,6 +47,7 @@ for: today's luck does not make up for more."""
 WORTH_A_POINT = 0.002
 """Part of the mean square that one more point must save to be considered at all."""
 MISSES_FOLLOWED = 2
+NOISE_STEP = 1.15
 JUMP_S = 1800.0
 """A next point that moves by more than this needs a reason."""
 
@@ -99,6 +100,16 @@ class Standing:
 
 
 @dataclass(frozen=True, slots=True)
+class Basis:
+    """What a plan was made from: the noise of a point, the points taken, the intervals struck."""
+
+    noise_deg: float
+    points: int
+    struck: tuple[tuple[float, float], ...]
+    until_utc_s: float | None
+
+
+@dataclass(frozen=True, slots=True)
 class Plan:
     """The rest of a day.
 
@@ -130,6 +141,7 @@ class Plan:
     come_back_utc_s: float | None
     second_visit_utc_s: tuple[float, ...]
     sentence: str
+    basis: "Basis"
 
     @property
     def tolerance_deg(self) -> float:
@@ -156,6 +168,29 @@ class Plan:
     def next_point_utc_s(self) -> float | None:
         times = self.recommended.times_utc_s
         return times[0] if times else None
+
+    def compared_with(self, before: "Plan | None") -> "Plan":
+        """The same, saying why where its last point moved by more than half an hour."""
+        if before is None or not self.recommended.points or not before.recommended.points:
+            return self
+        later_s = self.recommended.times_utc_s[-1] - before.recommended.times_utc_s[-1]
+        if abs(later_s) <= JUMP_S:
+            return self
+        new, old = self.basis, before.basis
+        if (new.struck, new.until_utc_s) != (old.struck, old.until_utc_s):
+            why = "the hours that can be used have changed"
+        elif new.points != old.points:
+            why = "the last point changed what is known of the unit"
+            if not 1.0 / NOISE_STEP < new.noise_deg / old.noise_deg < NOISE_STEP:
+                why = (
+                    f"the last point makes the noise of one {new.noise_deg:.3f} deg instead of "
+                    f"{old.noise_deg:.3f}"
+                )
+        else:
+            why = "a planned point was not taken"
+        way = "later" if later_s > 0.0 else "earlier"
+        sentence = f"{self.sentence}; {abs(later_s) / 60.0:.0f} min {way} than planned: {why}"
+        return replace(self, sentence=sentence)
 
     def as_json(self) -> dict[str, Any]:
         next_s, back_s = self.next_point_utc_s, self.come_back_utc_s
@@ -531,6 +566,9 @@ class _Planner:
             come_back_utc_s=back_s,
             second_visit_utc_s=visit,
             sentence=sentence,
+            basis=Basis(
+                self.posterior.noise_median_deg, len(self.today), self.struck, self.until_utc_s
+            ),
         )
 
 

@@ -1,7 +1,7 @@
 """The points a model is fitted to."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -67,6 +67,9 @@ class PointSet:
     utc_s: FloatArray | None = None
     moved_to_branch: tuple[int, ...] = field(init=False, default=())
     """Labels of points whose AX1 was given off the mount's branch and was moved by whole turns."""
+    copies: tuple[tuple[int, ...], ...] = ()
+    """Labels of points that are one point given more than once: the first of each is among these
+    points, the others are not."""
 
     def __post_init__(self) -> None:
         keep = object.__setattr__
@@ -144,6 +147,27 @@ class PointSet:
             utc_s=None if self.utc_s is None else self.utc_s[chosen],
         )
 
+    def distinct(self) -> "PointSet":
+        """The points with each that was given more than once, to the last digit, taken once.
+
+        Points of different times are different points, whatever they read.
+        """
+        columns = [self.ax1_deg, self.ax2_deg, self.err1_deg, self.err2_deg]
+        if self.utc_s is not None:
+            columns.append(np.where(np.isfinite(self.utc_s), self.utc_s, -1.0))
+        by_place: dict[tuple[float, ...], list[int]] = {}
+        for index, row in enumerate(np.column_stack(columns).tolist()):
+            by_place.setdefault(tuple(row), []).append(index)
+        if len(by_place) == len(self):
+            return self
+        once = self.subset([indices[0] for indices in by_place.values()])
+        copies = [
+            tuple(self.labels[i] for i in indices)
+            for indices in by_place.values()
+            if len(indices) > 1
+        ]
+        return replace(once, copies=tuple(copies))
+
     def remarks(self) -> tuple[str, ...]:
         """Sentences about points that can be fitted but deserve a second look."""
         return (*self._remark_moved(), *self._remark_repeated(), *self._remark_branch_crossed())
@@ -158,15 +182,9 @@ class PointSet:
         ]
 
     def _remark_repeated(self) -> list[str]:
-        by_place: dict[tuple[float, ...], list[int]] = {}
-        numbers = np.column_stack((self.ax1_deg, self.ax2_deg, self.err1_deg, self.err2_deg))
-        for label, row in zip(self.labels, numbers.tolist(), strict=True):
-            by_place.setdefault(tuple(row), []).append(label)
         return [
-            f"{_points(tuple(labels))} are identical to the last digit; each counts in full: "
-            "if one is a copy, strike it"
-            for labels in by_place.values()
-            if len(labels) > 1
+            f"{_points(labels)} are identical to the last digit: they count as one point"
+            for labels in self.copies
         ]
 
     def _remark_branch_crossed(self) -> list[str]:

@@ -35,6 +35,7 @@ def fit_document(
         state: sum(status == state for status in table.status) for state in ("aborted", "rejected")
     }
     used = sum(status in ("accepted", "") for status in table.status)
+    used -= sum(len(labels) - 1 for labels in solution.points.copies)
     return {
         "files": _names(files),
         "geometry": fitted.pop("geometry"),

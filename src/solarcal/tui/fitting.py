@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from textual.message import Message
@@ -10,6 +11,7 @@ from solarcal.errors import SolarcalError
 from solarcal.tui.messages import FitReady
 
 if TYPE_CHECKING:
+    from solarcal.model.plan import Plan
     from solarcal.station.plan_wishes import PlanWishes
     from solarcal.station.state import SessionView
 
@@ -25,6 +27,7 @@ class Fitter:
     def __init__(self, post: Callable[[Message], object]) -> None:
         self._post = post
         self._wanted: Callable[[], FitReady] | None = None
+        self._last: FitReady | None = None
         self._change = threading.Condition()
         self._closing = False
         self._thread = threading.Thread(target=self._run, name="fit", daemon=True)
@@ -41,7 +44,9 @@ class Fitter:
     ) -> None:
         """Fit, judge and plan from ``at_utc_s``; a session still waiting is forgotten."""
         with self._change:
-            self._wanted = lambda: fit_message(generation, session, at_utc_s, wishes)
+            self._wanted = lambda: fit_message(
+                generation, session, at_utc_s, wishes, self._plan_of(session)
+            )
             self._change.notify()
 
     def close(self) -> None:
@@ -56,7 +61,16 @@ class Fitter:
                 if self._closing or self._wanted is None:
                     return
                 wanted, self._wanted = self._wanted, None
-            self._post(wanted())
+            message = wanted()
+            self._last = message
+            self._post(message)
+
+    def _plan_of(self, session: "SessionView") -> "Plan | None":
+        """The plan last shown of this session."""
+        last = self._last
+        if last is None or last.judgement is None:
+            return None
+        return last.judgement.plan if last.session.header == session.header else None
 
 
 def fit_message(
@@ -64,8 +78,11 @@ def fit_message(
     session: "SessionView",
     at_utc_s: float | None = None,
     wishes: "PlanWishes | None" = None,
+    before: "Plan | None" = None,
 ) -> FitReady:
     """Fit and judgement of a session as the message that carries them.
+
+    The plan is compared with the one shown before.
 
     A session that can be fitted but not judged keeps its fit; ``reason`` says what was the matter.
     """
@@ -83,4 +100,6 @@ def fit_message(
     except (SolarcalError, ValueError, ArithmeticError) as error:
         # Arithmetic on strange points may fail in its own words; the thread must live on.
         return FitReady(generation, session, solution, reason=f"no forecast: {error}")
+    if judgement.plan is not None:
+        judgement = replace(judgement, plan=judgement.plan.compared_with(before))
     return FitReady(generation, session, solution, judgement)
