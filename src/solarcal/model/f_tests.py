@@ -75,13 +75,39 @@ class ColumnFit:
         p = f_probability(explained / len(rows) / variance, len(rows), spare)
         return shift, covariance * variance, p
 
+    def single_points(self) -> FloatArray:
+        """What ``group`` gives as probability for each point alone, (n,)."""
+        left = self.left.reshape(-1, 2)
+        basis = self.basis.reshape(len(left), 2, -1)
+        probabilities = np.ones(len(left))
+        spare = self.spare - 2
+        if spare < 1:
+            return probabilities
+        # 1 - B B^T of two rows: [[a, b], [b, d]].
+        a = 1.0 - np.einsum("nk,nk->n", basis[:, 0], basis[:, 0])
+        d = 1.0 - np.einsum("nk,nk->n", basis[:, 1], basis[:, 1])
+        b = -np.einsum("nk,nk->n", basis[:, 0], basis[:, 1])
+        smallest = 0.5 * (a + d) - np.hypot(0.5 * (a - d), b)
+        seen = smallest >= UNSEEN
+        r1, r2 = left[seen].T
+        a, b, d = a[seen], b[seen], d[seen]
+        explained = (d * r1 * r1 - 2.0 * b * r1 * r2 + a * r2 * r2) / (a * d - b * b)
+        variance = np.maximum(self.squares - explained, 1e-300) / spare
+        probabilities[seen] = f_probabilities(explained / 2.0 / variance, 2, spare)
+        return probabilities
+
 
 def f_probability(f: float, over: int, under: int) -> float:
     """Chance of a larger F with these degrees of freedom."""
-    # scipy takes long to import; nobody waits for it before there are points.
+    return float(f_probabilities(np.asarray(f), over, under))
+
+
+def f_probabilities(f: FloatArray, over: int, under: int) -> FloatArray:
+    """The same for many."""
+    # scipy takes long to import; it is not needed before there are points.
     from scipy.special import betainc
 
-    return float(betainc(under / 2.0, over / 2.0, under / (under + over * f)))
+    return np.asarray(betainc(under / 2.0, over / 2.0, under / (under + over * f)))
 
 
 def t_limit(level: float, spare: int) -> float:

@@ -167,7 +167,8 @@ class _Search:
         n = len(kept)
         tests: list[tuple[tuple[int, ...], float]] = []
         if room >= 1:
-            tests = [((i,), n * fit.group((at,))[2]) for at, i in enumerate(kept)]
+            alone = (n * fit.single_points()).tolist()
+            tests = [((i,), p) for i, p in zip(kept, alone, strict=True)]
         together = tuple(i for i in self.suspects if i not in self.bad)
         if 1 < len(together) <= room:
             places = [kept.index(i) for i in together]
@@ -175,7 +176,8 @@ class _Search:
         return tests
 
     def _kept_points(self) -> list[int]:
-        return [i for i in range(len(self.model.points)) if i not in self.bad]
+        bad = set(self.bad)
+        return [i for i in range(len(self.model.points)) if i not in bad]
 
     def _kept(self, column: FloatArray) -> FloatArray:
         pairs = column.reshape(len(self.model.points), 2, -1)[self._kept_points()]
