@@ -3,6 +3,7 @@
 A record is written and synced BEFORE the state shows it. Time comes from an injected clock.
 """
 
+import contextlib
 import math
 import threading
 from collections.abc import Callable
@@ -14,7 +15,7 @@ import msgspec
 
 from solarcal import __version__
 from solarcal.clock import Clock
-from solarcal.errors import LinkError, ProcedureRefused
+from solarcal.errors import LinkError, ProcedureRefused, SessionFileError
 from solarcal.inclinometer import Inclinometer
 from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import MountGeometry
@@ -241,6 +242,7 @@ class StationCore:
             if self._restored_serial:
                 self._restored_serial = ""
                 self._losses += 1
+                self._live(losses_unrecorded=self._losses)
             elif self._journal is not None:
                 self._record(lambda seq, utc: LinkLost(seq=seq, utc=utc, reason=str(error)))
             held_s = self.clock.utc_s() - self._restored_utc_s
@@ -281,6 +283,7 @@ class StationCore:
         if not serial:
             return
         self._restored_serial, self._losses = "", 0
+        self._live(losses_unrecorded=0)
         if self._journal is not None:
             self._record(
                 lambda seq, utc: LinkRestored(seq=seq, utc=utc, serial=serial, losses=losses)
@@ -323,6 +326,9 @@ class StationCore:
     def leave(self) -> None:
         """Close the line and let go of the file without ending the session: to go on later."""
         if self._journal is not None:
+            # A disk that is full must not keep the line.
+            with contextlib.suppress(SessionFileError):
+                self._record_restored()
             self._journal.close()
             self._journal = None
         self.tracker.close()

@@ -77,6 +77,8 @@ class LiveView:
     distance_to_limits_deg: float | None = None
     progress: float | None = None
     link_message: str = ""
+    losses_unrecorded: int = 0
+    """Of a line that comes and goes: since the last record of it."""
 
 
 @dataclass(frozen=True, slots=True)

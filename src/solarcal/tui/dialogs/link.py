@@ -70,8 +70,11 @@ class LinkDialog(Dialog):
             lines.append(f"Port      {line.choice.port} ({line.choice.driver})")
         session = state.session
         if session is not None:
-            lost = sum(isinstance(r, LinkLost) for r in session.records)
-            back = sum(isinstance(r, LinkRestored) for r in session.records)
+            counted = live.losses_unrecorded + sum(
+                r.losses for r in session.records if isinstance(r, LinkRestored)
+            )
+            lost = counted + sum(isinstance(r, LinkLost) for r in session.records)
+            back = lost - (live.link is LinkState.LOST)
             lines.append(f"Recorded  lost {lost} times, restored {back} times in this session")
         if live.link is LinkState.LOST:
             lines.append(f"Reason    {live.link_message}")
