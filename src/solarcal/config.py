@@ -94,6 +94,8 @@ class Choice(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     speed: float | None = None
     replay: str = ""
     session: str = ""
+    offers_unfinished: bool = False
+    """Ask first which of the unit's unfinished sessions to go on with, if there is one."""
 
     def words(self) -> str:
         """The choice as a line of the start screen."""

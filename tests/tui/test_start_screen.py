@@ -6,6 +6,9 @@ from textual.widgets import Input, OptionList
 
 from solarcal.clock import SystemClock
 from solarcal.config import Choice, Settings, load_settings, sessions_dir
+from solarcal.emulator.emulation import Emulator
+from solarcal.emulator.scenario import load_scenario
+from solarcal.emulator.server import serve_pty
 from solarcal.errors import ConfigurationError
 from solarcal.mount_description import MountDescription
 from solarcal.profile_form import MOUNT_FIELDS, FieldError, form_texts, profile_from_form
@@ -13,15 +16,16 @@ from solarcal.profiles import Profile, load_profile, save_profile
 from solarcal.session.journal import Journal
 from solarcal.session.reader import read_session
 from solarcal.session.records import Closed
+from solarcal.station.saved_sessions import finished, saved_sessions
 from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.opening import finished, open_line, saved_sessions
+from solarcal.tui.opening import open_line
 from solarcal.tui.start.screen import StartScreen
 from solarcal.tui.workstation.screen import WorkstationScreen
 
 
-def app_with(**settings):
-    return SolarcalApp(ACTION_HANDLERS, settings=Settings(**settings), remember=True)
+def app_with(start=None, **settings):
+    return SolarcalApp(ACTION_HANDLERS, settings=Settings(**settings), start=start, remember=True)
 
 
 async def offers(pilot):
@@ -320,3 +324,40 @@ async def test_an_emulated_rotator_is_opened_like_any_unit():
     app = SolarcalApp(ACTION_HANDLERS, start=start)
     async with app.run_test(size=(80, 24)) as pilot:
         await shows(pilot, "Emulated Rotator 0001 azel", "LINK OK")
+
+
+# -- the port of the command line --------------------------------------------------------------
+
+
+async def test_the_port_asked_for_offers_its_units_unfinished_session_first():
+    path = unfinished_session()
+    with serve_pty(Emulator(load_scenario("tijeras-azel", []))) as port:
+        app = app_with(start=Choice(port=port, offers_unfinished=True))
+        async with app.run_test(size=(100, 40)) as pilot:
+            await shows(pilot, "Unfinished sessions of this unit", "Or begin anew")
+            assert path.name in screen_words(app)
+            await pilot.press("enter")
+            await until(pilot, lambda: isinstance(app.screen, WorkstationScreen))
+            assert app.session_name == path.name
+            await app.leave()
+
+
+async def test_a_new_session_is_begun_all_the_same_when_that_is_chosen():
+    path = unfinished_session()
+    with serve_pty(Emulator(load_scenario("tijeras-azel", []))) as port:
+        app = app_with(start=Choice(port=port, offers_unfinished=True))
+        async with app.run_test(size=(100, 40)) as pilot:
+            await shows(pilot, "Or begin anew")
+            await pilot.press("down", "enter")
+            await until(pilot, lambda: isinstance(app.screen, WorkstationScreen))
+            assert app.session_name != path.name
+            await app.leave()
+
+
+async def test_another_units_unfinished_session_is_not_offered():
+    unfinished_session()
+    with serve_pty(Emulator(load_scenario("tijeras-azel", ["unit.serial=B9"]))) as port:
+        app = app_with(start=Choice(port=port, offers_unfinished=True))
+        async with app.run_test(size=(100, 40)) as pilot:
+            await until(pilot, lambda: isinstance(app.screen, WorkstationScreen))
+            await app.leave()

@@ -37,6 +37,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="the session file to write"
     )
+    parser.add_argument(
+        "--resume", type=Path, metavar="FILE",
+        help="go on with a session that broke off, with the unit it was taken on",
+    )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
 
 
@@ -100,6 +104,7 @@ def run_calibration(
         method=args.method or DEFAULT_METHOD,
         eye_sigma_deg=0.02 if noise_deg is None else noise_deg,
         say=say,
+        resume=getattr(args, "resume", None),
     )
 
 
@@ -151,7 +156,27 @@ def calibration_document(calibration: "Calibration") -> dict[str, Any]:
     }
 
 
+def _start_where_it_broke_off(args: argparse.Namespace) -> None:
+    """An emulated unit of another process died with it: one of the same truth takes over then.
+
+    Raises
+    ------
+    ConfigurationError
+        A file cannot be gone on with and be written anew.
+    """
+    from solarcal.errors import ConfigurationError
+    from solarcal.session.reader import read_session
+
+    if args.output:
+        raise ConfigurationError("--resume FILE goes on in that file; leave -o away")
+    session = read_session(args.resume)
+    if not args.port and not args.start:
+        args.start = (session.records[-1] if session.records else session.header).utc
+
+
 def run(args: argparse.Namespace) -> int:
+    if args.resume:
+        _start_where_it_broke_off(args)
     if args.input:
         from solarcal.cli.by_book import run_book
 

@@ -54,6 +54,7 @@ def run(args: argparse.Namespace) -> int:
             port=args.port or profile.port,
             driver=driver,
             baudrate=args.baudrate or profile.baudrate,
+            offers_unfinished=True,
         )
     elif args.scenario:
         choice = Choice(scenario=args.scenario)
@@ -67,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
 def _continued(path: Path) -> "Choice":
     from solarcal.config import load_settings
     from solarcal.errors import ConfigurationError
-    from solarcal.tui.opening import continuing, look_into
+    from solarcal.station.saved_sessions import continuing, look_into
 
     saved = look_into(path)
     if saved.damage:

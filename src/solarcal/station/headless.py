@@ -6,13 +6,14 @@ from pathlib import Path
 
 import msgspec
 
-from solarcal.errors import ConfigurationError, LinkError
+from solarcal.clock import Clock, SystemClock
+from solarcal.errors import ConfigurationError, LinkError, ProcedureRefused, SolarcalError
 from solarcal.model.evidence.branches import branch_warning
 from solarcal.model.evidence.unit_state import check_unit_settings, check_unit_sun
 from solarcal.model.fit import Solution
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.session.journal import Journal
-from solarcal.session.records import Header, UploadRecord
+from solarcal.session.records import Closed, Header, UploadRecord
 from solarcal.site import Site
 from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.fitting import solve
@@ -20,6 +21,10 @@ from solarcal.station.procedure import Station
 from solarcal.station.state import SessionView
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.unit.tracker import Tracker, Truth
+
+FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 15.0
+GIVE_UP_S = 120.0
+"""A line that is gone for longer needs somebody who looks after it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +68,18 @@ def calibrate(
     method: str = DEFAULT_METHOD,
     eye_sigma_deg: float = 0.02,
     say: Callable[[str], None] = lambda sentence: None,
+    resume: Path | None = None,
+    pauses: Clock | None = None,
 ) -> Calibration:
     """Run the whole manual procedure by the automatic technician.
+
+    A lost line is opened again for two minutes, and the step that was broken off is done anew.
+
+    Parameters
+    ----------
+    resume : a session to go on with instead of a new one.
+    pauses : what waits between two tries to open a lost line; real time by default, for the
+        emulated clock is gone with the line.
 
     Raises
     ------
@@ -94,25 +109,73 @@ def calibrate(
         done_probability=done_probability,
     )
     station.connect()
-    journal = station.open_session(create_journal)
+    journal = station.open_session(create_journal) if resume is None else _taken_up(station, resume)
     path = journal.path or Path()
     try:
         truth_before = emulation.truth()
         _say_settings(station, say)
         technician = AutomaticTechnician(
-            station, emulation.spot, schedule, method=method, eye_sigma_deg=eye_sigma_deg, say=say
+            station,
+            emulation.spot,
+            schedule,
+            method=method,
+            eye_sigma_deg=eye_sigma_deg,
+            say=say,
+            reopen=lambda error: _reopen(station, error, pauses or SystemClock()),
         )
         upload = technician.calibrate()
         truth_after = emulation.truth()
     except LinkError as error:
         station.link_lost(error)
+        raise
+    else:
+        session = station.session
+        solution = solve(session, method)
+        assert solution is not None  # the upload could not have happened without one
+        station.close("calibration finished")
+        return Calibration(station.session, path, solution, upload, truth_before, truth_after)
+    finally:
+        # Also where it was interrupted: the session can be gone on with.
+        if station.state.attempt is not None:
+            station.abort_attempt("interrupted")
+        station.leave()
+
+
+def _taken_up(station: Station, path: Path) -> Journal:
+    """Open a session to go on with it.
+
+    Raises
+    ------
+    ProcedureRefused
+        It is finished, or another unit answers.
+    """
+    journal = Journal.resume(path)
+    try:
+        if journal.records and isinstance(journal.records[-1], Closed):
+            raise ProcedureRefused(
+                f"{path} is finished ({journal.records[-1].reason}); begin a new session"
+            )
+        station.resume_session(journal)
+    except SolarcalError:
         journal.close()
         raise
-    session = station.session
-    solution = solve(session, method)
-    assert solution is not None  # the upload could not have happened without one
-    station.close("calibration finished")
-    return Calibration(station.session, path, solution, upload, truth_before, truth_after)
+    return journal
+
+
+def _reopen(station: Station, lost: LinkError, clock: Clock) -> None:
+    """Connect again with growing pauses; gives up after ``GIVE_UP_S``."""
+    waited_s, pause_s = 0.0, FIRST_PAUSE_S
+    while waited_s < GIVE_UP_S:
+        clock.wait(pause_s)
+        waited_s += pause_s
+        pause_s = min(2.0 * pause_s, LONGEST_PAUSE_S)
+        try:
+            station.reconnect()
+        except LinkError as error:
+            lost = error
+        else:
+            return
+    raise LinkError(f"{lost}; given up after {GIVE_UP_S:.0f} s, the session can be gone on with")
 
 
 def _say_settings(station: Station, say: Callable[[str], None]) -> None:

@@ -129,11 +129,12 @@ class Station(StationCore):
             del status
         finally:
             self._become(activity=Activity.IDLE)
+        number = self._check_number(result.number)
         return self._record(
             lambda seq, utc: RefCheck(
                 seq=seq,
                 utc=utc,
-                number=result.number,
+                number=number,
                 complete=result.complete,
                 difference_counts=None
                 if result.difference1 is None or result.difference2 is None
@@ -141,6 +142,14 @@ class Station(StationCore):
                 at_switches=self.session.header.unit.has_switches,
             )
         )
+
+    def _check_number(self, of_unit: int) -> int:
+        """The unit's own; where it keeps none of its own, a continued session goes on counting."""
+        has = self.tracker.capabilities
+        checks = self.session.ref_checks
+        if (has.has_link and has.has_controller) or not checks:
+            return of_unit
+        return max(of_unit, checks[-1].number + 1)
 
     def _let_go(self) -> None:
         """End the STOP of a moment ago; one that comes meanwhile stands."""

@@ -7,6 +7,8 @@ if the counts make sense.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -22,7 +24,9 @@ from solarcal.station.procedure import Station
 from solarcal.sun.day import daylight
 from solarcal.timescale import format_utc
 from solarcal.unit.conversation import NOT_REFERENCED
-from solarcal.unit.tracker import Spot
+from solarcal.unit.tracker import Mode, Spot
+
+T = TypeVar("T")
 
 MAX_TRIES = 3
 SETTLE_S = 60.0
@@ -61,6 +65,7 @@ class AutomaticTechnician:
     look : what the sunspot device shows now.
     eye_sigma_deg : how well the technician believes to read the spot, one sigma per axis on sky.
     say : called with a sentence at every step worth telling.
+    reopen : connects a lost line again, or raises; without it a lost line ends the calibration.
     """
 
     def __init__(
@@ -72,7 +77,9 @@ class AutomaticTechnician:
         method: str = DEFAULT_METHOD,
         eye_sigma_deg: float = 0.02,
         say: Callable[[str], None] = lambda sentence: None,
+        reopen: Callable[[LinkError], object] | None = None,
     ) -> None:
+        self._reopen = reopen
         self.station = station
         self.schedule = schedule
         self.method = method
@@ -91,26 +98,30 @@ class AutomaticTechnician:
         ProcedureRefused
             Too few points could be taken to compute coefficients.
         """
-        try:
-            self.prepare()
-            self.take_points()
-            upload = self.upload()
-            self.take_checks()
-        except LinkError as error:
-            self.station.link_lost(error)
-            raise
+        self.prepare()
+        self.take_points()
+        upload = self._uploaded or self._persist(self.upload)
+        self.take_checks()
         return upload
 
     def prepare(self) -> None:
-        station = self.station
-        clock = station.set_unit_clock()
-        self._say(f"unit clock set: {clock.before_s:+.1f} s before, {clock.after_s:+.3f} s after")
-        self._check_reference()
+        """Clock and reference check; then the calibration is begun, unless it was before."""
+        self._persist(self._set_clock)
+        self._persist(self._check_reference)
         if not self._sun_up():
             self._say("the Sun is down; waiting for the morning")
-            self._wait_for_sun()
-            self._track()
-        self._wait_for_sun()
+            self._persist(self._wait_for_sun)
+            self._persist(self._track)
+        self._persist(self._wait_for_sun)
+        if self.station.session.initialised is None:
+            self._persist(self._initialise)
+
+    def _set_clock(self) -> None:
+        clock = self.station.set_unit_clock()
+        self._say(f"unit clock set: {clock.before_s:+.1f} s before, {clock.after_s:+.3f} s after")
+
+    def _initialise(self) -> None:
+        station = self.station
         for _ in range(48):
             try:
                 station.initialise(confirmed=True)
@@ -123,28 +134,33 @@ class AutomaticTechnician:
         )
 
     def take_points(self) -> None:
-        """Points on schedule, over as many days as it takes (at most five)."""
+        """Points on schedule, over as many days as it takes (at most five).
+
+        Those a session had before it was taken up again count.
+        """
         station = self.station
+        if self._uploaded is not None:
+            return
         interval_s = 60.0 * (self.schedule.every_min or self._spread())
-        taken, slot_utc_s = 0, station.clock.utc_s()
+        taken, slot_utc_s = len(station.session.accepted), station.clock.utc_s()
         start_utc_s = slot_utc_s
         recheck_after = max(self.schedule.points // 2, 1)
         while taken < self.schedule.points:
-            self._wait_until(slot_utc_s)
+            self._persist(partial(self._wait_until, slot_utc_s))
             if not self._sun_usable():
                 self._say("the Sun is too low or beyond the limits; waiting for the next morning")
-                self._wait_for_sun()
+                self._persist(self._wait_for_sun)
                 slot_utc_s = station.clock.utc_s()
                 if slot_utc_s - start_utc_s > 5 * 86400.0:
                     break
-            if self.take_point() is not None:
+            if self._persist(self.take_point) is not None:
                 taken += 1
                 if taken == recheck_after:
-                    self._check_reference()
+                    self._persist(self._check_reference)
             slot_utc_s += interval_s
             while slot_utc_s < station.clock.utc_s():
                 slot_utc_s += interval_s
-        self._check_reference()
+        self._persist(self._check_reference)
 
     def take_point(self, *, check: bool = False) -> PointRecord | CheckRecord | None:
         """One point, tried again when it looks wrong; ``None`` when the slot had to be given up."""
@@ -195,14 +211,68 @@ class AutomaticTechnician:
         return record
 
     def take_checks(self) -> None:
-        for index in range(self.schedule.checks):
+        for index in range(self._checks_taken(), self.schedule.checks):
             if index:
-                self.station.clock.wait(60.0 * self.schedule.check_every_min)
+                wait_s = 60.0 * self.schedule.check_every_min
+                self._persist(partial(self._wait_until, self.station.clock.utc_s() + wait_s))
             if not self._sun_usable():
                 self._say("the Sun is too low for a check point; waiting for the next morning")
-                self._wait_for_sun()
-            self.take_point(check=True)
-            self._track()
+                self._persist(self._wait_for_sun)
+            self._persist(partial(self.take_point, check=True))
+            self._persist(self._track)
+
+    @property
+    def _uploaded(self) -> UploadRecord | None:
+        """The upload of a session that is taken up behind it."""
+        uploads = self.station.session.uploads
+        if not uploads or uploads[-1].rollback or not uploads[-1].verified:
+            return None
+        return uploads[-1]
+
+    def _checks_taken(self) -> int:
+        upload = self._uploaded
+        return sum(
+            isinstance(record, CheckRecord)
+            and record.status == "accepted"
+            and upload is not None
+            and record.seq > upload.seq
+            for record in self.station.session.records
+        )
+
+    # -- a line that is lost -----------------------------------------------------------------
+
+    def _persist(self, step: Callable[[], T]) -> T:
+        """Do a step; after a lost line, connect to the same unit again and do it anew.
+
+        Raises
+        ------
+        LinkError
+            The line stayed away for as long as ``reopen`` gives it.
+        ProcedureRefused
+            Another unit answers.
+        """
+        while True:
+            try:
+                return step()
+            except LinkError as error:
+                self.station.link_lost(error)
+                if self._reopen is None:
+                    raise
+                self._say(str(error))
+                self._reopen(error)
+                self._say("the line is open again, the same unit answers; the step is done anew")
+                self._settle()
+
+    def _settle(self) -> None:
+        """What a technician does first: let a reference check end, then track."""
+        try:
+            while (status := self.station.poll()).mode is Mode.REF:
+                self.station.clock.wait(10.0)
+            if status.referenced and self._sun_up():
+                self.station.track()
+        except LinkError as error:
+            # The step itself meets it again.
+            self._say(str(error))
 
     # -- the steps ---------------------------------------------------------------------------
 

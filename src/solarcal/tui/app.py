@@ -241,7 +241,14 @@ class SolarcalApp(StationApp):
             self.push_screen(DisplayFormScreen(message.asked))
 
     def on_line_failed(self, message: LineFailed) -> None:
+        from solarcal.tui.opening import UnfinishedSessions
+
         self._opening = False
+        if isinstance(message.error, UnfinishedSessions):
+            for screen in self.screen_stack:
+                if isinstance(screen, StartScreen):
+                    screen.offer_unfinished(message.error)
+            return
         self._tell_start(str(message.error), error=True)
 
     def on_line_opened(self, message: LineOpened) -> None:

@@ -12,24 +12,37 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from solarcal.clock import Clock, SystemClock
-from solarcal.config import Choice, file_stem, new_session_path, sessions_dir
-from solarcal.errors import SolarcalError
-from solarcal.plain_text import harmless
+from solarcal.config import Choice, file_stem, new_session_path
+from solarcal.errors import ProcedureRefused, SolarcalError
 from solarcal.profiles import Profile
+from solarcal.station.saved_sessions import finished, unfinished_sessions
 from solarcal.unit.drivers import demand_driver
 
 if TYPE_CHECKING:
     from solarcal.session.journal import Journal
     from solarcal.session.records import Header
     from solarcal.station.procedure import Station
-    from solarcal.station.state import SessionView
     from solarcal.station.typed.forms import Display
-    from solarcal.unit.tracker import Tracker
-
-NEWEST_SESSIONS = 40
-"""How many saved sessions the start screen looks into."""
+    from solarcal.unit.tracker import Tracker, UnitIdentity
 
 CreateJournal = Callable[["Header"], "Journal"]
+
+
+class UnfinishedSessions(ProcedureRefused):
+    """The unit that answers has sessions to go on with: the technician chooses.
+
+    Attributes
+    ----------
+    entries : words and the choice that goes on with each, the newest first.
+    anew : the choice that begins a new one all the same.
+    """
+
+    def __init__(self, unit: str, entries: list[tuple[str, Choice]], anew: Choice) -> None:
+        super().__init__(
+            f"{unit} has unfinished sessions: choose one to go on with, or begin a new one"
+        )
+        self.entries = entries
+        self.anew = anew
 
 
 @dataclass(slots=True)
@@ -59,15 +72,6 @@ class OpenLine:
                 station.leave()
         finally:
             self.resources.close()
-
-
-def finished(session: "SessionView") -> str:
-    """Why a session needs no going on with, or nothing: then the start screen offers it first."""
-    if any(upload.verified and not upload.rollback for upload in session.uploads):
-        return "calibration finished"
-    if session.initialised is None and not session.accepted:
-        return "left before the calibration was begun"
-    return ""
 
 
 def open_line(
@@ -127,7 +131,9 @@ def open_line(
             done_probability=profile.done_probability,
             inclinometer=None if emulated else profile.inclinometer,
         )
-        station.connect()
+        identity = station.connect()
+        if choice.offers_unfinished and output is None:
+            _offer_unfinished(choice, identity)
         create = _journal_creator(choice, station, output)
         if choice.session:
             journal = _continue(station, Path(choice.session))
@@ -138,6 +144,17 @@ def open_line(
         noticed = (*journal.warnings, *disagreements(station))
         path = journal.path or Path()
         return OpenLine(station, choice, path, resources.pop_all(), create, clock, noticed)
+
+
+def _offer_unfinished(choice: Choice, identity: "UnitIdentity") -> None:
+    """Leave it to the technician where this unit has sessions to go on with."""
+    anew = msgspec.structs.replace(choice, offers_unfinished=False)
+    entries = [
+        (saved.words(), msgspec.structs.replace(anew, session=str(saved.path)))
+        for saved in unfinished_sessions(identity.model, identity.serial)
+    ]
+    if entries:
+        raise UnfinishedSessions(f"{identity.model} {identity.serial}", entries, anew)
 
 
 def _continue(station: "Station", path: Path) -> "Journal":
@@ -199,71 +216,3 @@ def _emulated_line(choice: Choice) -> Iterator[str]:
     )
     with serve_here(emulator) as url:
         yield url
-
-
-# -- saved sessions --------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class SavedSession:
-    """A session file as the start screen offers it; ``damage`` says why it cannot be read."""
-
-    path: Path
-    last_utc: str = ""
-    points: int = 0
-    finished: bool = True
-    damage: str = ""
-    by_hand: bool = False
-
-    def words(self) -> str:
-        name = harmless(self.path.name)
-        if self.damage:
-            return f"{name}  cannot be read"
-        plural = "" if self.points == 1 else "s"
-        return f"{name}  {self.points} point{plural}, last {self.last_utc[:16]}Z"
-
-
-def saved_sessions(folder: Path | None = None) -> list[SavedSession]:
-    """The newest session files, newest first."""
-    folder = folder or sessions_dir()
-    if not folder.is_dir():
-        return []
-    files = [(path.stat().st_mtime, path) for path in folder.glob("*.jsonl")]
-    files.sort(key=lambda entry: (-entry[0], entry[1].name))
-    return [look_into(path) for _, path in files[:NEWEST_SESSIONS]]
-
-
-def look_into(path: Path) -> SavedSession:
-    """A session file in one line, or why it cannot be read."""
-    from solarcal.session.reader import read_session
-    from solarcal.session.records import Closed, PointRecord
-
-    try:
-        session = read_session(path)
-    except SolarcalError as error:
-        return SavedSession(path, damage=str(error))
-    last = session.records[-1] if session.records else session.header
-    accepted = sum(
-        isinstance(record, PointRecord) and record.status == "accepted"
-        for record in session.records
-    )
-    imported = session.header.sun_model != "solartrak"
-    return SavedSession(
-        path,
-        last.utc,
-        accepted,
-        isinstance(last, Closed) or imported,
-        by_hand=session.header.unit.typed,
-    )
-
-
-def continuing(saved: SavedSession, remembered: Choice | None) -> Choice | None:
-    """How to go on with a session: the line it was taken on, if that is known.
-
-    An emulator of this process died with it: another one of the same truth takes over at the time
-    the session broke off.
-    """
-    if remembered is None:
-        return Choice(driver="typed", session=str(saved.path)) if saved.by_hand else None
-    start = saved.last_utc if remembered.scenario else ""
-    return msgspec.structs.replace(remembered, session=str(saved.path), start_utc=start)

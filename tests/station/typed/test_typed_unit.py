@@ -233,6 +233,20 @@ def test_gone_on_with_coefficients_typed_otherwise_are_noticed() -> None:
     assert "P2 was typed 0.35, but this session knew it last as 0" in sentence
 
 
+def test_a_check_numbered_here_goes_on_counting_in_a_continued_session() -> None:
+    done = {"complete": "yes", "found1": "0", "found2": "0"}
+    unit, display, _ = typed_unit(reference=done)
+    station = Station(unit, display.clock, site=SITE)
+    station.connect()
+    journal = station.open_session(Journal.memory)
+    assert [station.ref_check().number for _ in range(2)] == [1, 2]
+    again, display, _ = typed_unit(reference=done)
+    later = Station(again, display.clock, site=SITE)
+    later.connect()
+    later.resume_session(journal)
+    assert [later.ref_check().number for _ in range(2)] == [3, 4]
+
+
 def test_without_somebody_who_reads_the_display_or_without_a_site_it_says_so() -> None:
     with pytest.raises(ConfigurationError, match="somebody who reads the display"):
         open_tracker("", "typed", profile=Profile(site=SITE))

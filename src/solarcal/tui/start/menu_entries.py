@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from solarcal.config import Choice, Settings
-from solarcal.tui.opening import continuing, saved_sessions
+from solarcal.station.saved_sessions import continuing, saved_sessions
 
 Entry = tuple[str, Choice]
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import msgspec
 from textual.app import ComposeResult
@@ -20,6 +20,9 @@ from solarcal.tui.messages import MenuEntriesFound
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine
 from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, has_line
+
+if TYPE_CHECKING:
+    from solarcal.tui.opening import UnfinishedSessions
 
 REPLAYS_SHOWN = 20
 BY_HAND = ("A real SolarTrak: type what its display shows", Choice(driver="typed"))
@@ -56,6 +59,7 @@ class StartScreen(StationScreen):
         super().__init__()
         self._choices: dict[str, Choice] = {}
         self._continue: str = ""
+        self._of_unit: UnfinishedSessions | None = None
         self._driver = DEFAULT_DRIVER
         self._offers: Any = None
 
@@ -155,6 +159,10 @@ class StartScreen(StationScreen):
             heading = "Saved sessions: replay" if replays else "Saved sessions: none found"
             yield heading, replays or [("look again", Choice())]
             return
+        if self._of_unit is not None:
+            yield "Unfinished sessions of this unit: go on where they stood", self._of_unit.entries
+            yield "Or begin anew", [("a new session file", self._of_unit.anew)]
+            return
         if self._continue:
             ports = offers.ports if offers is not None else []
             yield (
@@ -186,6 +194,13 @@ class StartScreen(StationScreen):
             yield "Emulated trackers, to learn and to try", self._by_driver(offers.scenarios)
             yield "Saved sessions: replay", offers.replays[:REPLAYS_SHOWN]
 
+    def offer_unfinished(self, found: "UnfinishedSessions") -> None:
+        """The unit on the line asked for has sessions to go on with."""
+        self._of_unit = found
+        self._offer(self._offers)
+        self.query_one(OptionList).highlighted = 1
+        self.tell(f"{found}. Escape: all choices.")
+
     # -- choosing ----------------------------------------------------------------------------
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
@@ -208,8 +223,8 @@ class StartScreen(StationScreen):
         self.query_one(Input).focus()
 
     def action_leave_address(self) -> None:
-        if self._continue:
-            self._continue = ""
+        if self._continue or self._of_unit is not None:
+            self._continue, self._of_unit = "", None
             self.look_up()
         self.query_one(OptionList).focus()
 
@@ -227,7 +242,7 @@ class StartScreen(StationScreen):
     def action_driver(self) -> None:
         names = ON_A_LINE
         self._use_driver(names[(names.index(self._driver) + 1) % len(names)])
-        self.tell(f"Driver {self._driver}: {DRIVERS[self._driver]}.")
+        self.tell(f"Driver {self._driver}: {DRIVERS[self._driver].summary}.")
 
     def action_profile(self) -> None:
         from solarcal.tui.start.profile import ProfileScreen

@@ -1,0 +1,103 @@
+"""Saved sessions: which there are, which are finished, and how one is gone on with."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import msgspec
+
+from solarcal.config import Choice, sessions_dir
+from solarcal.errors import SolarcalError
+from solarcal.plain_text import harmless
+
+if TYPE_CHECKING:
+    from solarcal.station.state import SessionView
+
+NEWEST_SESSIONS = 40
+"""How many saved sessions are looked into."""
+
+
+def finished(session: "SessionView") -> str:
+    """Why a session needs no going on with, or nothing: then the start screen offers it first."""
+    if any(upload.verified and not upload.rollback for upload in session.uploads):
+        return "calibration finished"
+    if session.initialised is None and not session.accepted:
+        return "left before the calibration was begun"
+    return ""
+
+
+@dataclass(frozen=True, slots=True)
+class SavedSession:
+    """A session file as the start screen offers it; ``damage`` says why it cannot be read."""
+
+    path: Path
+    last_utc: str = ""
+    points: int = 0
+    finished: bool = True
+    damage: str = ""
+    unit: tuple[str, str] = ("", "")
+    """Model and serial number."""
+    typed: bool = False
+
+    def words(self) -> str:
+        name = harmless(self.path.name)
+        if self.damage:
+            return f"{name}  cannot be read"
+        plural = "" if self.points == 1 else "s"
+        return f"{name}  {self.points} point{plural}, last {self.last_utc[:16]}Z"
+
+
+def saved_sessions(folder: Path | None = None) -> list[SavedSession]:
+    """The newest session files, newest first."""
+    folder = folder or sessions_dir()
+    if not folder.is_dir():
+        return []
+    files = [(path.stat().st_mtime, path) for path in folder.glob("*.jsonl")]
+    files.sort(key=lambda entry: (-entry[0], entry[1].name))
+    return [look_into(path) for _, path in files[:NEWEST_SESSIONS]]
+
+
+def unfinished_sessions(model: str, serial: str) -> list[SavedSession]:
+    """Those of one unit that can be gone on with, newest first."""
+    return [
+        saved
+        for saved in saved_sessions()
+        if not saved.finished and not saved.damage and saved.unit == (model, serial)
+    ]
+
+
+def look_into(path: Path) -> SavedSession:
+    """A session file in one line, or why it cannot be read."""
+    from solarcal.session.reader import read_session
+    from solarcal.session.records import Closed, PointRecord
+
+    try:
+        session = read_session(path)
+    except SolarcalError as error:
+        return SavedSession(path, damage=str(error))
+    last = session.records[-1] if session.records else session.header
+    accepted = sum(
+        isinstance(record, PointRecord) and record.status == "accepted"
+        for record in session.records
+    )
+    imported = session.header.sun_model != "solartrak"
+    return SavedSession(
+        path,
+        last.utc,
+        accepted,
+        isinstance(last, Closed) or imported,
+        unit=(session.header.unit.model, session.header.unit.serial),
+        typed=session.header.unit.typed,
+    )
+
+
+def continuing(saved: SavedSession, remembered: Choice | None) -> Choice | None:
+    """How to go on with a session: the line it was taken on, if that is known.
+
+    An emulator of this process died with it: another one of the same truth takes over at the time
+    the session broke off.
+    """
+    if remembered is None:
+        return Choice(driver="typed", session=str(saved.path)) if saved.typed else None
+    start = saved.last_utc if remembered.scenario else ""
+    return msgspec.structs.replace(remembered, session=str(saved.path), start_utc=start)

@@ -1,0 +1,139 @@
+"""A headless calibration whose line is lost goes on; one that was ended is taken up again."""
+
+import pytest
+
+from solarcal.cli import run_command
+from solarcal.emulator.emulation import Emulator
+from solarcal.emulator.line_faults import FaultyLine, LineFaults
+from solarcal.emulator.scenario import load_scenario
+from solarcal.errors import LinkError, ProcedureRefused
+from solarcal.session.journal import Journal
+from solarcal.session.reader import read_session
+from solarcal.session.records import LinkLost, LinkRestored, PointRecord
+from solarcal.station.headless import GIVE_UP_S, calibrate
+from solarcal.station.technician import Schedule
+from solarcal.unit.drivers.solartrak import SolarTrakUnit
+
+SCHEDULE = Schedule(points=5, every_min=30.0, checks=1)
+
+
+class Pauses:
+    """Waits for a lost line without waiting; may put the plug back."""
+
+    def __init__(self, then=lambda waited_s: None):
+        self.waited = []
+        self._then = then
+
+    def utc_s(self):
+        return 0.0
+
+    def wait(self, seconds):
+        self.waited.append(seconds)
+        self._then(sum(self.waited))
+
+
+def emulated(serial="0001"):
+    return Emulator(load_scenario("tijeras-azel", [f"unit.serial={serial}"]), seed=5)
+
+
+def accepted(path):
+    records = read_session(path).records
+    return [r for r in records if isinstance(r, PointRecord) and r.status == "accepted"]
+
+
+def interrupted_after(points, path, emulator):
+    """A calibration that Ctrl-C ends when it has so many points."""
+
+    def say(sentence):
+        if path.exists() and len(accepted(path)) == points:
+            raise KeyboardInterrupt
+
+    unit = SolarTrakUnit(FaultyLine(emulator).connect)
+    with pytest.raises(KeyboardInterrupt):
+        calibrate(unit, lambda header: Journal.create(path, header), SCHEDULE, say=say)
+
+
+def test_an_ended_calibration_is_taken_up_where_it_stood(tmp_path):
+    path, emulator = tmp_path / "day.jsonl", emulated()
+    interrupted_after(2, path, emulator)
+    before = read_session(path).records
+    done = calibrate(
+        SolarTrakUnit(FaultyLine(emulator).connect), Journal.memory, SCHEDULE, resume=path
+    )
+    assert done.completed
+    assert done.path == path
+    after = read_session(path).records
+    assert after[: len(before)] == before
+    assert len(accepted(path)) == 5
+    assert [record.seq for record in after] == list(range(1, len(after) + 1))
+    assert done.truth_after.day_rms_deg < 0.5 * done.truth_before.day_rms_deg
+
+
+def test_a_finished_session_and_another_unit_are_refused(tmp_path):
+    path, emulator = tmp_path / "day.jsonl", emulated()
+    interrupted_after(2, path, emulator)
+    with pytest.raises(ProcedureRefused, match="belongs to unit SOLARTRAK-EMU 0001"):
+        calibrate(
+            SolarTrakUnit(FaultyLine(emulated("0002")).connect),
+            Journal.memory, SCHEDULE, resume=path,
+        )  # fmt: skip
+    unit = SolarTrakUnit(FaultyLine(emulator).connect)
+    calibrate(unit, Journal.memory, SCHEDULE, resume=path)
+    with pytest.raises(ProcedureRefused, match=r"is finished \(calibration finished\)"):
+        calibrate(unit, Journal.memory, SCHEDULE, resume=path)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_line_that_hangs_up_again_and_again_costs_no_point(tmp_path, seed):
+    path = tmp_path / "day.jsonl"
+    line = FaultyLine(emulated(), LineFaults(hung_up=0.01), seed=seed)
+    done = calibrate(
+        SolarTrakUnit(line.connect), lambda header: Journal.create(path, header), SCHEDULE,
+        pauses=Pauses(),
+    )  # fmt: skip
+    assert line.damages > 3
+    assert done.completed
+    assert len(accepted(path)) == 5
+    kinds = [type(record) for record in read_session(path).records]
+    assert kinds.count(LinkLost) == kinds.count(LinkRestored) > 0
+
+
+def test_a_line_that_stays_away_is_given_up_and_the_session_can_be_gone_on_with(tmp_path):
+    path, line = tmp_path / "day.jsonl", FaultyLine(emulated())
+    pulled = False
+
+    def connect():
+        if pulled:
+            raise LinkError("port /dev/ttyUSB0 does not exist")
+        return line.connect()
+
+    def say(sentence):
+        nonlocal pulled
+        if path.exists() and len(accepted(path)) == 2 and not pulled:
+            pulled = True
+            line.hang_up()
+
+    pauses = Pauses()
+    with pytest.raises(LinkError, match=r"does not exist; given up after 120 s"):
+        calibrate(
+            SolarTrakUnit(connect), lambda header: Journal.create(path, header), SCHEDULE,
+            say=say, pauses=pauses,
+        )  # fmt: skip
+    assert pauses.waited[:5] == [1.0, 2.0, 4.0, 8.0, 15.0]
+    assert GIVE_UP_S <= sum(pauses.waited) < GIVE_UP_S + 15.0
+    assert isinstance(read_session(path).records[-1], LinkLost)
+    pulled = False
+    assert calibrate(SolarTrakUnit(connect), Journal.memory, SCHEDULE, resume=path).completed
+    assert len(accepted(path)) == 5
+
+
+def test_the_command_takes_a_session_up_and_says_what_cannot_be(tmp_path, capsys):
+    path = tmp_path / "day.jsonl"
+    interrupted_after(2, path, emulated())
+    resume = ["calibrate", "--resume", str(path), "--points", "5"]
+    assert run_command([*resume, "-o", "x.jsonl"]) == 2
+    assert "--resume FILE goes on in that file" in capsys.readouterr().err
+    assert run_command([*resume, "--seed", "5"]) == 0
+    assert len(accepted(path)) == 5
+    assert run_command(resume) == 1
+    assert "is finished" in capsys.readouterr().err
