@@ -17,7 +17,7 @@ from statistics import median
 
 from benchmarks.made_up_fleet import SESSIONS, write_fleet
 from benchmarks.timing import table
-from solarcal.station.fitted_files import load_points
+from solarcal.station.analysing import load_points
 from solarcal.station.fitting import solve_table
 
 SIZES = (10, 100, 1_000, SESSIONS)

@@ -37,8 +37,8 @@ from benchmarks.judgement_world import (
 )
 from benchmarks.timing import table
 from solarcal.errors import SolarcalError
+from solarcal.model.analysis import Analysis, analyse
 from solarcal.model.forecast import StoppingRule
-from solarcal.model.judgement import Judgement, judge_points
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.points import PointSet
 from solarcal.mount.formula import correction_deg
@@ -104,7 +104,7 @@ def walk(place: Place, kind: Kind, schedule: str, seed: Sequence[int]) -> Day:
     grain = int(rng.integers(1 << 30))
     context = context_of(place)
     points: list[MeasuredPoint] = []
-    judged: Judgement | None = None
+    judged: Analysis | None = None
     now: float | None = first
     misfit, why = False, ""
     while now is not None and now <= last:
@@ -113,7 +113,7 @@ def walk(place: Place, kind: Kind, schedule: str, seed: Sequence[int]) -> Day:
         taken = points_of(place, points)
         at = points[-1].utc_s if schedule == PLANNED else None
         if len(points) >= FEWEST or schedule == PLANNED:
-            judged = judge_points(taken, context, rule=RULE, at_utc_s=at)
+            judged = analyse(taken, context, rule=RULE, at_utc_s=at)
             state = judged.verdict.state if len(points) >= FEWEST else "continue"
             if state == "does_not_fit" and not misfit:
                 misfit, why = True, judged.verdict.reasons[0]
@@ -132,7 +132,7 @@ def walk(place: Place, kind: Kind, schedule: str, seed: Sequence[int]) -> Day:
     return Day(None, len(points), False, misfit, within, why)
 
 
-def _next(schedule: str, now: float, judged: Judgement | None, tracker: Tracker) -> float | None:
+def _next(schedule: str, now: float, judged: Analysis | None, tracker: Tracker) -> float | None:
     if schedule != PLANNED:
         return now + 60.0 * EVERY_MIN[schedule]
     assert judged is not None
@@ -143,7 +143,7 @@ def _next(schedule: str, now: float, judged: Judgement | None, tracker: Tracker)
 
 
 def _within(
-    place: Place, tracker: Tracker, judged: Judgement, rng: np.random.Generator
+    place: Place, tracker: Tracker, judged: Analysis, rng: np.random.Generator
 ) -> tuple[bool, bool]:
     """Whether the error along each of a few moments lies in the 68 % and the 95 % band."""
     expected = judged.forecast
@@ -265,7 +265,7 @@ def bound(job: tuple[Place, int, float, int]) -> tuple[str, ...]:
         times: Array = begin + np.linspace(0.0, stretch, n)
         points = [measure(place, tracker, CLEAN, float(t), rng) for t in times]
         try:
-            judged = judge_points(points_of(place, points), context_of(place))
+            judged = analyse(points_of(place, points), context_of(place))
         except SolarcalError:
             continue
         ours = np.array(judged.solution.coefficients().as_tuple())

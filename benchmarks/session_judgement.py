@@ -13,9 +13,10 @@ from scipy.optimize import least_squares
 
 from benchmarks.judgement_trackers import context_of, daylight_s, measured
 from benchmarks.timing import table, timed
+from solarcal.model.analysis import analyse, findings_of
+from solarcal.model.evidence.direct import Evidence
 from solarcal.model.exact_errors import axis_errors_deg
 from solarcal.model.forecast import forecast
-from solarcal.model.judgement import judge_solution
 from solarcal.model.known_physics import SkyContext, true_points
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
@@ -23,8 +24,7 @@ from solarcal.model.plan import plan
 from solarcal.model.points import PointSet
 from solarcal.mount.mechanism import Mechanism
 from solarcal.session.reader import read_session
-from solarcal.station.diagnosing import diagnose_session
-from solarcal.station.fitting import session_table, sky_context, solve_table
+from solarcal.station.fitting import sky_context, solve_table
 from solarcal.station.state import view_session
 
 SESSION = Path(__file__).parents[1] / "sessions" / "azel-good-day.jsonl"
@@ -40,7 +40,7 @@ def run() -> list[str]:
 def _one_session() -> list[str]:
     read = read_session(SESSION)
     session = view_session(read.header, read.records)
-    points = session_table(session)
+    points = session.table
     context = sky_context(points, read.header)
 
     def fitted() -> MechanismSolution:
@@ -48,18 +48,21 @@ def _one_session() -> list[str]:
         assert isinstance(solution, MechanismSolution)
         return solution
 
+    evidence = Evidence(points, (session,))
     solution = fitted()
     # Planned as if most of the day were still ahead: the more half hours, the longer it takes.
     at_s = float(np.nanmax(points.utc_s)) - 3600.0 * LEFT_H
 
     def everything() -> object:
         solution = fitted()
-        return diagnose_session(session, solution), judge_solution(solution, context, at_utc_s=at_s)
+        return findings_of(solution, context, evidence), analyse(
+            solution.points, context, evidence, at_s, solution=solution
+        )
 
     names = ("robust fit", "diagnosis", "forecast", f"plan, {LEFT_H:g} h left", "all and verdict")
     times = timed(
         fitted,
-        lambda: diagnose_session(session, solution),
+        lambda: findings_of(solution, context, evidence),
         lambda: forecast(solution, context),
         lambda: plan(solution.posterior, context, at_s),
         everything,

@@ -14,7 +14,7 @@ from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.session.points import table_from_session
 from solarcal.session.points_only import NeedsFirstReader, read_points_only
 from solarcal.session.reader import read_session
-from solarcal.station.fitted_files import load_points
+from solarcal.station.analysing import load_points
 from solarcal.station.fitting import solve_table
 from solarcal.station.fleet import FleetMember, fit_fleet, session_files
 

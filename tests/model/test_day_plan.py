@@ -8,8 +8,8 @@ import pytest
 from made_up_trackers import JUNE, TRACKER, context_of, day_of, measured
 
 from solarcal.errors import ConfigurationError
+from solarcal.model.analysis import analyse
 from solarcal.model.forecast import StoppingRule, forecast
-from solarcal.model.judgement import judge_points
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.methods import fit_exact
 from solarcal.model.plan import STOP_STEP_S, Plan, Standing, plan, prior_knowledge, times_of
@@ -152,7 +152,7 @@ class TestRecommendation:
         day = plan(solution.posterior, context, float(points.utc_s[2]))
         times = (*day.recommended.times_utc_s, *day.second_visit_utc_s)
         both = measured(context, TRACKER, np.array(times), np.random.default_rng(4))
-        assert judge_points(both, context).forecast.probability_within_tolerance > 0.9
+        assert analyse(both, context).forecast.probability_within_tolerance > 0.9
 
     def test_a_day_that_needs_denser_points_says_so(self):
         day, _ = june_morning(rule=StoppingRule(0.03, 0.95))
@@ -174,7 +174,7 @@ class TestOneRule:
     def test_no_more_points_only_when_done(self, geometry):
         context, points = day_of(geometry, 20, JUNE)
         for n in range(1, 21):
-            whole = judge_points(
+            whole = analyse(
                 points.subset(list(range(n))), context, at_utc_s=float(points.utc_s[n - 1])
             )
             day, verdict = whole.plan, whole.verdict
@@ -188,7 +188,7 @@ class TestOneRule:
         context, points = day_of("azel", 14)
         two = points.subset([0, 13])
         rule = StoppingRule(20.0)
-        whole = judge_points(two, context, rule=rule, at_utc_s=float(points.utc_s[5]))
+        whole = analyse(two, context, rule=rule, at_utc_s=float(points.utc_s[5]))
         assert whole.verdict.state == "continue"
         assert whole.plan.now.probability >= 0.95
         assert whole.plan.recommended.points >= 1
@@ -255,7 +255,7 @@ class TestSteadiness:
         clouded = self.made(at, struck=((end - 3 * 3600.0, end + 1800.0),)).compared_with(before)
         assert "later than planned: the hours that can be used have changed" in clouded.sentence
         context, noisy = day_of("azel", 24, JUNE, noise_deg=0.08)
-        rough = judge_points(
+        rough = analyse(
             noisy.subset([0, 1, 2, 3, 4]), context, at_utc_s=float(noisy.utc_s[4])
         ).plan
         assert "later than planned: the last point" in rough.compared_with(before).sentence

@@ -7,15 +7,15 @@ import pytest
 from made_up_trackers import context_of, day_of
 
 from solarcal.errors import ConfigurationError, SolarcalError
-from solarcal.model.judgement import judge_points
-from solarcal.model.known_physics import sun_directions
+from solarcal.model.analysis import analyse
+from solarcal.model.known_physics import SkyContext, sun_directions
 from solarcal.model.points import PointSet
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry
 
 
 def test_fit_forecast_plan_and_verdict_in_one_document():
     context, points = day_of("azel", 8)
-    whole = judge_points(points.subset([0, 1, 2, 3]), context, at_utc_s=float(points.utc_s[4]))
+    whole = analyse(points.subset([0, 1, 2, 3]), context, at_utc_s=float(points.utc_s[4]))
     document = json.loads(json.dumps(whole.as_json()))
     keys = {"coefficients", "mechanism", "forecast", "verdict", "plan"}
     assert keys <= set(document)
@@ -26,7 +26,7 @@ def test_fit_forecast_plan_and_verdict_in_one_document():
 def test_a_day_without_hope_is_called_so():
     context, points = day_of("tiltroll-ew", 12, day=1)
     used = points.subset(list(range(9)))
-    whole = judge_points(used, context, at_utc_s=float(points.utc_s[9]))
+    whole = analyse(used, context, at_utc_s=float(points.utc_s[9]))
     assert not whole.plan.reaches
     assert whole.verdict.state == "not_today"
     assert whole.verdict.reasons[0] == whole.plan.sentence
@@ -35,7 +35,7 @@ def test_a_day_without_hope_is_called_so():
 
 def test_without_a_time_nothing_is_planned():
     context, points = day_of("azel", 8)
-    whole = judge_points(points, context)
+    whole = analyse(points, context)
     assert whole.plan is None
     assert "plan" not in whole.as_json()
 
@@ -44,8 +44,8 @@ def test_manual_is_judged_and_planned_too():
     context, points = day_of("azel", 8)
     used = points.subset([0, 1, 2, 3])
     at = float(points.utc_s[4])
-    manual = judge_points(used, context, method="linear", at_utc_s=at)
-    robust = judge_points(used, context, at_utc_s=at)
+    manual = analyse(used, context, method="linear", at_utc_s=at)
+    robust = analyse(used, context, at_utc_s=at)
     assert manual.plan.now.year_p95_deg > robust.plan.now.year_p95_deg
     assert manual.verdict.state in ("continue", "not_today")
 
@@ -84,7 +84,9 @@ def test_odd_points_get_an_answer_or_one_line():
         )
         method = str(rng.choice(["robust", "exact"]))
         try:
-            whole = judge_points(points, method=method, at_utc_s=1.78e9 + 1800.0 * n)
+            whole = analyse(
+                points, SkyContext.for_points(points), method=method, at_utc_s=1.78e9 + 1800.0 * n
+            )
         except SolarcalError:
             continue
         json.dumps(whole.as_json(), allow_nan=False)

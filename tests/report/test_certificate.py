@@ -29,7 +29,7 @@ from solarcal.report.office import office_zip
 from solarcal.report.svg_figures import forecast_figure
 from solarcal.session.journal import Journal
 from solarcal.session.records import CheckRecord, UploadRecord, Void
-from solarcal.station.judged_files import JudgedFiles, judge_files
+from solarcal.station.analysing import FileAnalysis, analyse_files, read_files
 from solarcal.station.sign_off import forecast_with, sign_off
 
 NASTY = '<script>alert("x")</script> | `a` \x1b[31m & "q"'
@@ -82,13 +82,13 @@ def write_session(path: Path, *after_the_points, operator: str = "A. Person") ->
 
 
 @pytest.fixture(scope="module")
-def judged(tmp_path_factory) -> JudgedFiles:
+def judged(tmp_path_factory) -> FileAnalysis:
     path = tmp_path_factory.mktemp("certificate") / "day.jsonl"
-    return judge_files([write_session(path, upload_of(13), check_of(14, 0.031))], {})
+    return analyse_files(read_files([write_session(path, upload_of(13), check_of(14, 0.031))], {}))
 
 
-def texts(judged: JudgedFiles) -> dict[str, str]:
-    certificate = make_certificate(judged, read_sources(judged.paths))
+def texts(judged: FileAnalysis) -> dict[str, str]:
+    certificate = make_certificate(judged, read_sources(judged.files.paths))
     return {ending: certificate_text(certificate, ending) for ending in WRITERS}
 
 
@@ -106,7 +106,7 @@ def read_by_eye(ending: str, text: str) -> str:
 def test_every_format_says_everything(judged, ending):
     text = texts(judged)[ending]
     seen = read_by_eye(ending, text)
-    digest = hashlib.sha256(judged.paths[0].read_bytes()).hexdigest()
+    digest = hashlib.sha256(judged.files.paths[0].read_bytes()).hexdigest()
     for said in (
         "SolarTrak 1", "A. Person", "plate, 1 m", "35.0500 N 106.4800 W", "2026-06-21",
         "SIGNED OFF: 1 check point after the upload", "0.031", digest, "solarcal 0.0.9",
@@ -123,7 +123,7 @@ def test_every_format_says_everything(judged, ending):
 
 @pytest.mark.parametrize("ending", WRITERS)
 def test_the_same_files_give_the_same_certificate(judged, ending):
-    again = judge_files(judged.paths, {})
+    again = analyse_files(read_files(judged.files.paths, {}))
     assert texts(judged)[ending] == texts(again)[ending]
 
 
@@ -144,7 +144,7 @@ def test_svg_is_well_formed_and_names_what_it_refers_to(judged):
 @pytest.mark.parametrize("ending", WRITERS)
 def test_what_a_file_says_never_becomes_markup(tmp_path, ending):
     path = write_session(tmp_path / "s.jsonl", upload_of(13, forced=NASTY), operator=NASTY)
-    text = texts(judge_files([path], {}))[ending]
+    text = texts(analyse_files(read_files([path], {})))[ending]
     assert "\x1b" not in text
     if ending in (".html", ".svg"):
         assert "<script" not in text
@@ -180,7 +180,7 @@ def test_what_a_file_says_never_becomes_markup(tmp_path, ending):
 )
 def test_signed_off_means_checked_after_the_newest_upload(tmp_path, records, signed_off, said):
     path = write_session(tmp_path / "s.jsonl", *records)
-    after = sign_off(judge_files([path], {}).sessions, 0.1)
+    after = sign_off(analyse_files(read_files([path], {})).sessions, 0.1)
     assert after.signed_off is signed_off
     assert said in after.reason
 
@@ -232,7 +232,7 @@ def test_beyond_the_tolerance_the_drawn_map_is_hatched(judged):
 
 
 def test_the_office_zip_checks_itself_and_is_always_the_same(judged, tmp_path):
-    source = read_sources(judged.paths)[0]
+    source = read_sources(judged.files.paths)[0]
     twin = SourceFile(source.name, source.content + b" ")
     certificate = SourceFile("c.html", b"<html>")
     packed = office_zip(certificate, [source, twin], judged.header)
@@ -254,8 +254,8 @@ def test_the_office_zip_checks_itself_and_is_always_the_same(judged, tmp_path):
 
 
 def test_points_of_other_terms_get_no_certificate(judged):
-    free = judge_files(judged.paths, {}, terms=("P1", "P2", "P3", "P4"))
-    assert free.judgement is None
+    free = analyse_files(read_files(judged.files.paths, {}), terms=("P1", "P2", "P3", "P4"))
+    assert free.analysis is None
     with pytest.raises(ConfigurationError, match="six terms"):
         make_certificate(free, ())
 

@@ -112,7 +112,7 @@ def test_an_import_tells_of_times_that_do_not_fit(
 ) -> None:
     write_table(table(), tmp_path / "a.csv")
     assert run_command(["import", str(tmp_path / "a.csv"), str(tmp_path / "b.jsonl")]) == 0
-    assert "check the time, site and geometry" in capsys.readouterr().err
+    assert "check utc, site and geometry" in capsys.readouterr().err
 
 
 def test_bad_files_and_endings_are_one_line(

@@ -4,22 +4,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from session_samples import HEADER, SITE, UTC, assert_same_points, note, point, table
+from session_samples import HEADER, UTC, assert_same_points, note, point, table
 
 from solarcal.errors import InputFileError, SessionFileError
-from solarcal.mount.geometry import MountGeometry
 from solarcal.session.interchange import read_table, write_table
 from solarcal.session.interchange.sessions import session_from_table
 from solarcal.session.points import (
     PointTable,
-    ephemeris_warnings,
     merge_tables,
     table_from_session,
 )
 from solarcal.session.reader import Session, read_session
 from solarcal.session.records import Answers, Header, PointRecord, Record, Void
 from solarcal.site import Site
-from solarcal.sun import sun_position
 from solarcal.timescale import parse_utc
 
 
@@ -173,38 +170,3 @@ def test_a_file_given_twice_and_no_file_at_all() -> None:
         merge_tables([table(), table()])
     with pytest.raises(InputFileError, match="no points file"):
         merge_tables([])
-
-
-# -- does the time fit the angles? -------------------------------------------------------------
-
-
-def on_sun(ideal: str, shift_s: float = 0.0) -> PointTable:
-    """Three forenoon points exactly on the Sun, their clock then wrong by ``shift_s``."""
-    utc_s = parse_utc("2026-06-21T15:30:00Z") + 1800.0 * np.arange(3)
-    model = "solartrak" if ideal == "solartrak" else "precise"
-    sun = sun_position(model, utc_s, SITE)
-    ax1, ax2 = MountGeometry("azel", 35.05).axes_from_horizontal(sun.azimuth_deg, sun.zenith_deg)
-    return table(ideal=ideal, utc_s=utc_s + shift_s, ax1_deg=ax1, ax2_deg=ax2)
-
-
-@pytest.mark.parametrize("ideal", ["apparent", "airless", "solartrak"])
-def test_points_on_the_sun_are_not_remarked_upon(ideal: str) -> None:
-    assert ephemeris_warnings(on_sun(ideal)) == ()
-
-
-def test_points_whose_clock_is_a_minute_off_are_named() -> None:
-    warnings = ephemeris_warnings(on_sun("airless", 60.0))
-    assert len(warnings) == 3
-    assert warnings[0].startswith("points.csv:2: the airless Sun was 0.2")
-
-
-def test_many_such_points_are_summed_up() -> None:
-    many = table(40, utc_s=np.full(40, parse_utc(UTC)))
-    warnings = ephemeris_warnings(many)
-    assert len(warnings) == 6
-    assert warnings[-1] == "and 35 more points like these"
-
-
-def test_nothing_is_said_without_a_site_or_times() -> None:
-    assert ephemeris_warnings(table(longitude_deg=None)) == ()
-    assert ephemeris_warnings(table(utc_s=np.full(3, np.nan))) == ()

@@ -7,7 +7,7 @@ from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
 from solarcal.model.evidence.branches import branch_warning
-from solarcal.model.evidence.direct import evidence
+from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.session.journal import Journal
 from solarcal.session.records import Header
 from solarcal.station.emulated_clock import EmulatedClock
@@ -105,4 +105,4 @@ def test_headless_says_it_when_the_session_opens_and_the_evidence_repeats_it() -
     expected = branch_warning(run.session.header, parse_utc(run.session.header.utc))
     assert expected is not None
     assert said.count(expected) == 1
-    assert evidence(run.session).count(expected) == 1
+    assert evidence_sentences(run.session).count(expected) == 1

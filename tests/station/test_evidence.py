@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from emulated_station import emulated_station
 
-from solarcal.model.evidence.direct import direct_findings, evidence
+from solarcal.model.analysis import findings_of
+from solarcal.model.evidence.direct import Evidence, direct_findings, evidence_sentences
 from solarcal.session.records import RefCheck, Void
-from solarcal.station.diagnosing import diagnose_session, diagnose_table, solve_merged
-from solarcal.station.fitting import session_table, solve
-from solarcal.station.judging import judge_session
+from solarcal.station.analysing import analyse_session, solve_merged
+from solarcal.station.fitting import sky_context, solve
 from solarcal.station.state import SessionView, view_session
 from solarcal.station.technician import AutomaticTechnician, Schedule
 
@@ -44,15 +44,18 @@ def kinds(session: SessionView, certainty: str = "found") -> set[str]:
 def test_a_good_day_has_nothing_but_the_laptop_clock_to_say(day):
     assert kinds(day) == set()
     assert kinds(day, "cannot_be_told") == {"laptop_clock"}
-    assert any("laptop's own clock cannot be found" in sentence for sentence in evidence(day))
+    assert any(
+        "laptop's own clock cannot be found" in sentence for sentence in evidence_sentences(day)
+    )
 
 
 def test_a_diagnosis_of_a_good_day_finds_nothing_and_says_what_it_cannot_tell(day):
-    findings = diagnose_session(day, solve(day))
+    findings = analyse_session(day).findings
     assert not [f.sentence for f in findings if f.certainty == "found"]
     assert "laptop_clock" in {f.kind for f in findings}
     # Whatever the method of the fit on the screen.
-    assert diagnose_session(day, solve(day, "linear")) == findings
+    linear = analyse_session(day, "linear").findings
+    assert [f.subject for f in linear] == [f.subject for f in findings]
 
 
 def test_a_clock_that_drifts_is_found(day):
@@ -117,7 +120,7 @@ def lost_counts(day) -> SessionView:
 
 def test_missed_counts_are_dated_by_the_points_and_then_nothing_else_fires(day, lost_counts):
     session = lost_counts
-    found = [f for f in diagnose_session(session, solve(session)) if f.certainty == "found"]
+    found = [f for f in analyse_session(session).findings if f.certainty == "found"]
     (missed,) = found
     assert missed.kind == "missed_counts"
     assert missed.number == pytest.approx(0.3, abs=0.01)
@@ -125,7 +128,7 @@ def test_missed_counts_are_dated_by_the_points_and_then_nothing_else_fires(day, 
 
 
 def test_points_read_with_missed_counts_keep_the_verdict_from_stop(lost_counts):
-    verdict = judge_session(lost_counts).verdict
+    verdict = analyse_session(lost_counts).verdict
     assert verdict.state != "done"
     bad = [str(point.seq) for point in lost_counts.accepted[5:]]
     (reason,) = [reason for reason in verdict.reasons if "strike these out" in reason]
@@ -137,13 +140,13 @@ def test_points_read_with_missed_counts_keep_the_verdict_from_stop(lost_counts):
     )
     struck = view_session(lost_counts.header, (*lost_counts.records, *voids))
     # Whether the five that are left were all read before the loss, they alone may not tell.
-    for reason in judge_session(struck).verdict.reasons:
+    for reason in analyse_session(struck).verdict.reasons:
         assert not any(f" {label}" in reason for label in bad)
 
 
 def test_a_table_brings_its_sides_and_sessions_merge(day):
-    table = session_table(day)
-    findings = diagnose_table(table, solve(day), day.header)
+    table = day.table
+    findings = findings_of(solve(day), sky_context(table, day.header), Evidence(table))
     assert not [f for f in findings if f.certainty == "found"]
     half = len(table) // 2
     first, second = table.rows(range(half)), table.rows(range(half, len(table)))

@@ -10,7 +10,7 @@ from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
 from solarcal.model.evidence.branches import branch_warning
-from solarcal.model.evidence.direct import evidence
+from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.limits import AxisLimits, Limits
 from solarcal.optics.aiming import Heliostat
@@ -18,9 +18,9 @@ from solarcal.optics.heliostat import Target
 from solarcal.session.interchange import read_table
 from solarcal.session.interchange.csv_points import write_points_csv
 from solarcal.session.journal import Journal
-from solarcal.session.points import ephemeris_warnings
+from solarcal.station.analysing import stamp_findings
 from solarcal.station.curves import session_plot_data
-from solarcal.station.fitting import session_table, solve, solve_table
+from solarcal.station.fitting import solve, solve_table
 from solarcal.station.headless import calibrate
 from solarcal.station.technician import Schedule
 from solarcal.timescale import parse_utc
@@ -51,7 +51,7 @@ def test_the_station_knows_the_units_ideal_without_being_told_its_normal(day):
     assert header.unit.heliostat.offset.PivotRefl_Z == pytest.approx(told.offset.PivotRefl_Z)
     assert len(day.session.accepted) == 8
     point = day.session.accepted[0]
-    table = session_table(day.session)
+    table = day.session.table
     ours = ideal_axes_deg(
         day.session.geometry, header.site, float(table.utc_s[0]), header.unit.heliostat
     )
@@ -78,7 +78,7 @@ def test_the_suns_place_is_shown_and_not_the_normals(day):
 
 def test_no_evidence_speaks_against_it(day):
     """The unit's Sun is ours through the mirror, and its normals cross no edge of the branch."""
-    assert "unit's Sun" not in " ".join(evidence(day.session))
+    assert "unit's Sun" not in " ".join(evidence_sentences(day.session))
     header = day.session.header
     noon_s = parse_utc("2026-06-10T19:00:00Z")
     assert branch_warning(header, noon_s) is None
@@ -94,13 +94,13 @@ def test_no_evidence_speaks_against_it(day):
 
 
 def test_its_points_survive_a_csv_file(day, tmp_path: Path):
-    table = session_table(day.session)
+    table = day.session.table
     path = tmp_path / "heliostat.csv"
     write_points_csv(table, path)
     again = read_table(path)
     assert again.heliostat is not None
     assert again.heliostat.target == table.heliostat.target
-    assert ephemeris_warnings(again) == ()
+    assert stamp_findings(again) == ()
     live = solve(day.session)
     read = solve_table(again, header=day.session.header)
     assert live is not None

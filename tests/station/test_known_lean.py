@@ -14,8 +14,8 @@ from solarcal.model.shims import base_tilt
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.journal import Journal
 from solarcal.session.reader import read_session
+from solarcal.station.analysing import analyse_session
 from solarcal.station.fitting import solve
-from solarcal.station.judging import judge_session
 from solarcal.station.known_lean import prior_of
 from solarcal.station.procedure import Station
 from solarcal.station.state import view_session
@@ -72,7 +72,7 @@ def test_a_replay_fits_and_judges_with_the_reading_of_the_header(tmp_path):
     saved = read_session(path)
     view = view_session(saved.header, saved.records)
     assert saved.header.inclinometer == READ
-    replayed, judged = solve(view), judge_session(view)
+    replayed, judged = solve(view), analyse_session(view)
     assert replayed is not None
     assert judged is not None
     assert (replayed.values == live.values).all()

@@ -9,13 +9,13 @@ import pytest
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink, serve_pty, serve_tcp
-from solarcal.model.evidence.direct import evidence
+from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Offsets
 from solarcal.session.journal import Journal
+from solarcal.station.analysing import analyse_session
 from solarcal.station.connect import open_tracker
-from solarcal.station.diagnosing import diagnose_session
 from solarcal.station.documents import fit_document
-from solarcal.station.fitting import session_table, solve
+from solarcal.station.fitting import solve
 from solarcal.station.headless import Calibration, calibrate
 from solarcal.station.replay import Replay
 from solarcal.station.technician import Schedule
@@ -110,9 +110,9 @@ def test_a_replayed_journal_gives_the_live_runs_document_to_the_last_byte(tmp_pa
     done = run(path, seed=3, points=6)
     live = fit_document(
         [path],
-        session_table(done.session),
+        done.session.table,
         done.solution,
-        findings=diagnose_session(done.session, done.solution),
+        analyse_session(done.session),
     )
     replay = Replay.open(path)
     replay.jump(len(replay))
@@ -120,9 +120,9 @@ def test_a_replayed_journal_gives_the_live_runs_document_to_the_last_byte(tmp_pa
     assert solution is not None
     again = fit_document(
         [path],
-        session_table(replay.view),
+        replay.view.table,
         solution,
-        findings=diagnose_session(replay.view, solution),
+        analyse_session(replay.view),
     )
     assert json.dumps(again) == json.dumps(live)
 
@@ -176,7 +176,7 @@ def test_after_the_upload_the_unit_tracks_with_the_correction_applied_once(bench
 
 def test_a_drifting_unit_clock_is_found_and_a_wrong_laptop_clock_is_said_to_be_hidden(tmp_path):
     done = run(tmp_path / "s.jsonl", "wrong-clock")
-    said = evidence(done.session)
+    said = evidence_sentences(done.session)
     (drift,) = [s for s in said if "drifts" in s]
     assert "+40." in drift or "+39.9" in drift
     assert any("laptop's own clock cannot be found" in s for s in said)
@@ -184,6 +184,6 @@ def test_a_drifting_unit_clock_is_found_and_a_wrong_laptop_clock_is_said_to_be_h
 
 def test_missed_counts_are_found_at_the_next_reference_check(tmp_path):
     done = run(tmp_path / "s.jsonl", "missed-counts")
-    (missed,) = [s for s in evidence(done.session) if "counts were missed" in s]
+    (missed,) = [s for s in evidence_sentences(done.session) if "counts were missed" in s]
     assert "axis 1" in missed
     assert done.truth_after.day_rms_deg < 0.2

@@ -143,7 +143,7 @@ def test_a_failure_to_judge_does_not_lose_the_fit(four_points, monkeypatch):
     def fails(*_):
         raise FitError("the forecast went wrong")
 
-    monkeypatch.setattr("solarcal.station.plan_wishes.judge_as_wished", fails)
+    monkeypatch.setattr("solarcal.station.plan_wishes.analyse_as_wished", fails)
     message = fitting.fit_message(3, four_points.session)
     assert message.judgement is None
     assert "the forecast went wrong" in message.reason
@@ -178,7 +178,7 @@ async def test_an_upload_that_does_not_fit_wants_a_reason_which_is_kept(monkeypa
     station, _ = bench()
     take_points(station, 4)
     monkeypatch.setattr(
-        "solarcal.model.judgement.conclude",
+        "solarcal.model.analysis.conclude",
         lambda *_, **__: Verdict("does_not_fit", ("the points scatter by 0.40 deg",)),
     )
     async with workstation(station) as (_, pilot):

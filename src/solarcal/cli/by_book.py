@@ -42,21 +42,18 @@ def run_book(args: argparse.Namespace) -> int:
 
 def hand_document(calibration: "HandCalibration") -> dict[str, Any]:
     """The fit document where there is a fit, the session, and what to key in."""
-    from solarcal.station.diagnosing import diagnose_session
+    from solarcal.station.analysing import analyse_session
     from solarcal.station.documents import fit_document
-    from solarcal.station.fitting import session_table
-    from solarcal.station.judging import judge_session
 
     session = calibration.session
-    judgement = judge_session(session, calibration.method)
+    judgement = analyse_session(session, calibration.method)
     fitted: dict[str, Any] = {}
     if judgement is not None:
         fitted = fit_document(
             [calibration.path],
-            session_table(session),
+            session.table,
             judgement.solution,
             judgement,
-            findings=diagnose_session(session, judgement.solution),
         )
     return {
         **fitted,

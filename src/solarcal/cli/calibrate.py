@@ -135,20 +135,17 @@ def tracker_for(args: argparse.Namespace) -> "Iterator[tuple[Tracker, str, float
 
 def calibration_document(calibration: "Calibration") -> dict[str, Any]:
     """The fit document, plus where the session is and, from an emulator, its truth."""
-    from solarcal.station.diagnosing import diagnose_session
+    from solarcal.station.analysing import analyse_session
     from solarcal.station.documents import fit_document
-    from solarcal.station.fitting import session_table
-    from solarcal.station.judging import judge_session
 
     session = calibration.session
     solution = calibration.solution
     return {
         **fit_document(
             [calibration.path],
-            session_table(session),
+            session.table,
             solution,
-            judge_session(session, solution.method),
-            findings=diagnose_session(session, solution),
+            analyse_session(session, solution.method),
         ),
         "session": str(calibration.path),
         "completed": calibration.completed,

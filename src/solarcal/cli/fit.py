@@ -96,6 +96,12 @@ def add_point_options(parser: argparse.ArgumentParser) -> None:
         choices=("plain", "on-sky"),
         help="of solaris-pointing files: offset_az is plain azimuth, or already times cos E",
     )
+    missing.add_argument(
+        "--ideal",
+        choices=("apparent", "airless", "solartrak"),
+        help="what the ideal angles are: with refraction (default), without, or the controller's "
+        "own (no refraction, its own ephemeris)",
+    )
 
 
 def fill_in(args: argparse.Namespace) -> "FillIn":
@@ -107,17 +113,17 @@ def fill_in(args: argparse.Namespace) -> "FillIn":
         "elevation_m": args.elevation,
         "unit": args.unit,
         "offsets": args.offsets,
+        "ideal": args.ideal,
     }
 
 
 def run(args: argparse.Namespace) -> int:
-    from solarcal.station.judged_files import judge_files
+    from solarcal.station.analysing import analyse_files, read_files
     from solarcal.station.published_model import compared, fitted_terms, published, write_model
 
     model = None if args.compare is None else published(args.compare)
-    judged = judge_files(
-        args.files,
-        fill_in(args),
+    judged = analyse_files(
+        read_files(args.files, fill_in(args)),
         method=args.method,
         terms=fitted_terms(args.terms, args.method, model),
         tolerance_deg=args.tolerance,
@@ -133,9 +139,9 @@ def run(args: argparse.Namespace) -> int:
             args.files,
             judged.table,
             judged.solution,
-            judged.judgement,
-            findings=judged.fitted.findings,
-            warnings=judged.fitted.warnings,
+            judged.analysis,
+            findings=judged.findings,
+            warnings=judged.warnings,
         )
         if comparison is not None:
             document["comparison"] = comparison.as_json()
@@ -149,5 +155,5 @@ def run(args: argparse.Namespace) -> int:
             print("\n" + comparison_section(comparison))
     if args.require is None:
         return 0
-    reached = judged.judgement is not None and judged.judgement.verdict.state == args.require
+    reached = judged.analysis is not None and judged.analysis.verdict.state == args.require
     return 0 if reached else 1

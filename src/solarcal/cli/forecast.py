@@ -20,11 +20,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from solarcal.station.judged_files import judge_files
+    from solarcal.station.analysing import analyse_files, read_files
 
-    judged = judge_files(
-        args.files,
-        fill_in(args),
+    judged = analyse_files(
+        read_files(args.files, fill_in(args)),
         method=args.method,
         tolerance_deg=args.tolerance,
         done_probability=args.done_probability,
@@ -38,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
     from solarcal.report.forecast_map import forecast_map
     from solarcal.report.judgement_text import forecast_table, verdict_text
 
-    for warning in judged.fitted.warnings:
+    for warning in judged.warnings:
         say(f"warning: {warning}")
     width, height = shutil.get_terminal_size((80, 24))
     drawn = forecast_map(

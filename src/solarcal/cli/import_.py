@@ -2,7 +2,7 @@
 
 import argparse
 
-from solarcal.cli.fit import add_point_options
+from solarcal.cli.fit import add_point_options, fill_in
 from solarcal.cli.output import print_json, say
 
 HELP = "make a session file from a points .csv or TPOINT .dat file"
@@ -22,20 +22,14 @@ def run(args: argparse.Namespace) -> int:
     from solarcal.errors import ConfigurationError
     from solarcal.session.interchange import read_table
     from solarcal.session.interchange.sessions import session_from_table
-    from solarcal.session.points import STATUSES, ephemeris_warnings
+    from solarcal.session.points import STATUSES
+    from solarcal.station.analysing import stamp_findings
 
     if Path(args.target).suffix.lower() != ".jsonl":
         raise ConfigurationError(f"{args.target}: a session file ends in .jsonl")
-    table = read_table(
-        args.source,
-        geometry=args.geometry,
-        latitude_deg=args.lat,
-        longitude_deg=args.lon,
-        elevation_m=args.elevation,
-        unit=args.unit,
-    )
+    table = read_table(args.source, **fill_in(args))
     session = session_from_table(table, args.target, utc_s=SystemClock().utc_s())
-    warnings = [*table.warnings, *ephemeris_warnings(table)]
+    warnings = [*table.warnings, *(finding.sentence for finding in stamp_findings(table))]
     counts = {"total": len(table), **{status: table.count(status) for status in STATUSES}}
     if args.json:
         document = {

@@ -36,19 +36,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from solarcal.errors import ConfigurationError
-    from solarcal.station.fitted_files import fit_files
+    from solarcal.station.analysing import analyse_files, read_files
     from solarcal.station.fitting import newest_point_utc_s
-    from solarcal.station.judged_files import judge_fitted
 
     if args.points is not None and args.points < 1:
         raise ConfigurationError(f"--points {args.points}: at least one more point")
-    fitted = fit_files(args.files, fill_in(args), method=args.method)
-    at_utc_s = _instant(args.at) if args.at else newest_point_utc_s(fitted.table)
+    files = read_files(args.files, fill_in(args))
+    at_utc_s = _instant(args.at) if args.at else newest_point_utc_s(files.table)
     if at_utc_s is None:
         raise ConfigurationError("the points carry no times; give --at, the instant to plan from")
-    judged = judge_fitted(
-        args.files,
-        fitted,
+    judged = analyse_files(
+        files,
+        method=args.method,
         tolerance_deg=args.tolerance,
         done_probability=args.done_probability,
         at_utc_s=at_utc_s,
@@ -64,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
         return 0
     from solarcal.report.judgement_text import plan_text
 
-    for warning in fitted.warnings:
+    for warning in files.warnings:
         say(f"warning: {warning}")
     print(plan_text(judgement))
     return 0

@@ -47,22 +47,19 @@ def run(args: argparse.Namespace) -> int:
     replay.jump(len(replay))
     if args.json:
         from solarcal.errors import FitError
-        from solarcal.station.diagnosing import diagnose_session
+        from solarcal.station.analysing import analyse_session
         from solarcal.station.documents import fit_document
-        from solarcal.station.fitting import session_table
-        from solarcal.station.judging import judge_session
 
         session = replay.view
-        judgement = judge_session(session)
+        judgement = analyse_session(session)
         if judgement is None:
             raise FitError(f"{args.file}: no accepted point; a fit needs one")
         print_json(
             fit_document(
                 [args.file],
-                session_table(session),
+                session.table,
                 judgement.solution,
                 judgement,
-                findings=diagnose_session(session, judgement.solution),
                 warnings=replay.warnings,
             )
         )
@@ -77,7 +74,7 @@ def _tell_as_it_happened(replay: "Replay", speed: float) -> None:
     """Each record when its time has come, then the session as it ended."""
     from solarcal.clock import SystemClock
     from solarcal.report.session_report import record_line, session_text
-    from solarcal.station.judging import judge_session
+    from solarcal.station.analysing import analyse_session
 
     for warning in replay.warnings:
         say(warning)
@@ -87,4 +84,4 @@ def _tell_as_it_happened(replay: "Replay", speed: float) -> None:
         replay.step()
         clock.wait(max(0.0, replay.utc_s - before_s) / speed)
         print(record_line(record), flush=True)
-    print(f"\n{session_text(replay.view, judge_session(replay.view))}")
+    print(f"\n{session_text(replay.view, analyse_session(replay.view))}")

@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
             }
         )
         return 0
-    for warning in judged.fitted.warnings:
+    for warning in judged.warnings:
         say(f"warning: {warning}")
     state = "signed off" if after.signed_off else "not signed off"
     print("\n".join([*(f"wrote {path}" for path in issued.paths), f"{state}: {after.reason}"]))

@@ -23,14 +23,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     from solarcal.errors import ConfigurationError
     from solarcal.session.journal import Journal
-    from solarcal.station.judged_files import judge_files
+    from solarcal.station.analysing import analyse_files, read_files
     from solarcal.station.uploading import UnitOnTheLine, offer_upload, refuse_doubtful
 
     if args.force is not None and not args.force.strip():
         raise ConfigurationError("--force is empty; say why the upload is right all the same")
     demand_session(args.file)
     with Journal.resume(args.file) as journal:
-        judged = judge_files([args.file], {}, method=args.method)
+        judged = analyse_files(read_files([args.file], {}), method=args.method)
         offer = offer_upload(judged.of_the_controller(), journal.header.unit)
         forced = refuse_doubtful(offer, args.force and args.force.strip())
         with asked_tracker(args) as tracker:

@@ -24,6 +24,10 @@ Kind = Literal[
     "degeneracy",
     "moved",
     "branch",
+    "time_stamps",
+    "site",
+    "geometry",
+    "ideal_kind",
 ]
 
 
@@ -70,7 +74,9 @@ class Finding:
     effect_deg: float | None = None
 
     def as_json(self) -> dict[str, Any]:
-        return asdict(self)
+        """The contract's keys (``points`` are the labels concerned) and all the others."""
+        document = asdict(self)
+        return {**document, "points": list(self.labels)}
 
 
 def listed(names: tuple[str, ...] | list[str], word: str = "and") -> str:

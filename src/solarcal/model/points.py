@@ -131,6 +131,10 @@ class PointSet:
             first = indices[0]
             raise FitError(f"point {self.labels[first]}: {complaint.format(column[first])}")
 
+    def replace(self, **columns: FloatArray | None) -> "PointSet":
+        """The same points with these columns instead, checked as new ones."""
+        return replace(self, **columns)  # type: ignore[arg-type]
+
     def subset(self, indices: Sequence[int] | Mask) -> "PointSet":
         """The points at these positions (integers, or a boolean mask), in that order."""
         # An empty list would come as floats, which index nothing.

@@ -4,12 +4,12 @@ from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS
 from solarcal.report.columns import number
 from solarcal.report.renderables import Block, Facts, Section, Sentences, Table
 from solarcal.session.records import UploadRecord
-from solarcal.station.judged_files import JudgedFiles
+from solarcal.station.analysing import FileAnalysis
 from solarcal.station.sign_off import SignOff, forecast_with
 from solarcal.timescale import format_utc, parse_utc
 
 
-def after_section(judged: JudgedFiles, after: SignOff) -> Section:
+def after_section(judged: FileAnalysis, after: SignOff) -> Section:
     """As found, as fitted, as uploaded; what the check points measured."""
     judgement, header = judged.of_the_controller(), judged.header
     rows = []
@@ -68,7 +68,9 @@ def _upload_table(upload: UploadRecord) -> Table:
     return Table(("", "before", "after", "difference", "unit"), rows, "<>>><")
 
 
-def _upload_sentences(judged: JudgedFiles, after: SignOff, newest: UploadRecord) -> tuple[str, ...]:
+def _upload_sentences(
+    judged: FileAnalysis, after: SignOff, newest: UploadRecord
+) -> tuple[str, ...]:
     said = [
         "the unit read back exactly these numbers"
         if newest.verified

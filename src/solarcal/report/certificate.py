@@ -29,7 +29,7 @@ from solarcal.report.plain_certificate import plain_text
 from solarcal.report.renderables import Certificate, Facts, Section, Signatures, Table
 from solarcal.report.svg_certificate import svg_text
 from solarcal.session.points import PointTable
-from solarcal.station.judged_files import JudgedFiles
+from solarcal.station.analysing import FileAnalysis
 from solarcal.station.sign_off import SignOff, sign_off
 from solarcal.timescale import format_utc
 
@@ -70,12 +70,12 @@ def read_sources(paths: Sequence[Path]) -> tuple[SourceFile, ...]:
     return tuple(sources)
 
 
-def signed_off(judged: JudgedFiles) -> SignOff:
+def signed_off(judged: FileAnalysis) -> SignOff:
     """The uploads and check points of the files, judged by their tolerance."""
     return sign_off(judged.sessions, judged.tolerance_deg)
 
 
-def make_certificate(judged: JudgedFiles, sources: Sequence[SourceFile]) -> Certificate:
+def make_certificate(judged: FileAnalysis, sources: Sequence[SourceFile]) -> Certificate:
     """The certificate of files already judged; ``sources`` are the same files' bytes."""
     judgement = judged.of_the_controller()
     after = signed_off(judged)
@@ -109,7 +109,7 @@ def _days(table: PointTable) -> str:
     return days[0] if len(days) == 1 else f"{days[0]} to {days[-1]}"
 
 
-def _origin_section(judged: JudgedFiles, sources: Sequence[SourceFile]) -> Section:
+def _origin_section(judged: FileAnalysis, sources: Sequence[SourceFile]) -> Section:
     written_by = sorted({session.header.software for session in judged.sessions})
     return Section(
         "Where this comes from",

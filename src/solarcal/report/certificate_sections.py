@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from solarcal.model.judgement import Judgement
+from solarcal.model.analysis import Analysis
 from solarcal.model.solution import Solution
 from solarcal.report.columns import BLANK, number
 from solarcal.report.fit_tables import meaning
@@ -18,16 +18,15 @@ from solarcal.report.svg_figures import (
     residual_figure,
 )
 from solarcal.session.points import PointTable
-from solarcal.session.reader import live_records
-from solarcal.session.records import ClockSet, Header
+from solarcal.session.records import Header
+from solarcal.station.analysing import FileAnalysis
 from solarcal.station.curves import table_plot_data
-from solarcal.station.judged_files import JudgedFiles
 from solarcal.timescale import format_utc
 
 TEXT_WIDTH, TEXT_HEIGHT = 78, 22
 
 
-def subject_section(judged: JudgedFiles, header: Header | None) -> Section:
+def subject_section(judged: FileAnalysis, header: Header | None) -> Section:
     """Site, unit, operator, instruments."""
     table = judged.table
     place = [("mount", table.geometry), ("site", _site(table, header))]
@@ -65,12 +64,12 @@ def _site(table: PointTable, header: Header | None) -> str:
     return f"{f'{name}, ' if name else ''}{words}, {table.elevation_m:.0f} m"
 
 
-def _clock(judged: JudgedFiles) -> str:
+def _clock(judged: FileAnalysis) -> str:
     ticks = [
         (record.tick_minus_laptop_s, record.tick_sigma_s)
         for session in judged.sessions
-        for record in live_records(session)
-        if isinstance(record, ClockSet) and record.tick_minus_laptop_s is not None
+        for record in session.clock_sets
+        if record.tick_minus_laptop_s is not None
     ]
     if not ticks:
         return "not compared with a time signal"
@@ -81,7 +80,7 @@ def _clock(judged: JudgedFiles) -> str:
     )
 
 
-def verdict_section(judgement: Judgement) -> Section:
+def verdict_section(judgement: Analysis) -> Section:
     verdict = judgement.verdict
     return Section(
         "Verdict", (Facts((("state", STATE_WORDS[verdict.state]),)), Sentences(verdict.reasons))
@@ -125,7 +124,7 @@ def coefficients_section(solution: Solution) -> Section:
     return Section("Coefficients", tuple(blocks))
 
 
-def points_section(judged: JudgedFiles) -> Section:
+def points_section(judged: FileAnalysis) -> Section:
     """Every attempt with its residual, and the two plots."""
     header = judged.header
     limits = None
@@ -154,7 +153,7 @@ def points_section(judged: JudgedFiles) -> Section:
     )
 
 
-def _points_table(judged: JudgedFiles) -> Table:
+def _points_table(judged: FileAnalysis) -> Table:
     table, solution = judged.table, judged.solution
     e1, e2 = solution.predict_deg(
         np.nan_to_num(table.ax1_deg), np.nan_to_num(table.ax2_deg, nan=45.0)
@@ -186,7 +185,7 @@ def _points_table(judged: JudgedFiles) -> Table:
     return Table(headings, tuple(rows), align)
 
 
-def forecast_section(judgement: Judgement, tolerance_deg: float) -> Section:
+def forecast_section(judgement: Analysis, tolerance_deg: float) -> Section:
     """The year in figures and as a map."""
     expected = judgement.forecast
     return Section(
@@ -204,10 +203,10 @@ def forecast_section(judgement: Judgement, tolerance_deg: float) -> Section:
     )
 
 
-def evidence_section(judged: JudgedFiles) -> tuple[Section, ...]:
+def evidence_section(judged: FileAnalysis) -> tuple[Section, ...]:
     """What clocks, reference checks and the readers of the files say; empty without any."""
     said = (
-        *(finding.sentence for finding in judged.fitted.findings),
-        *judged.fitted.warnings,
+        *(finding.sentence for finding in judged.findings),
+        *judged.warnings,
     )
     return (Section("Evidence", (Sentences(said),)),) if said else ()

@@ -6,7 +6,7 @@ from solarcal.model.terms import TERMS
 from solarcal.report.columns import columns
 from solarcal.report.fit_tables import meaning
 from solarcal.report.session_report import section, session_text
-from solarcal.station.judging import judge_session
+from solarcal.station.analysing import analyse_session
 
 if TYPE_CHECKING:
     from solarcal.station.typed.field_book_calibration import HandCalibration
@@ -26,7 +26,7 @@ def key_in_table(key_in: tuple[tuple[str, str], ...], geometry: str) -> str:
 def hand_calibration_text(calibration: "HandCalibration") -> str:
     """A field book's calibration, told whole; last what to key in, and whether that was done."""
     session = calibration.session
-    parts = [session_text(session, judge_session(session, calibration.method))]
+    parts = [session_text(session, analyse_session(session, calibration.method))]
     if calibration.key_in:
         table = key_in_table(calibration.key_in, session.header.geometry)
         parts.append(section("Coefficients to key in", table))

@@ -14,7 +14,7 @@ from solarcal.report.certificate import (
 )
 from solarcal.report.office import office_zip
 from solarcal.session.interchange import FillIn
-from solarcal.station.judged_files import JudgedFiles, judge_files
+from solarcal.station.analysing import FileAnalysis, analyse_files, read_files
 from solarcal.station.sign_off import SignOff
 
 
@@ -24,7 +24,7 @@ class Issued:
 
     paths: tuple[Path, ...]
     sha256: str
-    judged: JudgedFiles
+    judged: FileAnalysis
     after: SignOff
 
 
@@ -48,9 +48,8 @@ def issue(
         A file cannot be read or fitted, was written to meanwhile, or an output cannot be written.
     """
     sources = read_sources(files)
-    judged = judge_files(
-        files,
-        fill_in,
+    judged = analyse_files(
+        read_files(files, fill_in),
         method=method,
         tolerance_deg=tolerance_deg,
         done_probability=done_probability,

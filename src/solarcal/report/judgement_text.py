@@ -1,7 +1,7 @@
 """Forecast, plan and verdict as text of at most 80 columns. Angles in degrees on the sky."""
 
+from solarcal.model.analysis import Analysis
 from solarcal.model.forecast import Forecast, percent
-from solarcal.model.judgement import Judgement
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.plan import Plan, PlannedStop
 from solarcal.model.solution import Solution
@@ -106,7 +106,7 @@ def _stop_row(when: str, stop: PlannedStop, plan: Plan) -> list[str]:
     ]
 
 
-def plan_text(judgement: Judgement) -> str:
+def plan_text(judgement: Analysis) -> str:
     """The advice in one sentence, the schedule it means, and the table it rests on."""
     plan = judgement.plan
     assert plan is not None

@@ -5,9 +5,9 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from solarcal.model.evidence.direct import evidence
+from solarcal.model.analysis import Analysis
+from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.model.finding import Finding
-from solarcal.model.judgement import Judgement
 from solarcal.plain_text import one_line
 from solarcal.report.columns import wrapped
 from solarcal.report.fit_tables import coefficients_table, fit_summary
@@ -40,10 +40,8 @@ from solarcal.session.records import (
     UploadRecord,
     Void,
 )
+from solarcal.station.analysing import FileAnalysis, analyse_session
 from solarcal.station.curves import session_plot_data, table_plot_data
-from solarcal.station.diagnosing import diagnose_session
-from solarcal.station.judged_files import JudgedFiles
-from solarcal.station.judging import judge_session
 from solarcal.station.state import SessionView
 
 if TYPE_CHECKING:
@@ -91,7 +89,7 @@ def heading(session: SessionView) -> str:
     )
 
 
-def _judged(judgement: Judgement, tolerance_deg: float) -> list[str]:
+def _judged(judgement: Analysis, tolerance_deg: float) -> list[str]:
     """Mechanism, forecast and verdict, each under its title."""
     mechanism = mechanism_table(judgement.solution)
     return [
@@ -101,7 +99,7 @@ def _judged(judgement: Judgement, tolerance_deg: float) -> list[str]:
     ]
 
 
-def session_text(session: SessionView, judgement: Judgement | None) -> str:
+def session_text(session: SessionView, judgement: Analysis | None) -> str:
     """A session so far: checks, points, fit, verdict, plot, upload, check points, evidence."""
     width, height = _plot_size()
     solution = None if judgement is None else judgement.solution
@@ -121,8 +119,8 @@ def session_text(session: SessionView, judgement: Judgement | None) -> str:
     if session.checks:
         parts.append(section("Check points", checks_table(session.checks)))
     if judgement is not None:
-        parts.append(diagnosis_section(diagnose_session(session, judgement.solution)))
-    elif said := evidence(session):
+        parts.append(diagnosis_section(judgement.findings))
+    elif said := evidence_sentences(session):
         parts.append(section("Evidence", _bullets(said)))
     return "\n\n".join(parts)
 
@@ -139,7 +137,7 @@ def calibration_text(calibration: "Calibration") -> str:
         [
             session_text(
                 calibration.session,
-                judge_session(calibration.session, calibration.solution.method),
+                analyse_session(calibration.session, calibration.solution.method),
             ),
             section("Truth (the emulator's)", truth),
             f"Session file: {calibration.path}\n{ending}",
@@ -147,17 +145,17 @@ def calibration_text(calibration: "Calibration") -> str:
     )
 
 
-def fit_text(judged: JudgedFiles, *, plot: bool) -> str:
+def fit_text(judged: FileAnalysis, *, plot: bool) -> str:
     """A fit of files: points, coefficients, what the fit says of itself, forecast, verdict."""
-    fitted = judged.fitted
+    fitted = judged
     parts = [_bullets(fitted.warnings)] if fitted.warnings else []
     parts += [
         section("Points", file_points_table(fitted.table, fitted.solution)),
         section("Coefficients", coefficients_table(fitted.solution)),
         section("Fit", fit_summary(fitted.solution)),
     ]
-    if judged.judgement is not None:
-        parts += _judged(judged.judgement, judged.tolerance_deg)
+    if judged.analysis is not None:
+        parts += _judged(judged.analysis, judged.tolerance_deg)
     if plot:
         width, height = _plot_size()
         data = table_plot_data(fitted.table, fitted.solution)
@@ -227,5 +225,5 @@ def replay_text(replay: "Replay") -> str:
     session = replay.view
     log = "\n".join(record_line(record) for record in session.records)
     parts = [_bullets(replay.warnings)] if replay.warnings else []
-    parts += [section("What happened", log), session_text(session, judge_session(session))]
+    parts += [section("What happened", log), session_text(session, analyse_session(session))]
     return "\n\n".join(parts)

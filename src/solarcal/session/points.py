@@ -5,7 +5,6 @@ Angles are degrees in the mount's native frame, AX1 on the branch; ``err = readi
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,15 +17,10 @@ from solarcal.site import Site
 from solarcal.timescale import parse_utc
 from solarcal.units import FloatArray
 
-if TYPE_CHECKING:
-    from solarcal.sun import SunPosition
-
 IDEALS = ("apparent", "airless", "solartrak")
 STATUSES = ("accepted", "aborted", "rejected")
 
-EPHEMERIS_TOLERANCE_DEG = 0.05
 SITE_TOLERANCE_DEG = 0.01
-_WARNINGS_AT_MOST = 5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,8 +122,13 @@ def table_from_session(session: Session) -> PointTable:
 
     ``utc_s`` is when the point's angles were read; attempts without angles have NaN.
     """
-    header = session.header
-    found = points(session)
+    return table_of_points(session.header, points(session), session.path, session.warnings)
+
+
+def table_of_points(
+    header: Header, found: Sequence[PointRecord], source: str = "", warnings: tuple[str, ...] = ()
+) -> PointTable:
+    """The same of points whose records are folded already."""
     sigma = _column([p.sigma_deg for p in found])
     accepted = np.array([p.status == "accepted" for p in found], dtype=bool)
     ideal = np.array([_pair(p.ideal_deg) for p in found]).reshape(-1, 2)
@@ -152,8 +151,8 @@ def table_from_session(session: Session) -> PointTable:
         approach=tuple(p.approach or (0, 0) for p in found),
         note=tuple(p.reason for p in found),
         labels=tuple(p.seq for p in found),
-        sources=(session.path,) * len(found),
-        warnings=session.warnings,
+        sources=(source,) * len(found),
+        warnings=warnings,
         heliostat=header.unit.heliostat,
     )
 
@@ -210,48 +209,6 @@ def merge_tables(tables: Sequence[PointTable]) -> PointTable:
         sources=tuple(source for t in tables for source in t.sources),
         warnings=tuple(warnings),
     )
-
-
-def ephemeris_warnings(table: PointTable) -> tuple[str, ...]:
-    """Rows whose instant and ideal angles disagree by more than 0.05 deg on the sky.
-
-    The Sun is the one ``ideal`` names: ``precise`` with Hughes refraction in standard air,
-    ``precise`` without, or ``solartrak``. Nothing is said where site or instants are missing.
-    """
-    from solarcal.mount.geometry import MountGeometry
-
-    site = table.site
-    dated = np.flatnonzero(np.isfinite(table.utc_s) & np.isfinite(table.ax1_deg + table.ax2_deg))
-    if site is None or not len(dated):
-        return ()
-    sun = _sun_of(table.ideal, table.utc_s[dated], site)
-    geometry = MountGeometry(table.geometry, site.latitude_deg, table.ax1_centre_deg)
-    aim = (sun.azimuth_deg, sun.zenith_deg)
-    if table.heliostat is not None:
-        aim = table.heliostat.controller_normal_deg(*aim)
-    ax1, ax2 = geometry.axes_from_horizontal(*aim)
-    apart = geometry.sky_separation_deg(table.ax1_deg[dated], table.ax2_deg[dated], ax1, ax2)
-    off = np.flatnonzero(np.asarray(apart) > EPHEMERIS_TOLERANCE_DEG)
-    warnings = [
-        f"{table.sources[dated[i]]}:{table.labels[dated[i]]}: the {table.ideal} Sun was "
-        f"{apart[i]:.3f} deg from ax1_deg, ax2_deg at that utc; check the time, site and geometry"
-        for i in off[:_WARNINGS_AT_MOST]
-    ]
-    if len(off) > _WARNINGS_AT_MOST:
-        warnings.append(f"and {len(off) - _WARNINGS_AT_MOST} more points like these")
-    return tuple(warnings)
-
-
-def _sun_of(ideal: str, utc_s: FloatArray, site: Site) -> "SunPosition[FloatArray]":
-    from solarcal.site import Weather, standard_pressure_hpa
-    from solarcal.sun import sun_position
-
-    if ideal == "solartrak":
-        return sun_position("solartrak", utc_s, site)
-    if ideal == "airless":
-        return sun_position("precise", utc_s, site)
-    air = Weather(pressure_hpa=max(standard_pressure_hpa(site.elevation_m), 300.0))
-    return sun_position("precise", utc_s, site, refraction="hughes", weather=air)
 
 
 def _require_same_unit(first: PointTable, other: PointTable) -> None:

@@ -1,9 +1,12 @@
 """A session's records folded once: what they say so far, voided ones left out."""
 
 from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
 
 from solarcal.mount.geometry import MountGeometry
-from solarcal.session.reader import live_records
+from solarcal.session.points import PointTable, table_of_points
+from solarcal.session.reader import live_records, read_session
 from solarcal.session.records import (
     CheckRecord,
     ClockSet,
@@ -18,9 +21,12 @@ from solarcal.session.records import (
 )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class SessionView:
-    """What a session's records say so far, voided ones left out."""
+    """What a session's records say so far, voided ones left out.
+
+    ``path`` and ``warnings`` are of the file, where it was read from one.
+    """
 
     header: Header
     records: tuple[Record, ...] = ()
@@ -32,6 +38,13 @@ class SessionView:
     checks: tuple[CheckRecord, ...] = ()
     uploads: tuple[UploadRecord, ...] = ()
     fits: tuple[FitRecord, ...] = ()
+    path: str = ""
+    warnings: tuple[str, ...] = ()
+
+    @cached_property
+    def table(self) -> PointTable:
+        """All attempts with their statuses, as every fit takes them."""
+        return table_of_points(self.header, self.points, self.path, self.warnings)
 
     @property
     def geometry(self) -> MountGeometry:
@@ -64,7 +77,18 @@ class SessionView:
         return newest if newest.seq > max([*used, *written, -1]) else None
 
 
-def view_session(header: Header, records: tuple[Record, ...]) -> SessionView:
+def read_view(path: str | Path) -> SessionView:
+    """A session file, read and folded; raises as ``read_session``."""
+    session = read_session(path)
+    return view_session(session.header, session.records, session.path, session.warnings)
+
+
+def view_session(
+    header: Header,
+    records: tuple[Record, ...],
+    path: str = "",
+    warnings: tuple[str, ...] = (),
+) -> SessionView:
     """Fold the records of a session into what they say."""
     kinds: dict[type, list[Record]] = {}
     for record in live_records(records):
@@ -85,4 +109,6 @@ def view_session(header: Header, records: tuple[Record, ...]) -> SessionView:
         checks=of(CheckRecord),
         uploads=of(UploadRecord),
         fits=of(FitRecord),
+        path=path,
+        warnings=warnings,
     )

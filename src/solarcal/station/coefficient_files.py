@@ -7,7 +7,7 @@ import msgspec
 
 from solarcal.errors import InputFileError
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients
-from solarcal.station.judged_files import judge_files
+from solarcal.station.analysing import analyse_files, read_files
 
 
 class _Value(msgspec.Struct):
@@ -43,7 +43,7 @@ def read_coefficients(path: Path, method: str | None = None) -> FileCoefficients
         A session whose points allow no fit.
     """
     if path.suffix.lower() == ".jsonl":
-        judged = judge_files([path], {}, method=method)
+        judged = analyse_files(read_files([path], {}), method=method)
         solution = judged.of_the_controller().solution
         return FileCoefficients(
             solution.coefficients(), judged.table.geometry, f"{solution.method} fit of {path}"

@@ -6,9 +6,9 @@ from typing import Any
 
 import msgspec
 
+from solarcal.model.analysis import Analysis
 from solarcal.model.finding import Finding
 from solarcal.model.fit import Solution
-from solarcal.model.judgement import Judgement
 from solarcal.session.points import PointTable
 from solarcal.session.records import UnitRecord, UploadRecord
 from solarcal.station.uploading import UploadOffer
@@ -18,18 +18,20 @@ def fit_document(
     files: Sequence[str | Path],
     table: PointTable,
     solution: Solution,
-    judgement: Judgement | None = None,
+    judgement: Analysis | None = None,
     *,
-    findings: Sequence[Finding] = (),
+    findings: Sequence[Finding] | None = None,
     warnings: Sequence[str] = (),
 ) -> dict[str, Any]:
     """The contract's ``solarcal fit --json`` document.
 
-    ``evidence`` are the sentences of what was seen directly, ``diagnosis`` every finding whole.
+    ``findings`` is every finding whole, ``evidence`` the sentences of the direct ones.
 
     ``judgement`` is of the same points; without one (terms a controller does not have) forecast
-    and verdict are null. ``mechanism`` is null for ``linear``.
+    and verdict are null, and its findings are to be given. ``mechanism`` is null for ``linear``.
     """
+    if findings is None:
+        findings = () if judgement is None else judgement.findings
     fitted = solution.as_json()
     counted = {
         state: sum(status == state for status in table.status) for state in ("aborted", "rejected")
@@ -49,7 +51,7 @@ def fit_document(
         "mechanism": fitted.pop("mechanism", None),
         **fitted,
         "evidence": [finding.sentence for finding in findings if finding.direct],
-        "diagnosis": [finding.as_json() for finding in findings],
+        "findings": [finding.as_json() for finding in findings],
         "warnings": list(warnings),
         "forecast": None if judgement is None else judgement.forecast.as_json(),
         "verdict": None if judgement is None else judgement.verdict.as_json(),
@@ -57,7 +59,7 @@ def fit_document(
 
 
 def forecast_document(
-    files: Sequence[str | Path], judgement: Judgement, tolerance_deg: float
+    files: Sequence[str | Path], judgement: Analysis, tolerance_deg: float
 ) -> dict[str, Any]:
     """``solarcal forecast --json``: the year's figures, the map, and the verdict they lead to."""
     return {
@@ -70,7 +72,7 @@ def forecast_document(
     }
 
 
-def plan_document(files: Sequence[str | Path], judgement: Judgement) -> dict[str, Any]:
+def plan_document(files: Sequence[str | Path], judgement: Analysis) -> dict[str, Any]:
     """``solarcal plan --json``: each remaining half hour, the schedule advised, the verdict."""
     assert judgement.plan is not None
     return {
@@ -101,7 +103,7 @@ def offer_document(offer: UploadOffer) -> dict[str, Any]:
     }
 
 
-def _heading(files: Sequence[str | Path], judgement: Judgement) -> dict[str, Any]:
+def _heading(files: Sequence[str | Path], judgement: Analysis) -> dict[str, Any]:
     return {
         "files": _names(files),
         "geometry": judgement.solution.geometry.name,

@@ -12,14 +12,10 @@ from solarcal.model.methods import DEFAULT_METHOD, fit
 from solarcal.model.points import PointSet
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.geometry import MountGeometry
-from solarcal.session.points import (
-    PointTable,
-    table_from_session,
-)
-from solarcal.session.reader import Session
+from solarcal.session.points import PointTable
 from solarcal.session.records import Header
+from solarcal.session.view import SessionView
 from solarcal.station.known_lean import prior_of
-from solarcal.station.state import SessionView
 
 
 def point_set(table: PointTable) -> PointSet:
@@ -40,11 +36,6 @@ def point_set(table: PointTable) -> PointSet:
     )
 
 
-def session_table(session: SessionView) -> PointTable:
-    """The live points of a session, with their statuses."""
-    return table_from_session(Session("", session.header, session.records))
-
-
 def newest_point_utc_s(table: PointTable) -> float | None:
     """When the newest accepted point was taken; ``None`` where no time is known."""
     times = table.accepted().utc_s
@@ -52,9 +43,14 @@ def newest_point_utc_s(table: PointTable) -> float | None:
     return float(known.max()) if known.size else None
 
 
-def sky_context(table: PointTable, header: Header | None = None) -> SkyContext:
-    """Where and under what sky the points were taken: what a fit may take as known physics."""
-    points = point_set(table)
+def sky_context(
+    table: PointTable, header: Header | None = None, points: PointSet | None = None
+) -> SkyContext:
+    """Where and under what sky the points were taken: what a fit may take as known physics.
+
+    ``points`` are the table's accepted ones, where they are made already.
+    """
+    points = point_set(table) if points is None else points
     # An import's limits are placeholders.
     from_a_unit = header is not None and not header.unit.imported
     return SkyContext.for_points(
@@ -74,9 +70,10 @@ def solve_table(
     header: Header | None = None,
 ) -> Solution:
     """Fit the accepted points of a table; ``header`` is that of the session they come from."""
+    points = point_set(table)
     return fit(
-        point_set(table),
-        sky_context(table, header),
+        points,
+        sky_context(table, header, points),
         method=method,
         prior=prior_of(header),
         terms=terms,
@@ -87,7 +84,7 @@ def solve(session: SessionView, method: str = DEFAULT_METHOD) -> Solution | None
     """The fit of the session so far; ``None`` while there are too few points for ``method``."""
     if len(session.accepted) < fewest_points(method):
         return None
-    return solve_table(session_table(session), method, header=session.header)
+    return solve_table(session.table, method, header=session.header)
 
 
 def fewest_points(method: str) -> int:

@@ -18,7 +18,7 @@ from solarcal.model.mechanism_solution import OUTLIER_PROBABILITY, MechanismSolu
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.session.points import unit_name
 from solarcal.session.points_only import NeedsFirstReader, read_points_only
-from solarcal.station.fitted_files import load_points
+from solarcal.station.analysing import load_points
 from solarcal.station.fitting import solve_table
 from solarcal.station.fleet_points import PlainSession, plain_session, seen_points
 from solarcal.units import FloatArray

@@ -5,9 +5,9 @@ A pure function of the state and the time, so that the screen, a replay and a te
 
 from dataclasses import dataclass
 
-from solarcal.model.judgement import Judgement
+from solarcal.model.analysis import Analysis
 from solarcal.station import guards
-from solarcal.station.sign_off import sign_off_views
+from solarcal.station.sign_off import sign_off
 from solarcal.station.state import Activity, LinkState, SessionView, StationState
 from solarcal.timescale import parse_utc
 from solarcal.unit.tracker import Mode
@@ -54,7 +54,7 @@ def countdown_text(seconds: float) -> str:
 def next_step(
     state: StationState,
     sun_elevation_deg: float | None = None,
-    judgement: Judgement | None = None,
+    judgement: Analysis | None = None,
 ) -> NextStep:
     """What the technician does next.
 
@@ -140,7 +140,7 @@ def _next_point(
     state: StationState,
     session: SessionView,
     sun_elevation_deg: float | None,
-    judgement: Judgement | None,
+    judgement: Analysis | None,
 ) -> NextStep:
     n = len(session.accepted)
     if session.fresh_sun_offset is not None:
@@ -208,7 +208,7 @@ def _after_upload(session: SessionView) -> NextStep:
         return NextStep("Rolled back: the unit is as it was. Upload again when ready.", "upload")
     since = [c for c in session.checks if c.status == "accepted" and c.seq > upload.seq]
     if len(since) >= CHECK_POINTS:
-        proof = sign_off_views([session], session.header.tolerance_deg)
+        proof = sign_off([session], session.header.tolerance_deg)
         if not proof.signed_off:
             return NextStep(
                 f"NOT signed off: {proof.reason}. Take more points and upload again, or roll back.",

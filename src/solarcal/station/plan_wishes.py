@@ -2,12 +2,9 @@
 
 from dataclasses import dataclass, replace
 
-from solarcal.model.judgement import Judgement
-from solarcal.model.solution import Solution
-from solarcal.station.diagnosing import session_evidence
-from solarcal.station.fitting import session_table
-from solarcal.station.judging import judge_fit
-from solarcal.station.state import SessionView
+from solarcal.model.analysis import Analysis
+from solarcal.session.view import SessionView
+from solarcal.station.analysing import analyse_session
 
 HALF_HOUR_S = 1800.0
 MOST_POINTS = 40
@@ -52,26 +49,22 @@ class PlanWishes:
 NO_WISHES = PlanWishes()
 
 
-def judge_as_wished(
+def analyse_as_wished(
     session: SessionView,
-    solution: Solution,
     wishes: PlanWishes = NO_WISHES,
     at_utc_s: float | None = None,
-) -> Judgement:
-    """Forecast, plan from ``at_utc_s`` (else from the newest point) and verdict of a fit.
+) -> Analysis | None:
+    """The analysis of a session, planned from ``at_utc_s`` (else from the newest point).
 
     A time to leave that has passed means: now.
     """
     until_utc_s = wishes.until_utc_s
     if until_utc_s is not None and at_utc_s is not None:
         until_utc_s = max(until_utc_s, at_utc_s)
-    return judge_fit(
-        session_table(session),
-        solution,
-        session.header,
+    return analyse_session(
+        session,
         at_utc_s=at_utc_s,
         until_utc_s=until_utc_s,
         points_left=wishes.points_left(len(session.accepted)),
         struck=wishes.intervals(),
-        evidence=session_evidence(session, solution),
     )

@@ -8,8 +8,8 @@ from solarcal.model.forecast import Forecast
 from solarcal.model.solution import Solution
 from solarcal.session.reader import live_records
 from solarcal.session.records import ClockSet, PointRecord, Record, RefCheck, SunOffset, Void
+from solarcal.station.analysing import analyse_session
 from solarcal.station.fitting import solve
-from solarcal.station.judging import judge_session
 from solarcal.station.point_judgement import PointJudgement, judge_point
 from solarcal.station.state import SessionView, view_session
 
@@ -46,7 +46,7 @@ def point_influence(session: SessionView, point: PointRecord) -> PointInfluence:
         session.header, tuple(record for record in session.records if record.seq != point.seq)
     )
     try:
-        with_it, without = judge_session(session), judge_session(others)
+        with_it, without = analyse_session(session), analyse_session(others)
         solution, other = solve(session), solve(others)
         judged = None
         if point.error_deg is not None and point.ideal_deg is not None:

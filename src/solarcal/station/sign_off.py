@@ -5,12 +5,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from solarcal.model.analysis import Analysis
 from solarcal.model.forecast import Forecast, forecast
-from solarcal.model.judgement import Judgement
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.session.reader import Session
 from solarcal.session.records import CheckRecord, UploadRecord
-from solarcal.station.state import SessionView, view_session
+from solarcal.session.view import SessionView
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,15 +43,8 @@ class SignOff:
         return self.uploads[-1] if self.uploads else None
 
 
-def sign_off(sessions: Sequence[Session], tolerance_deg: float) -> SignOff:
-    """Judge the check points of these sessions of one unit."""
-    return sign_off_views(
-        [view_session(session.header, session.records) for session in sessions], tolerance_deg
-    )
-
-
-def sign_off_views(views: Sequence[SessionView], tolerance_deg: float) -> SignOff:
-    """The same for sessions as they stand, one of them perhaps still running."""
+def sign_off(views: Sequence[SessionView], tolerance_deg: float) -> SignOff:
+    """Judge the check points of sessions of one unit, one of them perhaps still running."""
     # Within a file its order counts; between files only the laptop's time is left.
     views = sorted((v for v in views if v.uploads or v.checks), key=_newest_utc)
     uploads = tuple(upload for view in views for upload in view.uploads)
@@ -100,7 +92,7 @@ def _conclusion(
     return True, f"{those}: all within the tolerance, the worst {worst:.3f} deg"
 
 
-def forecast_with(judgement: Judgement, coefficients: Coefficients, offsets: Offsets) -> Forecast:
+def forecast_with(judgement: Analysis, coefficients: Coefficients, offsets: Offsets) -> Forecast:
     """The year with these P and O in force: reading = ideal + E(P) + O, so O adds to P2 and P4."""
     held = Coefficients(
         coefficients.P1,

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 
+from solarcal.model.analysis import Analysis
 from solarcal.model.fit import FEWEST_POINTS, Solution
-from solarcal.model.judgement import Judgement
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients
-from solarcal.station.judging import judge_session
+from solarcal.station.analysing import analyse_session
 from solarcal.station.state import SessionView
 from solarcal.station.uploading import UploadOffer, offer_upload
 
@@ -41,7 +41,7 @@ class UploadProposal:
         return self.offer.judgement.solution
 
     @property
-    def judgement(self) -> Judgement:
+    def judgement(self) -> Analysis:
         return self.offer.judgement
 
     @property
@@ -61,7 +61,7 @@ def propose_upload(
     """The upload this session's points ask for; ``None`` while there are too few."""
     if len(session.accepted) < FEWEST_POINTS:
         return None
-    judgement = judge_session(session, method)
+    judgement = analyse_session(session, method)
     if judgement is None:
         return None
     offer = offer_upload(judgement, session.header.unit)

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from solarcal.clock import Clock, SystemClock
 from solarcal.errors import InputFileError, LinkError, ProcedureRefused
+from solarcal.model.analysis import Analysis
 from solarcal.model.forecast import Forecast, forecast
-from solarcal.model.judgement import Judgement
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.journal import Journal
 from solarcal.session.points import SITE_TOLERANCE_DEG
@@ -26,14 +26,14 @@ class UploadOffer:
     ``against`` are the reasons that forbid it unless they are overruled.
     """
 
-    judgement: Judgement
+    judgement: Analysis
     fitted: Coefficients
     rounded: Coefficients
     kept: Forecast
     against: tuple[str, ...]
 
 
-def offer_upload(judgement: Judgement, unit: UnitRecord) -> UploadOffer:
+def offer_upload(judgement: Analysis, unit: UnitRecord) -> UploadOffer:
     """The offer for the unit a session tells of."""
     fitted = judgement.solution.coefficients()
     rounded = fitted.rounded(unit.tilt_decimals, unit.scale_decimals)

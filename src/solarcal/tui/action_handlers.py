@@ -12,7 +12,7 @@ from solarcal.errors import ProcedureRefused
 from solarcal.tui.base import Workstation
 
 if TYPE_CHECKING:
-    from solarcal.model.judgement import Judgement
+    from solarcal.model.analysis import Analysis
     from solarcal.station.procedure import Station
     from solarcal.unit.tracker import Emulation
 
@@ -122,7 +122,7 @@ def skip(app: Workstation) -> None:
     app.station_worker().submit("skip", lambda station: _skip(station, judgement))
 
 
-def _skip(station: "Station", judgement: "Judgement | None") -> float:
+def _skip(station: "Station", judgement: "Analysis | None") -> float:
     from solarcal.station import guards
     from solarcal.station.next_step import next_step
 

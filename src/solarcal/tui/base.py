@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from textual.notifications import SeverityLevel
 
     from solarcal.config import Choice, Settings
-    from solarcal.model.judgement import Judgement
+    from solarcal.model.analysis import Analysis
     from solarcal.profiles import Profile
     from solarcal.station.plan_wishes import PlanWishes
     from solarcal.station.state import StationState
@@ -54,7 +54,7 @@ class Workstation(Protocol):
     @property
     def state(self) -> "StationState": ...
     @property
-    def judgement(self) -> "Judgement | None": ...
+    def judgement(self) -> "Analysis | None": ...
     @property
     def session_name(self) -> str: ...
     @property

@@ -87,19 +87,19 @@ def fit_message(
     A session that can be fitted but not judged keeps its fit; ``reason`` says what was the matter.
     """
     from solarcal.station.fitting import solve
-    from solarcal.station.plan_wishes import NO_WISHES, judge_as_wished
+    from solarcal.station.plan_wishes import NO_WISHES, analyse_as_wished
 
     try:
-        solution = solve(session)
-    except SolarcalError as error:
-        return FitReady(generation, session, None, reason=str(error))
-    if solution is None:
-        return FitReady(generation, session, None)
-    try:
-        judgement = judge_as_wished(session, solution, wishes or NO_WISHES, at_utc_s)
+        analysis = analyse_as_wished(session, wishes or NO_WISHES, at_utc_s)
     except (SolarcalError, ValueError, ArithmeticError) as error:
         # Arithmetic on strange points may fail in its own words; the thread must live on.
+        try:
+            solution = solve(session)
+        except SolarcalError as refused:
+            return FitReady(generation, session, None, reason=str(refused))
         return FitReady(generation, session, solution, reason=f"no forecast: {error}")
-    if judgement.plan is not None:
-        judgement = replace(judgement, plan=judgement.plan.compared_with(before))
-    return FitReady(generation, session, solution, judgement)
+    if analysis is None:
+        return FitReady(generation, session, None)
+    if analysis.plan is not None:
+        analysis = replace(analysis, plan=analysis.plan.compared_with(before))
+    return FitReady(generation, session, analysis.solution, analysis)

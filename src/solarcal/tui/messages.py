@@ -7,8 +7,8 @@ from textual.message import Message
 from solarcal.errors import SolarcalError
 
 if TYPE_CHECKING:
+    from solarcal.model.analysis import Analysis
     from solarcal.model.fit import Solution
-    from solarcal.model.judgement import Judgement
     from solarcal.station.state import SessionView, StationState
     from solarcal.tui.opening import OpenLine
     from solarcal.tui.start.menu_entries import MenuEntries
@@ -36,7 +36,7 @@ class FitReady(Message):
         generation: int,
         session: "SessionView",
         solution: "Solution | None",
-        judgement: "Judgement | None" = None,
+        judgement: "Analysis | None" = None,
         reason: str = "",
     ) -> None:
         super().__init__()

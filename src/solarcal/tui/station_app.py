@@ -20,7 +20,7 @@ from solarcal.tui.messages import (
 )
 
 if TYPE_CHECKING:
-    from solarcal.model.judgement import Judgement
+    from solarcal.model.analysis import Analysis
     from solarcal.station.plan_wishes import PlanWishes
     from solarcal.station.procedure import Station
     from solarcal.station.state import SessionView, StationState
@@ -132,7 +132,7 @@ class StationApp(App[int]):
         """The session goes into another file now."""
 
     @property
-    def judgement(self) -> "Judgement | None":
+    def judgement(self) -> "Analysis | None":
         """Of the points as they are now; ``None`` while newer ones are being fitted."""
         session = self.state.session
         if self.fit is None or session is None or self.fit.session.points != session.points:

@@ -78,16 +78,7 @@ def undo_losses(
 def _shifted(points: PointSet, loss: Loss, after: Sequence[int]) -> PointSet:
     errors = [points.err1_deg.copy(), points.err2_deg.copy()]
     errors[loss.axis - 1][list(after)] -= loss.reading_deg
-    return PointSet(
-        geometry=points.geometry,
-        ax1_deg=points.ax1_deg,
-        ax2_deg=points.ax2_deg,
-        err1_deg=errors[0],
-        err2_deg=errors[1],
-        sigma_deg=points.sigma_deg,
-        labels=points.labels,
-        utc_s=points.utc_s,
-    )
+    return points.replace(err1_deg=errors[0], err2_deg=errors[1])
 
 
 def _squares(points: PointSet, context: SkyContext, values: FloatArray) -> float:

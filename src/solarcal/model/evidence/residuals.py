@@ -6,12 +6,13 @@ these tests. What the points cannot decide is said to be so, never found and nev
 
 from collections.abc import Callable, Sequence
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.model.degeneracy import clock_utc, degeneracies
 from solarcal.model.evidence.counts import Loss, undo_losses
-from solarcal.model.exact_errors import errors_and_slopes, own_sine
+from solarcal.model.exact_errors import errors_and_slopes, mechanism_of, own_sine
 from solarcal.model.extended_mechanism import (
     AIR,
     BACKLASH,
@@ -21,11 +22,19 @@ from solarcal.model.extended_mechanism import (
     ExtendedMechanism,
 )
 from solarcal.model.finding import Finding, Kind, listed
+from solarcal.model.fit import FEWEST_POINTS as LINEAR_FEWEST
+from solarcal.model.fit import fit_linear
 from solarcal.model.forecast import TOLERANCE_DEG
+from solarcal.model.known_physics import SkyContext, true_points
 from solarcal.model.mechanism_solution import MechanismSolution
-from solarcal.model.methods import fit_exact
+from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
+from solarcal.model.points import PointSet
+from solarcal.model.prior import Prior
 from solarcal.model.residual_tests import BadPoint, Cause, ResidualTests, run_residual_tests
+from solarcal.model.solution import Solution
+from solarcal.model.terms import CONTROLLER_TERMS
 from solarcal.model.year_grid import year_grid
+from solarcal.units import wrap_deg
 
 KINDS: dict[str, Kind] = {
     COLLIMATION: "collimation",
@@ -103,6 +112,45 @@ def diagnose(
         *(_bad_point(bad, solution) for bad in tests.bad),
         *_undecided(tests),
         *doubtful,
+    )
+
+
+def solution_to_test(
+    solution: Solution, context: SkyContext, prior: Prior = DEFAULT_PRIOR
+) -> MechanismSolution:
+    """The solution the residual tests look at: the fit itself where it is of a mechanism.
+
+    A ``linear`` fit is checked by the linear model: its own residuals are put on the mechanism of
+    its six numbers, so that what the formula cannot follow is no misfit of points that follow it.
+    """
+    if isinstance(solution, MechanismSolution):
+        return solution
+    points = solution.points
+    if solution.terms != CONTROLLER_TERMS or len(points) < LINEAR_FEWEST:
+        return fit_exact(points, context, prior=prior)
+    seen = true_points(points, context)
+    there = PointSet(
+        geometry=points.geometry,
+        ax1_deg=seen.ax1_deg,
+        ax2_deg=seen.ax2_deg,
+        err1_deg=seen.err1_deg,
+        err2_deg=seen.err2_deg,
+        sigma_deg=points.sigma_deg,
+        labels=points.labels,
+        utc_s=points.utc_s,
+    )
+    # With the air and the better Sun taken out, as every fit of a mechanism has them.
+    linear = fit_linear(there)
+    exact1, exact2 = mechanism_of(linear.values).errors_deg(
+        points.geometry, there.ax1_deg, there.ax2_deg
+    )
+    return fit_exact(
+        there.replace(
+            err1_deg=np.clip(wrap_deg(exact1 + linear.residual1_deg), -180.0, 180.0),
+            err2_deg=np.clip(exact2 + linear.residual2_deg, -180.0, 180.0),
+        ),
+        msgspec.structs.replace(context, ideal="apparent"),
+        prior=prior,
     )
 
 

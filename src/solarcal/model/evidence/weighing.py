@@ -5,6 +5,7 @@ from collections.abc import Set as AbstractSet
 from typing import NamedTuple
 
 from solarcal.model.evidence.clocks import SECONDS_PER_SUN_DEG
+from solarcal.model.evidence.times import UNIT_CLOCK
 from solarcal.model.finding import Finding
 
 
@@ -48,6 +49,13 @@ def weigh(evidence: Iterable[Finding], used: AbstractSet[int], tolerance_deg: fl
         match finding.kind:
             case "frozen":
                 wrong.append(finding.sentence)
+            case "time_stamps" | "site" | "geometry" | "ideal_kind":
+                # Struck out already, they speak of nothing that is fitted.
+                if not used.isdisjoint(finding.labels):
+                    # The laptop's time is the truth of a fit; the unit's must follow before it
+                    # points by the coefficients.
+                    own = finding.kind == "time_stamps" and finding.subject == UNIT_CLOCK
+                    (waiting if own else wrong).append(finding.sentence)
             case "unit_sun" if number > tolerance_deg:
                 wrong.append(finding.sentence)
             case "laptop_clock" if number > tolerance_deg * SECONDS_PER_SUN_DEG:

@@ -27,6 +27,7 @@ class UnitFillIn(TypedDict, total=False):
     longitude_deg: float | None
     elevation_m: float | None
     unit: str | None
+    ideal: str | None
 
 
 class FillIn(UnitFillIn, total=False):

@@ -52,6 +52,7 @@ def read_head(
     longitude_deg: float | None,
     elevation_m: float | None,
     unit: str | None,
+    ideal: str | None = None,
 ) -> Head:
     """The ``# key=value`` lines before the header line, completed by the options.
 
@@ -77,6 +78,7 @@ def read_head(
             "lon_deg": longitude_deg,
             "elevation_m": elevation_m,
             "unit": unit,
+            "ideal": ideal,
         },
     )
 
@@ -150,7 +152,7 @@ def complete_head(
         ax1_centre_deg=default_ax1_centre(str(geometry), latitude or 0.0)
         if centre is None
         else centre,
-        ideal=str(written.get("ideal", "apparent")),
+        ideal=str(known.get("ideal") or "apparent"),
         warnings=tuple(warnings),
         heliostat=heliostat,
     )

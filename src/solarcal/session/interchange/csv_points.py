@@ -47,6 +47,7 @@ def read_points_csv(
     longitude_deg: float | None = None,
     elevation_m: float | None = None,
     unit: str | None = None,
+    ideal: str | None = None,
 ) -> PointTable:
     """Read a points CSV; the arguments fill what its ``# key=value`` lines leave out.
 
@@ -68,6 +69,7 @@ def read_points_csv(
         longitude_deg=longitude_deg,
         elevation_m=elevation_m,
         unit=unit,
+        ideal=ideal,
     )
     sheet = read_sheet(text, path, REQUIRED_COLUMNS, OPTIONAL_COLUMNS, separator)
     status = sheet.convert("status", _status_of)

@@ -52,6 +52,7 @@ def read_tpoint(
     longitude_deg: float | None = None,
     elevation_m: float | None = None,
     unit: str | None = None,
+    ideal: str | None = None,
 ) -> PointTable:
     """Read an ALTAZ pointing file. Masked observations have the status ``rejected``.
 

@@ -10,7 +10,7 @@ from textual.widgets import Static
 
 from solarcal.config import sessions_dir
 from solarcal.errors import ProcedureRefused, SolarcalError
-from solarcal.station.sign_off import sign_off_views
+from solarcal.station.sign_off import sign_off
 from solarcal.station.state import StationState
 from solarcal.tui.base import Workstation
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
@@ -57,7 +57,7 @@ class ReportDialog(Dialog):
         session = state.session
         if self._told or session is None:
             return
-        proof = sign_off_views([session], session.header.tolerance_deg)
+        proof = sign_off([session], session.header.tolerance_deg)
         n = len(session.accepted)
         self.query_one("#told", Static).update(
             f"Session  {self._path.name}, {n} point{'' if n == 1 else 's'}\n"

@@ -13,7 +13,7 @@ from solarcal.report.judgement_text import STATE_WORDS
 from solarcal.report.tables import checks_table
 from solarcal.session.records import UploadRecord
 from solarcal.station.procedure import Station
-from solarcal.station.sign_off import sign_off_views
+from solarcal.station.sign_off import sign_off
 from solarcal.station.state import StationState
 from solarcal.station.upload_proposal import UploadProposal, propose_upload, too_few_points
 from solarcal.station.uploading import refuse_doubtful
@@ -172,7 +172,7 @@ class UploadDialog(Dialog):
         if session.checks:
             parts.append(checks_table(session.checks[-3:], session.header.tolerance_deg))
         if session.uploads:
-            proof = sign_off_views([session], session.header.tolerance_deg)
+            proof = sign_off([session], session.header.tolerance_deg)
             word = "SIGNED OFF" if proof.signed_off else "Not signed off"
             parts.append(f"{word}: {proof.reason}.")
         self.query_one("#table", Static).update("\n\n".join(parts))

@@ -7,7 +7,7 @@ from textual.binding import Binding, BindingType
 from textual.content import Content
 from textual.widgets import Static
 
-from solarcal.model.judgement import Judgement
+from solarcal.model.analysis import Analysis
 from solarcal.report.columns import wrapped
 from solarcal.report.judgement_text import STATE_WORDS
 from solarcal.station.guards import MIN_ELEVATION_DEG
@@ -164,7 +164,7 @@ class PlanScreen(StationScreen):
         )
 
 
-def advice(judgement: Judgement, wishes: PlanWishes) -> Content:
+def advice(judgement: Analysis, wishes: PlanWishes) -> Content:
     """The plan's sentence, its schedule, and what was wished for."""
     plan = judgement.plan
     assert plan is not None  # asked for with a plan only

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 from textual.content import Content
 
+from solarcal.model.analysis import Analysis
 from solarcal.model.fit import Solution
-from solarcal.model.judgement import Judgement
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.report.judgement_text import STATE_WORDS
 from solarcal.session.records import FitRecord
@@ -46,7 +46,7 @@ class CoefficientsPane(TextLines):
         self,
         session: SessionView,
         solution: Solution | None,
-        judgement: Judgement | None = None,
+        judgement: Analysis | None = None,
     ) -> None:
         lines = coefficient_lines(session, solution) + reason_lines(judgement)
         self.show([Content.assemble(*line) for line in lines])
@@ -103,7 +103,7 @@ def coefficient_lines(session: SessionView, solution: Solution | None) -> list[l
     return lines + [[sentence] for sentence in (*solution.inseparable, *solution.notes)]
 
 
-def reason_lines(judgement: Judgement | None) -> list[list[Part]]:
+def reason_lines(judgement: Analysis | None) -> list[list[Part]]:
     """The verdict with all its reasons; above the panes there is room for the first only."""
     if judgement is None:
         return []

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from textual.content import Content
 from textual.widgets import Static
 
+from solarcal.model.analysis import Analysis
 from solarcal.model.forecast import percent
-from solarcal.model.judgement import Judgement
 from solarcal.model.verdict import sure_sentence
 from solarcal.report.judgement_text import STATE_WORDS
 from solarcal.station.next_step import NextStep, countdown_text
-from solarcal.station.sign_off import sign_off_views
+from solarcal.station.sign_off import sign_off
 from solarcal.station.state import LinkState, SessionView, StationState
 from solarcal.tui.widgets.lines import HeadLine, Part
 
@@ -113,11 +113,11 @@ TONES = {
 
 
 def verdict_words(
-    session: SessionView | None, judgement: Judgement | None, reason: str = ""
+    session: SessionView | None, judgement: Analysis | None, reason: str = ""
 ) -> VerdictWords:
     """What the points come to; after an upload with check points, whether it is signed off."""
     if session is not None and session.uploads and session.checks:
-        proof = sign_off_views([session], session.header.tolerance_deg)
+        proof = sign_off([session], session.header.tolerance_deg)
         if proof.checks:
             word = "SIGNED OFF" if proof.signed_off else "NOT SIGNED OFF"
             return VerdictWords(word, proof.reason, "$success" if proof.signed_off else "$error")

@@ -15,9 +15,9 @@ from textual.message import Message
 from textual.reactive import reactive
 from textual.widgets import Static
 
-from solarcal.model.evidence.direct import evidence
+from solarcal.model.analysis import Analysis
+from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.model.fit import Solution
-from solarcal.model.judgement import Judgement
 from solarcal.report.columns import wrapped
 from solarcal.report.forecast_map import forecast_map
 from solarcal.report.plots import convergence_plot, error_plot, residual_plot, sky_map
@@ -129,7 +129,7 @@ class WorkstationView(Vertical):
         self._beside_tabs = tuple(beside_tabs)
         self._session: SessionView | None = None
         self._solution: Solution | None = None
-        self._judgement: Judgement | None = None
+        self._judgement: Analysis | None = None
         self._shown: object = None
         self._version = 0
         self._second = 1
@@ -177,7 +177,7 @@ class WorkstationView(Vertical):
         """The fit that is shown."""
         return self._solution
 
-    def show_fit(self, solution: Solution | None, judgement: Judgement | None = None) -> None:
+    def show_fit(self, solution: Solution | None, judgement: Analysis | None = None) -> None:
         self._solution, self._judgement = solution, judgement
         self._show_session()
 
@@ -321,7 +321,7 @@ def plotted_points(session: SessionView) -> tuple[PointRecord, ...]:
 
 
 def drawing(
-    kind: str, session: SessionView, solution: Solution | None, judgement: Judgement | None = None
+    kind: str, session: SessionView, solution: Solution | None, judgement: Analysis | None = None
 ) -> DrawView:
     """How to draw one of ``PLOTS`` for a session as it stands."""
     if kind == "forecast":
@@ -363,7 +363,7 @@ def check_lines(session: SessionView) -> list[str]:
     if session.checks:
         lines += ["", "Check points"]
         lines += checks_table(session.checks, session.header.tolerance_deg).split("\n")
-    if said := evidence(session):
+    if said := evidence_sentences(session):
         lines += ["", "Evidence"]
         for sentence in said:
             lines += wrapped(f"* {sentence}", hang=2)

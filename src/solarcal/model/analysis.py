@@ -1,0 +1,153 @@
+"""From points to the verdict: fit, findings, forecast, plan and verdict in one call.
+
+Live sessions, replays, files, certificates and screens all come through ``analyse``.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from solarcal.model.evidence.direct import NO_EVIDENCE, Evidence
+from solarcal.model.evidence.residuals import diagnose, solution_to_test
+from solarcal.model.finding import Finding
+from solarcal.model.forecast import (
+    DEFAULT_RULE,
+    TOLERANCE_DEG,
+    Forecast,
+    StoppingRule,
+    forecast,
+)
+from solarcal.model.known_physics import SkyContext
+from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.methods import DEFAULT_METHOD, DEFAULT_PRIOR, fit, posterior_without_prior
+from solarcal.model.plan import Plan, Standing, plan, times_of
+from solarcal.model.points import PointSet
+from solarcal.model.prior import Prior
+from solarcal.model.solution import Solution
+from solarcal.model.terms import CONTROLLER_TERMS
+from solarcal.model.verdict import BoltCircle, Verdict, assess, conclude
+
+
+@dataclass(frozen=True, slots=True)
+class Analysis:
+    """What a set of points comes to.
+
+    Attributes
+    ----------
+    solution, forecast
+        The fit, and the year with what it would upload.
+    plan
+        None where no time was given to plan from.
+    findings
+        Everything found, excluded or not determinable, direct evidence first.
+    verdict
+        What all of that together says.
+    """
+
+    solution: Solution
+    forecast: Forecast
+    plan: Plan | None
+    findings: tuple[Finding, ...]
+    verdict: Verdict
+
+    def as_json(self) -> dict[str, Any]:
+        """The fit's document with forecast, findings and verdict, and the plan if there is one."""
+        return {
+            **self.solution.as_json(),
+            "forecast": self.forecast.as_json(),
+            "findings": [finding.as_json() for finding in self.findings],
+            "verdict": self.verdict.as_json(),
+            **({} if self.plan is None else {"plan": self.plan.as_json()}),
+        }
+
+
+def analyse(
+    points: PointSet,
+    context: SkyContext,
+    evidence: Evidence = NO_EVIDENCE,
+    at_utc_s: float | None = None,
+    *,
+    method: str = DEFAULT_METHOD,
+    prior: Prior = DEFAULT_PRIOR,
+    terms: Iterable[str] = CONTROLLER_TERMS,
+    solution: Solution | None = None,
+    rule: StoppingRule = DEFAULT_RULE,
+    until_utc_s: float | None = None,
+    points_left: int | None = None,
+    struck: Sequence[tuple[float, float]] = (),
+    bolt_circle: BoltCircle | None = None,
+) -> Analysis:
+    """Fit, weigh the evidence, forecast, plan the rest of the day, and judge.
+
+    Parameters
+    ----------
+    points, context
+        What was measured, and under which sky.
+    evidence
+        What the records say beside the points.
+    at_utc_s
+        The moment to plan from; None: nothing is planned.
+    method, prior, terms
+        As in ``fit``.
+    solution
+        The fit, where it is made already (merged sessions).
+    rule
+        When a calibration is done.
+    until_utc_s, points_left, struck
+        As in ``plan``.
+    bolt_circle
+        For shim heights where the tower leans too much.
+
+    Raises
+    ------
+    FitError
+        Points that allow no fit.
+    """
+    if solution is None:
+        solution = fit(points, context, method=method, prior=prior, terms=terms)
+    expected = forecast(solution, context, rule=rule)
+    findings = findings_of(
+        solution, context, evidence, prior=prior, tolerance_deg=rule.tolerance_deg
+    )
+    assessment = assess(solution, expected, bolt_circle=bolt_circle, evidence=findings)
+    planned = None
+    if at_utc_s is not None:
+        posterior = (
+            solution.posterior
+            if isinstance(solution, MechanismSolution)
+            else posterior_without_prior(solution.points, context)
+        )
+        planned = plan(
+            posterior,
+            context,
+            at_utc_s,
+            rule=rule,
+            standing=Standing.of(expected, clear=assessment.clear),
+            taken_utc_s=times_of(solution.points),
+            until_utc_s=until_utc_s,
+            points=points_left,
+            struck=struck,
+        )
+    verdict = conclude(assessment, expected, planned)
+    return Analysis(solution, expected, planned, findings, verdict)
+
+
+def findings_of(
+    solution: Solution,
+    context: SkyContext,
+    evidence: Evidence = NO_EVIDENCE,
+    *,
+    prior: Prior = DEFAULT_PRIOR,
+    tolerance_deg: float = TOLERANCE_DEG,
+) -> tuple[Finding, ...]:
+    """Direct evidence first, then what the residuals ask for once missed counts are undone."""
+    tested = solution_to_test(solution, context, prior)
+    return (
+        *evidence.findings(context, tested, tolerance_deg),
+        *diagnose(
+            tested,
+            evidence.approach(tested.points.labels),
+            losses=evidence.losses,
+            tolerance_deg=tolerance_deg,
+        ),
+    )

@@ -1,0 +1,266 @@
+"""Sessions and files brought to ``analyse``: the one way of live, replay, files and certificates.
+
+Records are folded once into a ``SessionView``, its table is made once, and the point set once.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from solarcal.errors import ConfigurationError
+from solarcal.model.analysis import Analysis, analyse, findings_of
+from solarcal.model.evidence.direct import Evidence
+from solarcal.model.evidence.times import stamp_evidence
+from solarcal.model.finding import Finding
+from solarcal.model.forecast import TOLERANCE_DEG, StoppingRule
+from solarcal.model.merging import Merged, merge_sessions
+from solarcal.model.methods import DEFAULT_METHOD, fit
+from solarcal.model.prior import Prior
+from solarcal.model.solution import Solution
+from solarcal.mount.formula import COEFFICIENT_NAMES
+from solarcal.session.interchange import FillIn, read_table
+from solarcal.session.points import PointTable, merge_tables
+from solarcal.session.records import Header
+from solarcal.session.view import SessionView, read_view
+from solarcal.station.fitting import fewest_points, newest_point_utc_s, point_set, sky_context
+from solarcal.station.known_lean import prior_of
+
+
+def analyse_session(
+    session: SessionView,
+    method: str = DEFAULT_METHOD,
+    *,
+    at_utc_s: float | None = None,
+    until_utc_s: float | None = None,
+    points_left: int | None = None,
+    struck: Sequence[tuple[float, float]] = (),
+) -> Analysis | None:
+    """What a session's points come to; ``None`` while there are too few for ``method``.
+
+    ``at_utc_s`` is the moment to plan from; the newest point's when ``None``.
+    """
+    if len(session.accepted) < fewest_points(method):
+        return None
+    table, header = session.table, session.header
+    points = point_set(table)
+    return analyse(
+        points,
+        sky_context(table, header, points),
+        Evidence(table, (session,)),
+        newest_point_utc_s(table) if at_utc_s is None else at_utc_s,
+        method=method,
+        prior=prior_of(header),
+        rule=stopping_rule(header),
+        until_utc_s=until_utc_s,
+        points_left=points_left,
+        struck=struck,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class UnitFiles:
+    """Files of one unit as they were read: each one's table, all of them, and the sessions."""
+
+    paths: tuple[Path, ...]
+    tables: tuple[PointTable, ...]
+    table: PointTable
+    sessions: tuple[SessionView, ...]
+
+    @property
+    def header(self) -> Header | None:
+        """Of the first session; None where there are only points files."""
+        return self.sessions[0].header if self.sessions else None
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the readers found to report."""
+        return self.table.warnings
+
+
+@dataclass(frozen=True, slots=True)
+class FileAnalysis:
+    """A fit of files and its analysis.
+
+    ``analysis`` is None where other terms than P1..P6 were fitted: what a controller cannot be
+    given has no forecast.
+    """
+
+    files: UnitFiles
+    solution: Solution
+    findings: tuple[Finding, ...]
+    analysis: Analysis | None
+    rule: StoppingRule
+
+    @property
+    def tolerance_deg(self) -> float:
+        return self.rule.tolerance_deg
+
+    @property
+    def table(self) -> PointTable:
+        return self.files.table
+
+    @property
+    def sessions(self) -> tuple[SessionView, ...]:
+        return self.files.sessions
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        return self.files.warnings
+
+    @property
+    def header(self) -> Header | None:
+        return self.files.header
+
+    def of_the_controller(self) -> Analysis:
+        """The analysis.
+
+        Raises
+        ------
+        ConfigurationError
+            There is none.
+        """
+        if self.analysis is None:
+            raise ConfigurationError(
+                "a forecast needs the controller's six terms; leave --terms out"
+            )
+        return self.analysis
+
+
+def load_points(path: Path, fill_in: FillIn) -> tuple[PointTable, SessionView | None]:
+    """Read a session, points CSV or TPOINT file, and the session itself where it is one."""
+    if path.suffix.lower() == ".jsonl":
+        session = read_view(path)
+        return session.table, session
+    return read_table(path, **fill_in), None
+
+
+def read_files(paths: Sequence[str | Path], fill_in: FillIn) -> UnitFiles:
+    """Read files of one unit.
+
+    Raises
+    ------
+    InputFileError, ConfigurationError
+        A file that cannot be read, or files of different units.
+    """
+    files = tuple(Path(path) for path in paths)
+    loaded = [load_points(path, fill_in) for path in files]
+    tables = tuple(table for table, _ in loaded)
+    return UnitFiles(
+        files,
+        tables,
+        tables[0] if len(tables) == 1 else merge_tables(tables),
+        tuple(session for _, session in loaded if session is not None),
+    )
+
+
+def analyse_files(
+    files: UnitFiles,
+    *,
+    method: str | None = None,
+    terms: Sequence[str] | None = None,
+    tolerance_deg: float | None = None,
+    done_probability: float | None = None,
+    at_utc_s: float | None = None,
+    until_utc_s: float | None = None,
+    points_left: int | None = None,
+    struck: Sequence[tuple[float, float]] = (),
+) -> FileAnalysis:
+    """Fit and analyse files; the plan begins at the newest point unless ``at_utc_s`` is given.
+
+    Terms of one's own choice mean the ``linear`` method. Several files fitted by ``robust`` may
+    each have zeros and a lean of their own where their points say that something moved between
+    them; the solution is then of the last one.
+
+    Raises
+    ------
+    ConfigurationError, FitError
+        Points that allow no fit.
+    """
+    table, header = files.table, files.header
+    chosen = method or (DEFAULT_METHOD if terms is None else "linear")
+    rule = stopping_rule(header, tolerance_deg, done_probability)
+    prior = prior_of(header)
+    # A session broken off before its first point has nothing to compare; its records still count.
+    with_points = [one for one in files.tables if one.count("accepted")]
+    solution: Solution | None = None
+    moved: tuple[Finding, ...] = ()
+    if len(with_points) > 1 and chosen == "robust":
+        merged = solve_merged(with_points, header)
+        solution, moved = merged.solution, merged.findings
+        context = sky_context(table, header)
+    else:
+        points = point_set(table)
+        context = sky_context(table, header, points)
+        if terms is not None and tuple(terms) != COEFFICIENT_NAMES:
+            solution = fit(points, context, method=chosen, prior=prior, terms=terms)
+    evidence = Evidence(table, files.sessions, moved)
+    if solution is not None and solution.terms != COEFFICIENT_NAMES:
+        findings = findings_of(
+            solution, context, evidence, prior=prior, tolerance_deg=rule.tolerance_deg
+        )
+        return FileAnalysis(files, solution, findings, None, rule)
+    analysis = analyse(
+        points if solution is None else solution.points,
+        context,
+        evidence,
+        newest_point_utc_s(table) if at_utc_s is None else at_utc_s,
+        method=chosen,
+        prior=prior,
+        solution=solution,
+        rule=rule,
+        until_utc_s=until_utc_s,
+        points_left=points_left,
+        struck=struck,
+    )
+    return FileAnalysis(files, analysis.solution, analysis.findings, analysis, rule)
+
+
+def stopping_rule(
+    header: Header | None,
+    tolerance_deg: float | None = None,
+    done_probability: float | None = None,
+) -> StoppingRule:
+    """The session's, with what is given instead."""
+    rule = StoppingRule()
+    if header is not None:
+        rule = StoppingRule(header.tolerance_deg, header.done_probability)
+    return StoppingRule(
+        rule.tolerance_deg if tolerance_deg is None else tolerance_deg,
+        rule.probability if done_probability is None else done_probability,
+    )
+
+
+def stamp_findings(table: PointTable, tolerance_deg: float = TOLERANCE_DEG) -> tuple[Finding, ...]:
+    """Whether stamps and ideal angles of a table agree, before anything is fitted."""
+    if table.site is None or not table.count("accepted"):
+        return ()
+    return stamp_evidence(table, sky_context(table), tolerance_deg)
+
+
+def solve_merged(
+    tables: Sequence[PointTable], header: Header | None = None, prior: Prior | None = None
+) -> Merged:
+    """Several sessions of one unit in order of time, with the test whether the tower moved.
+
+    ``tables`` must be of one unit (``session.points.merge_tables`` refuses others); the context is
+    the first one's, and the prior is where none is given.
+    """
+    ordered = sorted(tables, key=_first_instant)
+    context = sky_context(ordered[0], header)
+    parts = [point_set(_without_sigma(t, ordered)) for t in ordered]
+    names = [t.sources[0] if t.sources else f"session {k + 1}" for k, t in enumerate(ordered)]
+    return merge_sessions(parts, context, prior=prior or prior_of(header), names=names)
+
+
+def _first_instant(table: PointTable) -> float:
+    known = table.utc_s[np.isfinite(table.utc_s)]
+    return float(known.min()) if len(known) else 0.0
+
+
+def _without_sigma(table: PointTable, all_tables: Sequence[PointTable]) -> PointTable:
+    """Sigmas count only where every table gives them."""
+    if all(other.sigma_deg is not None for other in all_tables):
+        return table
+    return replace(table, sigma_deg=None)

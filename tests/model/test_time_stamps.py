@@ -1,0 +1,193 @@
+"""Stamps and ideal angles say the same thing twice: the simplest wrong one is named with its size.
+
+From every door: a points file, its import, a merged pair, a report, a replay.
+"""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from solarcal.cli import run_command
+from solarcal.model.evidence.times import stamp_evidence
+from solarcal.mount.geometry import MountGeometry
+from solarcal.mount.mechanism import Mechanism
+from solarcal.session.interchange import write_table
+from solarcal.session.interchange.sessions import session_from_table
+from solarcal.session.points import PointTable
+from solarcal.site import Site, Weather, standard_pressure_hpa
+from solarcal.station.analysing import stamp_findings
+from solarcal.station.fitting import sky_context
+from solarcal.sun import sun_position
+from solarcal.timescale import parse_utc
+
+SITE = Site(35.05, -106.48, 1830.0)
+TRACKER = Mechanism(P1=0.3, P2=-0.36, P3=0.1, P4=0.25, P5=0.0, P6=0.0)
+
+
+def day(ideal: str = "apparent", geometry: str = "azel", n: int = 10) -> PointTable:
+    """Honest points of a June day: angles of the Sun at their stamps, errors of a mechanism."""
+    utc_s = parse_utc("2026-06-21T16:20:55Z") + 2700.0 * np.arange(n)
+    if ideal == "solartrak":
+        sun = sun_position("solartrak", utc_s, SITE)
+    elif ideal == "airless":
+        sun = sun_position("precise", utc_s, SITE)
+    else:
+        air = Weather(pressure_hpa=standard_pressure_hpa(SITE.elevation_m))
+        sun = sun_position("precise", utc_s, SITE, refraction="hughes", weather=air)
+    mount = MountGeometry(geometry, SITE.latitude_deg)
+    ax1, ax2 = mount.axes_from_horizontal(sun.azimuth_deg, sun.zenith_deg)
+    err1, err2 = TRACKER.errors_deg(mount, ax1, ax2)
+    noise = np.random.default_rng(5).normal(0.0, 0.01, (2, n))
+    return PointTable(
+        geometry=geometry, latitude_deg=SITE.latitude_deg, longitude_deg=SITE.longitude_deg,
+        elevation_m=SITE.elevation_m, unit="T", ax1_centre_deg=0.0, ideal=ideal, utc_s=utc_s,
+        ax1_deg=ax1, ax2_deg=ax2, err1_deg=err1 + noise[0], err2_deg=err2 + noise[1],
+        sigma_deg=None, status=("accepted",) * n, approach=((0, 0),) * n, note=("",) * n,
+        labels=tuple(range(1, n + 1)), sources=("day.csv",) * n,
+    )  # fmt: skip
+
+
+def late(seconds: float) -> PointTable:
+    return replace(day(), utc_s=day().utc_s + seconds)
+
+
+@pytest.mark.parametrize("ideal", ["apparent", "airless", "solartrak"])
+@pytest.mark.parametrize("geometry", ["azel", "tiltroll-ew", "tiltroll-ns", "polar"])
+def test_honest_points_have_no_finding(ideal: str, geometry: str) -> None:
+    assert stamp_findings(day(ideal, geometry)) == ()
+
+
+@pytest.mark.parametrize(
+    ("points", "kind", "number", "words"),
+    [
+        (late(3600.0), "time_stamps", 3600.0, "3600 s late (1 h: daylight-saving time"),
+        (late(-7200.0), "time_stamps", -7200.0, "7200 s early (2 h"),
+        (late(19800.0), "time_stamps", 19800.0, "19800 s late (5.5 h"),
+        (late(40.0), "time_stamps", 40.0, "40 s late"),
+        (late(86400.0 * 1.0), "time_stamps", 86400.0, "(a day: the date)"),
+        (replace(day(), longitude_deg=106.48), "site", 212.96, "longitude has the wrong sign"),
+        (replace(day(), latitude_deg=-35.05), "site", -70.1, "latitude has the wrong sign"),
+        (replace(day(), latitude_deg=45.05), "site", 10.0, "latitude is +10.000 deg off"),
+        (replace(day(), latitude_deg=42.0, longitude_deg=-80.0), "site", 27.38, "another site"),
+        (replace(day(), latitude_deg=-106.48 + 30, longitude_deg=35.05), "site", None, "site"),
+        (replace(day(), geometry="tiltroll-ew"), "geometry", None, "those of a azel mount"),
+        (replace(day("airless"), ideal="apparent"), "ideal_kind", None, "--ideal airless"),
+        (replace(day("solartrak"), ideal="apparent"), "ideal_kind", None, "--ideal solartrak"),
+        (replace(day("apparent"), ideal="airless"), "ideal_kind", None, "--ideal apparent"),
+    ],
+)
+def test_the_simplest_explanation_is_named_with_its_size(
+    points: PointTable, kind: str, number: float | None, words: str
+) -> None:
+    (found,) = stamp_findings(points)
+    assert found.kind == kind
+    assert found.direct
+    assert words in found.sentence
+    if number is not None:
+        assert found.number == pytest.approx(number, abs=0.01 * abs(number))
+    assert found.labels == points.labels
+
+
+def test_a_shift_that_a_longitude_would_explain_as_well_names_both() -> None:
+    (found,) = stamp_findings(late(40.0))
+    assert "or the longitude is" in found.sentence
+
+
+def test_one_row_among_many_is_named_alone() -> None:
+    times = day().utc_s.copy()
+    times[3] += 3600.0
+    (found,) = stamp_findings(replace(day(), utc_s=times))
+    assert found.labels == (4,)
+    assert "3600 s late" in found.sentence
+
+
+def test_stamps_that_nothing_single_explains_are_still_a_finding() -> None:
+    scrambled = np.random.default_rng(3).permutation(day().utc_s)
+    (found,) = stamp_findings(replace(day(), utc_s=scrambled))
+    assert found.kind == "time_stamps"
+    assert "no single time shift" in found.sentence
+
+
+def test_without_stamps_or_a_site_nothing_is_compared() -> None:
+    assert stamp_findings(replace(day(), utc_s=np.full(10, np.nan))) == ()
+    assert stamp_findings(replace(day(), longitude_deg=None)) == ()
+    struck = replace(late(3600.0), status=("rejected",) * 10)
+    assert stamp_findings(struck) == ()
+
+
+def test_half_the_tolerance_is_allowed() -> None:
+    table = late(8.0)  # 0.03 deg of Sun
+    context = sky_context(table)
+    assert stamp_evidence(table, context, 0.1) == ()
+    assert stamp_evidence(table, context, 0.02)[0].kind == "time_stamps"
+
+
+# -- from every door -------------------------------------------------------------------------------
+
+
+def documents(capsys: pytest.CaptureFixture[str], *command: str) -> tuple[int, dict]:
+    code = run_command([*command, "--json"])
+    return code, json.loads(capsys.readouterr().out)
+
+
+@pytest.fixture
+def doors(tmp_path: Path) -> dict[str, list[str]]:
+    """The same points, stamps an hour late: as a CSV, imported, and as two merged halves."""
+    table = late(3600.0)
+    write_table(table, tmp_path / "late.csv")
+    session_from_table(table, tmp_path / "late.jsonl", utc_s=parse_utc("2026-07-01"))
+    write_table(table.rows(range(5)), tmp_path / "one.csv")
+    write_table(table.rows(range(5, 10)), tmp_path / "two.csv")
+    write_table(day(), tmp_path / "good.csv")
+    names = {"csv": ["late.csv"], "import": ["late.jsonl"], "merged": ["one.csv", "two.csv"]}
+    found = {door: [str(tmp_path / name) for name in files] for door, files in names.items()}
+    return {**found, "good": [str(tmp_path / "good.csv")]}
+
+
+@pytest.mark.parametrize("door", ["csv", "import", "merged"])
+def test_from_every_door_it_is_found_shown_and_not_done(doors, door, capsys) -> None:
+    code, document = documents(capsys, "fit", *doors[door], "--require", "done")
+    assert code == 1
+    assert document["coefficients"]["P2"]["value"] == pytest.approx(-0.36, abs=0.05)
+    assert document["verdict"]["state"] == "does_not_fit"
+    first = document["findings"][0]
+    assert (first["kind"], first["certainty"], first["unit"]) == ("time_stamps", "found", "s")
+    assert first["number"] == 3600.0
+    assert len(first["points"]) == 10
+    assert document["verdict"]["reasons"][0] == first["sentence"]
+
+
+def test_the_report_and_the_replay_of_an_import_say_it_too(doors, capsys, tmp_path) -> None:
+    (session,) = doors["import"]
+    _, document = documents(capsys, "replay", session)
+    assert document["findings"][0]["number"] == 3600.0
+    assert document["verdict"]["state"] == "does_not_fit"
+    run_command(["report", session, "-o", str(tmp_path / "out.txt")])
+    assert "3600 s late" in " ".join((tmp_path / "out.txt").read_text().split())
+
+
+def test_importing_says_it_at_once(doors, capsys, tmp_path) -> None:
+    _, document = documents(capsys, "import", *doors["csv"], str(tmp_path / "again.jsonl"))
+    (warning,) = document["warnings"]
+    assert "3600 s late" in warning
+
+
+def test_with_the_stamps_left_empty_the_same_points_are_a_calibration(doors, capsys) -> None:
+    _, document = documents(capsys, "fit", *doors["good"])
+    assert [f for f in document["findings"] if f["kind"] == "time_stamps"] == []
+    assert document["verdict"]["state"] != "does_not_fit"
+
+
+def test_ideal_by_option_is_the_cure_that_was_named(tmp_path, capsys) -> None:
+    table = replace(day("solartrak"), ideal="apparent")
+    path = tmp_path / "controller.csv"
+    write_table(table, path)
+    path.write_text(path.read_text().replace("# ideal=apparent\n", ""))
+    _, taken_as_apparent = documents(capsys, "fit", str(path))
+    assert taken_as_apparent["findings"][0]["kind"] == "ideal_kind"
+    assert taken_as_apparent["verdict"]["state"] == "does_not_fit"
+    _, told = documents(capsys, "fit", str(path), "--ideal", "solartrak")
+    assert [f for f in told["findings"] if f["kind"] == "ideal_kind"] == []
