@@ -255,9 +255,7 @@ class TestSteadiness:
         clouded = self.made(at, struck=((end - 3 * 3600.0, end + 1800.0),)).compared_with(before)
         assert "later than planned: the hours that can be used have changed" in clouded.sentence
         context, noisy = day_of("azel", 24, JUNE, noise_deg=0.08)
-        rough = analyse(
-            noisy.subset([0, 1, 2, 3, 4]), context, at_utc_s=float(noisy.utc_s[4])
-        ).plan
+        rough = analyse(noisy.subset([0, 1, 2, 3, 4]), context, at_utc_s=float(noisy.utc_s[4])).plan
         assert "later than planned: the last point" in rough.compared_with(before).sentence
 
     def test_no_point_closer_to_the_last_than_one_takes(self):
