@@ -40,11 +40,11 @@ def test_a_change_beyond_the_tolerance_is_a_difference_and_an_addition_is_none()
     recorded = RECORDED["azel-good-day.jsonl"]["fit robust"]
     now = copy.deepcopy(recorded)
     now["something new"] = 1.0
-    now["diagnosis"].insert(0, {"kind": "something new", "number": 3.0})
+    now["findings"].insert(0, {"kind": "something new", "number": 3.0})
     assert answers.differences(recorded, now, "fit robust") == []
     now["coefficients"]["P1"]["value"] += 2e-9
     now["verdict"]["state"] = "another"
-    now["diagnosis"].pop()
+    now["findings"].pop()
     lines = "\n".join(answers.differences(recorded, now, "fit robust"))
     assert ".coefficients.P1.value" in lines
     assert ".verdict.state" in lines
