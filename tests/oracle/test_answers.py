@@ -48,7 +48,7 @@ def test_a_change_beyond_the_tolerance_is_a_difference_and_an_addition_is_none()
     lines = "\n".join(answers.differences(recorded, now, "fit robust"))
     assert ".coefficients.P1.value" in lines
     assert ".verdict.state" in lines
-    assert ".diagnosis: degeneracy is gone" in lines
+    assert ".findings: degeneracy is gone" in lines
 
 
 def test_another_number_in_the_report_is_a_difference_and_another_wording_is_none():
