@@ -1,9 +1,17 @@
 """An emulated rotator as other people's clients meet it: rotctld's answers, and EasyComm II."""
 
+import re
+from pathlib import Path
+
 import pytest
 
+from solarcal.emulator.rotator import EmulatedRotator
 from solarcal.emulator.rotator_protocols import EasyCommProtocol, RotctldProtocol
+from solarcal.emulator.scenario import load_scenario
+from solarcal.emulator.server import serve_tcp
 from solarcal.mount.limits import AxisLimits
+
+PAGE = Path(__file__).parents[2] / "docs" / "emulator.md"
 
 
 class Turntable:
@@ -78,3 +86,31 @@ def test_easycomm_answers_questions_and_nothing_else():
     assert machine.calls == [
         (120.4, 30.1), (180.0, 40.0), (50.0, 45.5), "stop", "stop", "park",
     ]  # fmt: skip
+
+
+def test_the_pages_client_follows_the_sun_and_misses_it_by_the_towers_lean():
+    (block,) = re.findall(r"```python\n(import socket\n.*?)```", PAGE.read_text(), re.DOTALL)
+    assert len([line for line in block.splitlines() if line.strip()]) <= 20
+    page: dict = {}
+    exec(block, page)
+    site = page["Site"](35.05, -106.48, 1830.0)
+    upright = ["truth.lean_deg=0", *(f"truth.{p}=0" for p in ("P2", "P4", "P5", "P6"))]
+    missed = {}
+    for name, settings in (("leaning", ["truth.noise_deg=0"]), ("upright", upright)):
+        start = "start=2026-06-03T16:00:00Z"
+        rotator = EmulatedRotator(load_scenario("tijeras-azel", [start, *settings]))
+        with serve_tcp(rotator) as url:
+            client = page["Client"]("127.0.0.1", int(url.rpartition(":")[2]), site)
+            # The axes are on their way for a minute: the Sun of when they have arrived.
+            utc_s = rotator.world.true_utc_s(120.0)
+            assert client.follow(utc_s)
+            rotator.time.advance(120.0)
+            azimuth, elevation = client.reads()
+            assert rotator.azimuth.distance_deg(azimuth) > 0.0
+            assert elevation > 10.0
+            client.lines.close()
+        spot = rotator.spot()
+        assert spot.visible
+        missed[name] = max(abs(spot.error1_deg), abs(spot.error2_deg))
+    assert missed["leaning"] > 0.3
+    assert missed["upright"] < 0.1

@@ -50,7 +50,8 @@ def local_time_text(utc_s: float, zone_west_h: float) -> str:
     """The unit's local standard time, to the millisecond: UTC = local time + zone."""
     millis = round(utc_s * 1000.0) - round(zone_west_h * 3600e3)
     instant = _EPOCH + timedelta(milliseconds=millis)
-    return f"{instant:%Y%m%dT%H%M%S}.{instant.microsecond // 1000:03d}"
+    # %Y has no leading zeros everywhere.
+    return f"{instant.year:04d}{instant:%m%dT%H%M%S}.{instant.microsecond // 1000:03d}"
 
 
 def utc_from_local_time(text: str, zone_west_h: float, name: str = "local_time") -> float:
