@@ -102,6 +102,14 @@ def add_point_options(parser: argparse.ArgumentParser) -> None:
         help="what the ideal angles are: with refraction (default), without, or the controller's "
         "own (no refraction, its own ephemeris)",
     )
+    paint = parser.add_argument_group("what belongs to PAINT calibration records")
+    paint.add_argument(
+        "--heliostat", type=Path, metavar="FILE", help="properties; default ../Properties/*.json"
+    )
+    paint.add_argument(
+        "--tower", type=Path, metavar="FILE", help="default *tower-measurements.json further up"
+    )
+    paint.add_argument("--spot", choices=("UTIS", "HeliOS"), help="whose focal spot; default UTIS")
 
 
 def fill_in(args: argparse.Namespace) -> "FillIn":
@@ -114,11 +122,15 @@ def fill_in(args: argparse.Namespace) -> "FillIn":
         "unit": args.unit,
         "offsets": args.offsets,
         "ideal": args.ideal,
+        "heliostat": args.heliostat,
+        "tower": args.tower,
+        "spot": args.spot,
     }
 
 
 def run(args: argparse.Namespace) -> int:
     from solarcal.station.analysing import analyse_files, read_files
+    from solarcal.station.paint_beams import beam_residuals
     from solarcal.station.published_model import compared, fitted_terms, published, write_model
 
     model = None if args.compare is None else published(args.compare)
@@ -130,6 +142,7 @@ def run(args: argparse.Namespace) -> int:
         done_probability=args.done_probability,
     )
     comparison = None if model is None else compared(judged.solution, model)
+    beams = beam_residuals(args.files, fill_in(args), judged.solution)
     if args.write_model is not None:
         write_model(judged.solution, args.files, args.write_model)
     if args.json:
@@ -145,6 +158,8 @@ def run(args: argparse.Namespace) -> int:
         )
         if comparison is not None:
             document["comparison"] = comparison.as_json()
+        if beams is not None:
+            document["beam"] = beams.as_json()
         print_json(document)
     else:
         from solarcal.report.fit_tables import comparison_section
@@ -153,6 +168,8 @@ def run(args: argparse.Namespace) -> int:
         print(fit_text(judged, plot=args.plot))
         if comparison is not None:
             print("\n" + comparison_section(comparison))
+        if beams is not None:
+            print("\n" + beams.sentence())
     if args.require is None:
         return 0
     reached = judged.analysis is not None and judged.analysis.verdict.state == args.require

@@ -20,7 +20,9 @@ from solarcal.model.methods import DEFAULT_METHOD, fit
 from solarcal.model.prior import Prior
 from solarcal.model.solution import Solution
 from solarcal.mount.formula import COEFFICIENT_NAMES
-from solarcal.session.interchange import FillIn, read_table
+from solarcal.session.interchange import FillIn, is_paint, read_paint, read_table
+from solarcal.session.interchange.paint import paint_table
+from solarcal.session.interchange.sniffing import SESSION, point_format
 from solarcal.session.points import PointTable, merge_tables
 from solarcal.session.records import Header
 from solarcal.session.view import SessionView, read_view
@@ -130,10 +132,20 @@ class FileAnalysis:
 
 def load_points(path: Path, fill_in: FillIn) -> tuple[PointTable, SessionView | None]:
     """Read a session, points CSV or TPOINT file, and the session itself where it is one."""
-    if path.suffix.lower() == ".jsonl":
+    if point_format(path) == SESSION:
         session = read_view(path)
         return session.table, session
     return read_table(path, **fill_in), None
+
+
+def load_all(paths: Sequence[Path], fill_in: FillIn) -> list[tuple[PointTable, SessionView | None]]:
+    """Every file; PAINT records, which hold one point each, are one table together."""
+    paint = [path for path in paths if is_paint(path)]
+    loaded = [load_points(path, fill_in) for path in paths if path not in paint]
+    if paint:
+        table = paint_table(read_paint(paint, fill_in), unit=fill_in.get("unit"))
+        loaded.append((table, None))
+    return loaded
 
 
 def read_files(paths: Sequence[str | Path], fill_in: FillIn) -> UnitFiles:
@@ -145,7 +157,7 @@ def read_files(paths: Sequence[str | Path], fill_in: FillIn) -> UnitFiles:
         A file that cannot be read, or files of different units.
     """
     files = tuple(Path(path) for path in paths)
-    loaded = [load_points(path, fill_in) for path in files]
+    loaded = load_all(files, fill_in)
     tables = tuple(table for table, _ in loaded)
     return UnitFiles(
         files,

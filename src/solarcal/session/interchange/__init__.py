@@ -1,13 +1,16 @@
 """Points from and to other programs' files."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TypedDict, Unpack, cast
 
 from solarcal.errors import ConfigurationError
 from solarcal.session.interchange.csv_points import read_points_csv, write_points_csv
+from solarcal.session.interchange.paint import PaintFiles, paint_files, paint_table
 from solarcal.session.interchange.pmfit import read_pmfit
 from solarcal.session.interchange.sniffing import (
     OFFSETS,
+    PAINT_CALIBRATION,
     PMFIT,
     POINTS_CSV,
     SESSION,
@@ -17,6 +20,8 @@ from solarcal.session.interchange.solar_offsets import read_solar_offsets
 from solarcal.session.interchange.tpoint import read_tpoint, write_tpoint
 from solarcal.session.points import PointTable, table_from_session
 from solarcal.session.reader import read_session
+
+_NOT_OF_A_UNIT = ("offsets", "heliostat", "tower", "spot")
 
 
 class UnitFillIn(TypedDict, total=False):
@@ -31,9 +36,12 @@ class UnitFillIn(TypedDict, total=False):
 
 
 class FillIn(UnitFillIn, total=False):
-    """The same, and what the numbers of a solaris-pointing file are."""
+    """The same, what the numbers of a solaris-pointing file are, and what PAINT records need."""
 
     offsets: str | None
+    heliostat: str | Path | None
+    tower: str | Path | None
+    spot: str | None
 
 
 def read_table(path: str | Path, **fill_in: Unpack[FillIn]) -> PointTable:
@@ -51,11 +59,28 @@ def read_table(path: str | Path, **fill_in: Unpack[FillIn]) -> PointTable:
     found = point_format(path)
     if found == SESSION:
         return table_from_session(read_session(path))
+    if found == PAINT_CALIBRATION:
+        return paint_table(read_paint([path], fill_in), unit=fill_in.get("unit"))
+    unit = {key: value for key, value in fill_in.items() if key not in _NOT_OF_A_UNIT}
     if found == OFFSETS:
-        return read_solar_offsets(path, **fill_in)
-    unit = {key: value for key, value in fill_in.items() if key != "offsets"}
+        return read_solar_offsets(path, offsets=fill_in.get("offsets"), **cast(UnitFillIn, unit))
     reader = {POINTS_CSV: read_points_csv, PMFIT: read_pmfit}.get(found, read_tpoint)
     return reader(path, **cast(UnitFillIn, unit))
+
+
+def read_paint(paths: Sequence[str | Path], fill_in: FillIn) -> PaintFiles:
+    """PAINT records of one heliostat with the files that belong to them."""
+    return paint_files(
+        paths,
+        heliostat=fill_in.get("heliostat"),
+        tower=fill_in.get("tower"),
+        spot=fill_in.get("spot"),
+    )
+
+
+def is_paint(path: str | Path) -> bool:
+    """Whether a file is a PAINT calibration record."""
+    return Path(path).suffix.lower() == ".json" and point_format(path) == PAINT_CALIBRATION
 
 
 def write_table(table: PointTable, path: str | Path) -> None:

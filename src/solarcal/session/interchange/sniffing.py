@@ -39,7 +39,7 @@ PAINT_TOWER = Format(
     "PAINT tower measurements file", (), "give the calibration records to fit and it to --tower"
 )
 
-POINT_FORMATS = (SESSION, POINTS_CSV, TPOINT, PMFIT, OFFSETS)
+POINT_FORMATS = (SESSION, POINTS_CSV, TPOINT, PMFIT, OFFSETS, PAINT_CALIBRATION)
 
 
 def point_format(path: str | Path) -> Format:

@@ -83,6 +83,7 @@ def read_tpoint(
             "lon_deg": longitude_deg,
             "elevation_m": elevation_m,
             "unit": unit,
+            "ideal": ideal,
         },
         format_name="TPOINT ALTAZ",
         warnings=reading.warnings,
