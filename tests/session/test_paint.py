@@ -9,8 +9,8 @@ from paint_samples import GEOMETRY, TARGETS, write_heliostat, write_tower
 
 from solarcal.cli import run_command
 from solarcal.errors import InputFileError
+from solarcal.mount.jack_heliostat import Jack, JackHeliostat
 from solarcal.mount.mechanism import Mechanism
-from solarcal.optics.jack_heliostat import Jack, JackHeliostat
 from solarcal.session.interchange import read_paint, read_table
 from solarcal.session.interchange.paint import enu_m, paint_table
 
@@ -117,3 +117,19 @@ def test_what_belongs_to_a_record_is_asked_for(tmp_path: Path) -> None:
         read_table(record, heliostat=elsewhere, tower=elsewhere)
     with pytest.raises(InputFileError, match="no PAINT heliostat properties"):
         read_table(record, heliostat=tmp_path / "tower.json", tower=tmp_path / "tower.json")
+
+
+def test_a_field_of_heliostats_is_a_fleet(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tower = write_tower(tmp_path)
+    for at, lean in enumerate((0.1, 1.2, 0.3)):
+        write_heliostat(tmp_path, tower, Mechanism(P1=lean), seed=at, noise_deg=0.01, name=f"H{at}")
+    (tmp_path / "H2" / "Calibration" / "100003-calibration-properties.json").write_text("{}")
+    assert run_command(["fleet", str(tmp_path), "--worst-by", "lean", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert (document["files"], document["fitted"]) == (3, 2)
+    worst = document["sessions"][0]
+    assert "H1-heliostat" in worst["file"]
+    assert worst["lean_deg"] == pytest.approx(1.2, abs=0.3)
+    assert "100003-calibration" in document["unreadable"][0]["reason"]

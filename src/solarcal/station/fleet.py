@@ -1,12 +1,13 @@
 """Thousands of sessions at once: which trackers are worst, and how well that is known.
 
-Every session is fitted on its own by ``robust``; nothing is merged. Plain sessions go through the
+Every session and every PAINT heliostat is fitted on its own by ``robust``; nothing is merged. Plain
+ones go through the
 second reader and the batched fit; whatever is out of the ordinary (a heliostat, a torn file, points
 no fit takes) goes the way of ``solarcal fit``, one by one, and fails with the words it has there.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -16,8 +17,10 @@ from solarcal.errors import FitError, InputFileError, SolarcalError
 from solarcal.model.fleet_fit import AT_ONCE, ManyMechanisms, fit_many
 from solarcal.model.mechanism_solution import OUTLIER_PROBABILITY, MechanismSolution
 from solarcal.mount.formula import COEFFICIENT_NAMES
+from solarcal.session.interchange.paint import Tower, paint_files, paint_table
+from solarcal.session.interchange.sessions import points_only
 from solarcal.session.points import unit_name
-from solarcal.session.points_only import NeedsFirstReader, read_points_only
+from solarcal.session.points_only import NeedsFirstReader, PointsOnly, read_points_only
 from solarcal.station.analysing import load_points
 from solarcal.station.fitting import solve_table
 from solarcal.station.fleet_points import PlainSession, plain_session, seen_points
@@ -93,19 +96,41 @@ class Fleet:
 
 
 def session_files(folder: Path) -> tuple[Path, ...]:
-    """The session files of a folder and the folders in it, by name.
+    """The session files of a folder and the folders in it, by name, and PAINT heliostats.
+
+    A PAINT heliostat stands there by its properties file; its calibration records belong to it.
 
     Raises
     ------
     InputFileError
-        No folder, or no session file in it.
+        No folder, or no session file or heliostat in it.
     """
     if not folder.is_dir():
         raise InputFileError(f"{folder} is not a folder; give the one the session files are in")
-    files = tuple(sorted(path for path in folder.rglob("*.jsonl") if path.is_file()))
+    files = sorted(path for path in folder.rglob("*.jsonl") if path.is_file())
+    files += sorted(folder.rglob("Properties/*heliostat*properties.json"))
     if not files:
-        raise InputFileError(f"there is no session file (.jsonl) in {folder}")
-    return files
+        raise InputFileError(
+            f"there is no session file (.jsonl) and no PAINT heliostat in {folder}"
+        )
+    return tuple(files)
+
+
+def paint_points(properties: Path, towers: dict[Path, Tower]) -> PointsOnly:
+    """The calibration records of a PAINT heliostat; ``towers`` holds what was read before.
+
+    Raises
+    ------
+    InputFileError
+        No record, or a file that is none of its kind.
+    """
+    records = sorted(
+        (properties.parent.parent / "Calibration").glob("*calibration-properties.json")
+    )
+    if not records:
+        raise InputFileError(f"{properties}: no calibration records are in ../Calibration")
+    table = paint_table(paint_files(records, heliostat=properties, towers=towers))
+    return points_only(replace(table, heliostat=None))
 
 
 def _silent(what: str, done: int, total: int) -> None:
@@ -117,11 +142,14 @@ def fit_fleet(paths: Sequence[Path], progress: Progress = _silent) -> Fleet:
     plain: list[PlainSession] = []
     unusual: list[Path] = []
     unreadable: list[tuple[str, str]] = []
+    towers: dict[Path, Tower] = {}
     for done, path in enumerate(paths):
         if done % _READ_BETWEEN_REPORTS == 0:
             progress("reading", done, len(paths))
         try:
-            session = plain_session(str(path), read_points_only(path))
+            paint = path.suffix == ".json"
+            read = paint_points(path, towers) if paint else read_points_only(path)
+            session = plain_session(str(path), read)
         except NeedsFirstReader:
             unusual.append(path)
         except SolarcalError as error:
@@ -193,7 +221,15 @@ def _members(
 
 
 def _fitted_alone(path: Path) -> FleetMember:
-    """The way of ``solarcal fit``."""
+    """The way of ``solarcal fit``.
+
+    Raises
+    ------
+    FitError
+        Points that allow no fit of the mechanism.
+    """
+    if path.suffix == ".json":
+        raise FitError(f"{path}: its records cannot be fitted together; `solarcal fit` says why")
     table, session = load_points(path, {})
     solution = solve_table(table, "robust", header=None if session is None else session.header)
     if not isinstance(solution, MechanismSolution):

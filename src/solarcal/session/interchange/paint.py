@@ -18,9 +18,9 @@ import numpy as np
 
 from solarcal.errors import ConfigurationError, InputFileError
 from solarcal.mount.geometry import MountGeometry
+from solarcal.mount.jack_heliostat import Jack, JackHeliostat
 from solarcal.optics.aiming import Heliostat
 from solarcal.optics.heliostat import Target
-from solarcal.optics.jack_heliostat import Jack, JackHeliostat
 from solarcal.optics.reflection import bisector, direction_enu, horizontal_deg, reflected, unit
 from solarcal.session.points import PointTable
 from solarcal.units import RAD_PER_DEG, FloatArray, wrap_deg
