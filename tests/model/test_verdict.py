@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 from made_up_trackers import JUNE, TRACKER, day_of
 
-from solarcal.model.cross_checks import chance_above_zero, cross_check, order_limit
+from solarcal.model.cross_checks import (
+    _spectrum,
+    _spectrum_of_many,
+    chance_above_zero,
+    cross_check,
+    order_limit,
+)
 from solarcal.model.forecast import StoppingRule, forecast
 from solarcal.model.methods import fit, fit_exact
 from solarcal.model.plan import plan
@@ -222,3 +228,19 @@ class TestCrossChecks:
         assert checks.left_out_rms_deg is None
         assert checks.last_moved_deg is None
         assert checks.order_probability is None
+
+
+@pytest.mark.parametrize("n", [40, 100])
+def test_the_spectrum_of_many_points_gives_the_probability_of_all_eigenvalues(n):
+    random = np.random.default_rng(n)
+    angle = np.linspace(-1.5, 1.5, n)
+    one, zero = np.ones(n), np.zeros(n)
+    first = np.column_stack((one, zero, np.sin(angle), np.cos(angle), angle, zero))
+    second = np.column_stack((zero, one, np.cos(angle), -np.sin(angle), zero, angle**2))
+    design = np.stack((first, second), axis=1).reshape(2 * n, 6) / 0.03
+    covariance = np.linalg.inv(design.T @ design + np.eye(6))
+    for seen in random.uniform(-0.3, 0.3, 8):
+        exact = chance_above_zero(_spectrum(design, covariance, seen))
+        assert chance_above_zero(_spectrum_of_many(design, covariance, seen)) == pytest.approx(
+            exact, rel=0.1, abs=1e-4
+        )

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from solarcal.model.exact_errors import errors_and_slopes, own_sine
 from solarcal.model.mechanism_solution import OUTLIER_PROBABILITY, MechanismSolution
@@ -14,6 +15,10 @@ LAST_POINTS = 2
 ORDER_LEVEL = 0.01
 """How often a whole day of clean points, looked at after every point, may seem out of order."""
 FEWEST_FOR_ORDER = 7
+INSIDE = 1e-12
+"""How far from the poles of a cumulant's slope its root is looked for, as a part of them."""
+MOST_FOR_EIGENVALUES = 100
+"""Of more points the spectrum is computed from its moments: time and memory grow as the points."""
 
 
 def order_limit(n: int) -> float:
@@ -120,15 +125,51 @@ def _order_probability(
         return None
     root = np.repeat(np.sqrt(weights[used]), 2)
     design = rows[used].reshape(2 * n, 6) * root[:, np.newaxis]
-    keep = np.eye(2 * n) - design @ covariance @ design.T
     left = sky[used].reshape(-1) * root
     square = float(left @ left)
     if square == 0.0:
         return None
-    # Neighbours in time, each axis with itself: rows alternate between the axes.
-    beside = 0.5 * (np.eye(2 * n, k=2) + np.eye(2 * n, k=-2))
-    seen = float(left @ beside @ left) / square
-    return chance_above_zero(np.linalg.eigvalsh(keep @ (beside - seen * np.eye(2 * n)) @ keep))
+    seen = float(left @ _beside(left)) / square
+    spectrum = _spectrum if n <= MOST_FOR_EIGENVALUES else _spectrum_of_many
+    return chance_above_zero(spectrum(design, covariance, seen))
+
+
+def _beside(values: FloatArray) -> FloatArray:
+    """Half the sum of the neighbours in time, each axis with itself: rows alternate. (2n, ...)"""
+    sums = np.zeros_like(values)
+    sums[2:] += values[:-2]
+    sums[:-2] += values[2:]
+    return 0.5 * sums
+
+
+def _spectrum(design: FloatArray, covariance: FloatArray, seen: float) -> FloatArray:
+    """Eigenvalues of the statistic's quadratic form in the noise, (2n,)."""
+    one = np.eye(len(design))
+    keep = one - design @ covariance @ design.T
+    form: FloatArray = np.linalg.eigvalsh(keep @ (_beside(one) - seen * one) @ keep)
+    return form
+
+
+def _spectrum_of_many(design: FloatArray, covariance: FloatArray, seen: float) -> FloatArray:
+    """The same where points are many, without a matrix of points by points.
+
+    The eigenvalues of the neighbour matrix alone are known; the fit of six parameters shifts and
+    stretches them hardly: so that the trace of the form and of its square come out exactly.
+
+    References
+    ----------
+    Durbin and Watson (1950), Biometrika 37, 409: the eigenvalues cos(pi k / (n + 1)).
+    """
+    n = len(design) // 2
+    free = np.repeat(np.cos(np.pi * np.arange(1, n + 1) / (n + 1)), 2) - seen
+    taken = 2.0 * covariance - covariance @ (design.T @ design) @ covariance
+    moved = _beside(design) - seen * design
+    once = taken @ (design.T @ moved)
+    trace = float(free.sum() - np.trace(once))
+    squares = float(free @ free - 2.0 * np.trace(taken @ (moved.T @ moved)) + np.sum(once * once.T))
+    mean = trace / len(free)
+    spread = math.sqrt(max(squares / len(free) - mean**2, 0.0) / float(np.var(free)))
+    return mean + spread * (free - free.mean())
 
 
 def chance_above_zero(weights: FloatArray) -> float:
@@ -142,11 +183,9 @@ def chance_above_zero(weights: FloatArray) -> float:
     def slope(s: float) -> float:
         return float(np.sum(scaled / (1.0 - 2.0 * s * scaled)))
 
+    # Its slope runs from minus to plus infinity between the two poles.
     low, high = 0.5 / low_w, 0.5 / high_w
-    for _ in range(60):
-        s = 0.5 * (low + high)
-        low, high = (s, high) if slope(s) < 0.0 else (low, s)
-    s = 0.5 * (low + high)
+    s = float(brentq(slope, low * (1.0 - INSIDE), high * (1.0 - INSIDE), xtol=1e-15))
     spread = 1.0 - 2.0 * s * scaled
     curved = float(2.0 * np.sum((scaled / spread) ** 2))
     w = math.copysign(math.sqrt(max(float(np.sum(np.log(spread))), 0.0)), s)
