@@ -146,8 +146,8 @@ def _spectrum(design: FloatArray, covariance: FloatArray, seen: float) -> FloatA
     """Eigenvalues of the statistic's quadratic form in the noise, (2n,)."""
     one = np.eye(len(design))
     keep = one - design @ covariance @ design.T
-    form: FloatArray = np.linalg.eigvalsh(keep @ (_beside(one) - seen * one) @ keep)
-    return form
+    form = keep @ (_beside(one) - seen * one) @ keep
+    return np.asarray(np.linalg.eigvalsh(form), dtype=np.float64)
 
 
 def _spectrum_of_many(design: FloatArray, covariance: FloatArray, seen: float) -> FloatArray:
@@ -169,7 +169,8 @@ def _spectrum_of_many(design: FloatArray, covariance: FloatArray, seen: float) -
     squares = float(free @ free - 2.0 * np.trace(taken @ (moved.T @ moved)) + np.sum(once * once.T))
     mean = trace / len(free)
     spread = math.sqrt(max(squares / len(free) - mean**2, 0.0) / float(np.var(free)))
-    return mean + spread * (free - free.mean())
+    spectrum: FloatArray = mean + spread * (free - free.mean())
+    return spectrum
 
 
 def chance_above_zero(weights: FloatArray) -> float:
