@@ -13,7 +13,8 @@ import subprocess
 import sys
 import termios
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -133,6 +134,8 @@ class Terminal:
         )
         os.close(slave)
         self._master = master
+        self.pressed = 0
+        """Keys so far; a hurried emulator's not counted."""
 
     # -- eyes ----------------------------------------------------------------------------------
 
@@ -191,10 +194,18 @@ class Terminal:
         strokes: list[bytes] = []
         for key in keys:
             strokes += [c.encode() for c in key] if isinstance(key, str) else [key]
+        self.pressed += len(strokes)
         for stroke in strokes:
             os.write(self._master, stroke)
             # One key a read, as from a hand: an escape must not melt into the next key.
             self.read(0.02)
+
+    @contextmanager
+    def uncounted(self) -> Iterator[None]:
+        """Keys that only hurry an emulator are no work of the technician's."""
+        before = self.pressed
+        yield
+        self.pressed = before
 
     # -- life ----------------------------------------------------------------------------------
 

@@ -19,21 +19,15 @@ from pty_bench import (
     Terminal,
 )
 
-STEPS = ((1.0, "8"), (0.5, "7"), (0.25, "6"), (0.1, "5"), (0.05, "4"), (0.02, "3"), (0.01, "2"))
 SPOT = re.compile(r"spot (\d+\.\d+) (right|left), (\d+\.\d+) (up|down)")
-CENTRED_DEG = 0.04
-ARRIVED_DEG = (0.06, 0.04)
-ARRIVES_S = 5.0
-"""Real seconds; at the slowest pace a jog across the plate takes less."""
+CENTRED_DEG = 0.06
+MOVED = 0.4
+"""Of what was off: more than the Sun goes between two looks."""
+MOVES_S = 4.0
+"""Real seconds an arrow takes to be seen, at the slowest pace."""
 ANSWERS_S = 6.0
 LOOKS = 25
 AT_REST = re.compile(r"moving\s+at rest\s+at rest")
-
-
-def row(terminal: Terminal, name: str) -> tuple[float, float] | None:
-    """Both numbers of a row of the jog table, if they stand there."""
-    found = re.search(rf"{name}\s+([-+]?\d+\.\d+)\s+([-+]?\d+\.\d+)", terminal.text())
-    return (float(found.group(1)), float(found.group(2))) if found else None
 
 
 def spot(terminal: Terminal) -> tuple[float, float] | None:
@@ -46,53 +40,34 @@ def spot(terminal: Terminal) -> tuple[float, float] | None:
     return right, up
 
 
-def press_steps(terminal: Terminal, degrees: float, forward: bytes, back: bytes) -> float:
-    """Jog about that far with the keys there are; how far it became."""
-    arrow, sign = (forward, 1.0) if degrees > 0.0 else (back, -1.0)
-    left, done = abs(degrees), 0.0
-    for step, key in STEPS:
-        count = int(left / step + 1e-6)
-        if count:
-            terminal.press(key, *[arrow] * count)
-            left -= count * step
-            done += sign * count * step
-    return done
-
-
 def centre(terminal: Terminal) -> None:
-    """Jog until the spot fills the ring, both axes from behind."""
+    """Jog until the spot fills the ring, both axes from behind; the step of an arrow adapts."""
     for _ in range(LOOKS):
-        terminal.until(lambda: spot(terminal) and row(terminal, "off ideal"))
+        # An arrow is pressed when what the last one did is seen.
+        terminal.until(lambda: spot(terminal) and AT_REST.search(terminal.text()))
         right, up = spot(terminal) or (0.0, 0.0)
-        ideal, off = row(terminal, "ideal"), row(terminal, "off ideal")
-        assert ideal is not None
-        assert off is not None
-        from_behind = "came from behind from behind" in terminal.words()
-        if math.hypot(right, up) < CENTRED_DEG and from_behind:
+        if math.hypot(right, up) >= CENTRED_DEG:
+            across = abs(right) >= abs(up)
+            key = (RIGHT if right > 0.0 else LEFT) if across else (UP if up > 0.0 else DOWN)
+            terminal.press(key)
+            seen = (right, up)
+            terminal.within(MOVES_S, lambda seen=seen: moved(seen, spot(terminal)))
+        elif "came from behind from behind" in terminal.words():
             return
-        if math.hypot(right, up) < CENTRED_DEG:
+        else:
             terminal.press("b")
             terminal.shows("came from behind from behind")
-            continue
-        axis1 = press_steps(terminal, right / math.sin(math.radians(ideal[1])), RIGHT, LEFT)
-        axis2 = press_steps(terminal, up, UP, DOWN)
-        wanted = (off[0] + axis1, off[1] + axis2)
-
-        def arrived(wanted: tuple[float, float] = wanted) -> bool:
-            now = row(terminal, "off ideal")
-            return now is not None and all(
-                abs(n - w) < near for n, w, near in zip(now, wanted, ARRIVED_DEG, strict=True)
-            )
-
-        # A key that came too late took over where the axes stood: then look again from there.
-        if not terminal.within(ARRIVES_S, arrived):
-            terminal.until(lambda: AT_REST.search(terminal.text()))
     raise InVain(f"the spot cannot be centred:\n{terminal.text()}")
+
+
+def moved(before: tuple[float, float], now: tuple[float, float] | None) -> bool:
+    return now is not None and math.dist(before, now) > MOVED * max(map(abs, before))
 
 
 def hurry(terminal: Terminal, to: int = 60) -> None:
     """Let the emulator's time run fast, from the pace of life on."""
-    terminal.press(*["+"] * (1, 2, 5, 10, 30, 60).index(to))
+    with terminal.uncounted():
+        terminal.press(*["+"] * (1, 2, 5, 10, 30, 60).index(to))
     terminal.shows(f"time x{to} [")
 
 
@@ -130,6 +105,9 @@ def set_sun_offset(terminal: Terminal) -> None:
     press_until(terminal, F6, "Set Sun Offset", "Arrow keys jog")
     # Seconds of life are long for a test: five times as fast still lets a jog be followed.
     hurry(terminal, EmulatorProcess.pace)
+    if "To fit" in terminal.words():
+        terminal.press("p")
+        terminal.shows("Both axes came from behind")
     for _ in range(4):
         terminal.until(lambda: spot(terminal))
         centre(terminal)
@@ -137,6 +115,9 @@ def set_sun_offset(terminal: Terminal) -> None:
         if terminal.within(ANSWERS_S, lambda: "SET and recorded" in terminal.words()):
             break
     terminal.shows("SET and recorded")
+
+
+def leave_sun_offset(terminal: Terminal) -> None:
     terminal.press(ESC)
     terminal.shows_no("SET and recorded")
 
@@ -168,5 +149,6 @@ def take_point(terminal: Terminal, kind: str = "") -> None:
 
 def wait_for_next(terminal: Terminal) -> None:
     """Skip to when the next point is due."""
-    terminal.press("w")
+    with terminal.uncounted():
+        terminal.press("w")
     terminal.shows("set the Sun offset")

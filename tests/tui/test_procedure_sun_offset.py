@@ -1,7 +1,16 @@
 """Set Sun Offset by the keys; the emulator's time is moved by hand, one renewal after the other."""
 
 import pytest
-from procedure_bench import Cable, bench, on_loop, screen_words, shows, until, workstation
+from procedure_bench import (
+    Cable,
+    bench,
+    on_loop,
+    screen_words,
+    shows,
+    take_points,
+    until,
+    workstation,
+)
 from textual.pilot import Pilot
 
 from solarcal.station.procedure import Station
@@ -166,3 +175,59 @@ def test_the_plate_grows_with_the_spots_distance() -> None:
     near = sight.half_width_deg
     sight.show(Spot(True, 0.0, 1.5), 30.0)
     assert sight.half_width_deg > near
+
+
+@on_loop
+async def test_the_step_of_an_arrow_suits_the_distance_and_can_be_fixed() -> None:
+    station, _ = bench()
+    async with workstation(station) as (_, pilot):
+        dialog = await opened(pilot)
+        await until(pilot, lambda: dialog._view is not None and dialog._view.spot is not None)
+        assert dialog._view is not None
+        assert dialog._view.spot is not None
+        far = abs(dialog._view.spot.error1_deg)
+        assert far > 0.3
+        assert dialog._step_deg(1, 0) == pytest.approx(far, rel=0.5)
+        await pilot.press("3")
+        assert dialog._step_deg(1, 0) == 0.02
+        await pilot.press("0")
+        assert dialog._step_deg(1, 0) == pytest.approx(far, rel=0.5)
+
+
+@on_loop
+async def test_a_held_arrow_grows_its_step_and_leaves_little_to_do_after_release() -> None:
+    """On a unit without a spot device nothing says how far the centre is."""
+    station, _ = bench()
+    async with workstation(station) as (_, pilot):
+        dialog = await opened(pilot)
+        await until(pilot, lambda: dialog._view is not None)
+        dialog._view = None
+        dialog._jogging = True  # as while the unit answers
+        steps = []
+        for _ in range(30):
+            dialog.action_jog(1, 0)
+            steps.append(dialog._step_deg(1, 0))
+        assert steps[0] < steps[-1] == 0.5
+        assert steps == sorted(steps)
+        assert dialog._to_jog[0] <= 3 * 0.5
+
+
+@on_loop
+async def test_the_fit_brings_the_axes_near_the_sun_from_behind() -> None:
+    station, cable = bench(start="2026-06-03T13:30:00Z")
+    take_points(station, 3, 40.0)
+    async with workstation(station) as (app, pilot):
+        await until(pilot, lambda: app.fit is not None and app.fit.solution is not None)
+        await opened(pilot)
+        await pilot.press("p")
+        await shows(pilot, "from behind")
+        await pass_time(pilot, cable, 20)
+        view = pilot.app.screen._view
+        assert all(view.watch.from_behind)
+        assert abs(view.spot.error2_deg) < 0.3
+        await pilot.press("B")
+        await until(pilot, lambda: pilot.app.screen.query_one("#big").display)
+        await pilot.press("enter")
+        await shows(pilot, "SET and recorded")
+        await pilot.press("full_stop")
+        await shows(pilot, "1. Did you do a reference check?")

@@ -183,6 +183,18 @@ class SunOffsetJog:
             self._aim = before
             raise
 
+    def go_to(self, error_deg: Pair) -> JogView:
+        """Go to where reading - ideal is this: behind it first, then forward onto it."""
+        before = self._aim
+        self._aim_here()  # refuses where the unit was stopped
+        self.follows = True
+        self._aim = Aim(error_deg, True, (True, True))
+        try:
+            return self.look()
+        except SolarcalError:
+            self._aim = before
+            raise
+
     def follow(self, follows: bool) -> JogView:
         """Follow the Sun with the aim, or stand still and let it come."""
         self.follows = follows

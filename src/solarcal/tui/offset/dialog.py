@@ -1,15 +1,17 @@
 """Set Sun Offset: jog exactly onto the Sun, coming from behind, and set the offset there."""
 
+import math
 from collections.abc import Iterable
 from typing import ClassVar
 
-from textual.containers import Horizontal
+from textual.containers import Horizontal, Vertical
 from textual.content import Content
 from textual.events import Key, Resize
 from textual.widget import Widget
-from textual.widgets import Input, Static
+from textual.widgets import Digits, Input, Static
 
 from solarcal.errors import ConfigurationError, SolarcalError
+from solarcal.model.fit import Solution
 from solarcal.session.records import SunOffset
 from solarcal.station.jogging import STEPS_DEG, JogView, SunOffsetJog
 from solarcal.station.procedure import Station
@@ -24,7 +26,17 @@ LOOK, NUDGE, SET, LEAVE = "look", "jog", "set sun offset", "leave sun offset"
 MOVES = (NUDGE, SET, LEAVE)
 LOOK_EVERY_S = 0.25
 ROOMY = (112, 36)
-DEFAULT_STEP = STEPS_DEG.index(0.05)
+FIRST_STEP_DEG = 0.02
+"""Of an arrow pressed once where nothing says how far the centre is."""
+
+GROWS = ((24, 0.5), (16, 0.25), (10, 0.1), (4, 0.05))
+"""After so many repeats of a held arrow, so large a step."""
+
+MOST_WAITING = 3
+"""Steps of a held arrow that may wait for the unit: what is more is not jogged after release."""
+
+FAR_DEG = 1.0
+"""From so far on the axes are said to drive, with the time it takes."""
 
 
 def open_screen(app: Workstation) -> None:
@@ -44,10 +56,14 @@ class SunOffsetDialog(PacedDialog):
     LEAVE = "Leave"
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
         DialogKey("set", "Set here", "enter", "Enter"),
+        DialogKey("predicted", "To fit", "p", "p"),
         DialogKey("behind", "Behind", "b", "b"),
         DialogKey("follow", "Follow", "f", "f"),
         DialogKey("track", "Track", "t", "t"),
         DialogKey("calculate", "Jog E", "j", "j"),
+        DialogKey("point", "Take point", "full_stop,f7", "."),
+        DialogKey("big", "large digits", "B", "B", button=False),
+        DialogKey("adapt", "step adapts", "0", "0", button=False),
         DialogKey("jog(-1,0)", "axis 1 -", "left", "left", button=False),
         DialogKey("jog(1,0)", "axis 1 +", "right", "right", button=False),
         DialogKey("jog(0,-1)", "axis 2 -", "down", "down", button=False),
@@ -65,6 +81,11 @@ class SunOffsetDialog(PacedDialog):
     SunOffsetDialog #sight { width: 33; height: 13; }
     SunOffsetDialog #axes { width: 1fr; height: 13; padding-left: 1; }
     SunOffsetDialog #steps { height: 1; }
+    SunOffsetDialog #big { height: 11; display: none; align-horizontal: center; }
+    SunOffsetDialog #big Digits { width: 40; height: 3; text-align: right; }
+    SunOffsetDialog #big Static { height: 1; text-align: center; }
+    SunOffsetDialog.-big #big { display: block; }
+    SunOffsetDialog.-big #plate { display: none; }
     SunOffsetDialog.-roomy > #dialog { width: 110; }
     SunOffsetDialog.-roomy #plate { height: 25; }
     SunOffsetDialog.-roomy Sunspot#sight { width: 61; height: 25; }
@@ -74,7 +95,12 @@ class SunOffsetDialog(PacedDialog):
     def __init__(self, station: Station) -> None:
         super().__init__()
         self._jog = SunOffsetJog(station)
-        self._step = DEFAULT_STEP
+        self._step: int | None = None
+        """Index of the fixed step; ``None``: it adapts."""
+        self._held: tuple[tuple[int, int], int] = ((0, 0), 0)
+        self._to_jog = [0.0, 0.0]
+        self._jogging = False
+        self._drive: tuple[float, float] | None = None
         self._view: JogView | None = None
         self._set: SunOffset | None = None
         self._waiting = 0
@@ -88,6 +114,12 @@ class SunOffsetDialog(PacedDialog):
         with Horizontal(id="plate"):
             yield Sunspot(id="sight") if self.emulated else SpotCalculator(id="sight")
             yield Static("", id="axes", markup=False)
+        with Vertical(id="big"):
+            yield Static("", id="big-words", markup=False)
+            yield Static("axis 1, deg", markup=False)
+            yield Digits("", id="big-1")
+            yield Static("axis 2, deg", markup=False)
+            yield Digits("", id="big-2")
         yield Static("", id="steps", markup=False)
 
     def on_mount(self) -> None:
@@ -113,29 +145,101 @@ class SunOffsetDialog(PacedDialog):
         self.set_class(room.width >= ROOMY[0] and room.height >= ROOMY[1], "-roomy")
 
     def _offer(self) -> None:
-        self.offer("set", "behind", "follow", "track", *([] if self.emulated else ["calculate"]))
+        offered = ["set", "behind", "track"]
+        if self._set is not None:
+            self.offer("point", *offered)
+            return
+        if self._solution() is not None:
+            offered.append("predicted")
+        else:
+            offered.append("follow")
+        self.offer(*offered, *([] if self.emulated else ["calculate"]))
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        # Its button makes room for another; the key stays.
+        return True if action == "follow" else super().check_action(action, parameters)
+
+    def _solution(self) -> Solution | None:
+        fit = self.workstation.fit
+        return fit.solution if fit is not None else None
 
     # -- keys ----------------------------------------------------------------------------------
 
     def action_jog(self, axis1: int, axis2: int) -> None:
-        step = STEPS_DEG[self._step]
-        self._nudge(axis1 * step, axis2 * step)
+        if self._lost:
+            return
+        step = self._step_deg(axis1, axis2)
+        for axis, sign in enumerate((axis1, axis2)):
+            most = MOST_WAITING * step
+            self._to_jog[axis] = min(max(self._to_jog[axis] + sign * step, -most), most)
+        self._jog_on()
+
+    def _step_deg(self, axis1: int, axis2: int) -> float:
+        """The fixed step, or one that suits: how far the spot is, else how long the key is held."""
+        if self._step is not None:
+            return STEPS_DEG[self._step]
+        # An arrow that comes again before the unit has taken the one before it is held.
+        arrow, count = self._held
+        count = count + 1 if arrow == (axis1, axis2) and self._jogging else 0
+        self._held = ((axis1, axis2), count)
+        spot = self._view.spot if self._view is not None else None
+        if spot is not None and spot.visible:
+            far = abs(spot.error1_deg if axis1 else spot.error2_deg)
+            return min(STEPS_DEG, key=lambda step: abs(math.log(step / max(far, STEPS_DEG[0]))))
+        return next((step for repeats, step in GROWS if count >= repeats), FIRST_STEP_DEG)
+
+    def _jog_on(self) -> None:
+        """One step at a time goes to the unit; what a held key adds meanwhile is the next."""
+        if self._jogging or self._to_jog == [0.0, 0.0]:
+            return
+        axis1_deg, axis2_deg = self._to_jog
+        self._to_jog = [0.0, 0.0]
+        self._nudge(axis1_deg, axis2_deg)
 
     def _nudge(self, axis1_deg: float, axis2_deg: float) -> None:
         if self._lost:
             return
-        self._set = None
+        if self._set is not None:
+            self._set = None
+            self._offer()
+        self._jogging = True
         self._submit(NUDGE, lambda station: self._jog.nudge(axis1_deg, axis2_deg))
 
     def action_step(self, index: int) -> None:
         self._step = min(max(index, 0), len(STEPS_DEG) - 1)
         self._show_steps()
 
+    def action_adapt(self) -> None:
+        self._step = None
+        self._show_steps()
+
     def action_finer(self) -> None:
-        self.action_step(self._step - 1)
+        self.action_step((STEPS_DEG.index(0.05) if self._step is None else self._step) - 1)
 
     def action_coarser(self) -> None:
-        self.action_step(self._step + 1)
+        self.action_step((STEPS_DEG.index(0.05) if self._step is None else self._step) + 1)
+
+    def action_big(self) -> None:
+        """Characters three rows high, to be read from the collector."""
+        self.toggle_class("-big")
+
+    def action_predicted(self) -> None:
+        """Where the fit expects the Sun: behind it first, then forward."""
+        solution, view = self._solution(), self._view
+        if solution is None or view is None:
+            return
+        error1, error2 = solution.predict_deg(view.status.ideal1_deg, view.status.ideal2_deg)
+        error = (float(error1), float(error2))
+        self._submit(NUDGE, lambda station: self._jog.go_to(error))
+        self.say(
+            f"Going to where the fit of {solution.n_points} points expects the Sun, from behind. "
+            "Centre the spot there."
+        )
+
+    def action_point(self) -> None:
+        """The offset is set: on to the point."""
+        self.dismiss(None)
+        self.workstation.action_perform("take_point")
 
     def action_behind(self) -> None:
         if self._view is not None and all(self._view.watch.from_behind):
@@ -209,6 +313,7 @@ class SunOffsetDialog(PacedDialog):
         # What was to be jogged is forgotten: nothing moves by itself when the line is back.
         self._jog.release()
         self._waiting = 0
+        self._jogging, self._to_jog = False, [0.0, 0.0]
 
     def link_restored(self) -> None:
         self._offer()
@@ -217,25 +322,31 @@ class SunOffsetDialog(PacedDialog):
         super().step_done(name, result)
         if name in (LOOK, NUDGE, SET, LEAVE):
             self._waiting = max(0, self._waiting - 1)
+        if name == NUDGE:
+            self._jogging = False
         if isinstance(result, JogView):
             self._show(result)
+            self._jog_on()
         elif name == SET and isinstance(result, SunOffset):
             self._set = result
             self._offer()
             self.say(
                 f"SET and recorded: O1 {result.offsets.O1:+.4f}, O2 {result.offsets.O2:+.4f} deg. "
-                "Tracking: watch it a minute and through one update, then leave.",
+                "Tracking: watch it a minute and through one update, then take the point [.].",
                 "good",
             )
         elif name == LEAVE:
             self.dismiss(None)
         elif name == "stop":
+            self._to_jog = [0.0, 0.0]
             self._jog.release()
 
     def step_failed(self, name: str, error: SolarcalError) -> None:
         super().step_failed(name, error)
         if name in (LOOK, NUDGE, SET, LEAVE):
             self._waiting = max(0, self._waiting - 1)
+        if name == NUDGE:
+            self._jogging, self._to_jog = False, [0.0, 0.0]
         if name == SET:
             self._offer()
         elif name == LEAVE:
@@ -255,11 +366,47 @@ class SunOffsetDialog(PacedDialog):
         self.query_one("#axes", Static).update(
             jog_table(view, follows=self._jog.follows, words=words)
         )
+        self._show_big(view)
         self._warn(view)
+
+    def _show_big(self, view: JogView) -> None:
+        """The spot's error where a device shows it, else reading minus ideal."""
+        status = view.status
+        numbers = (status.reading1_deg - status.ideal1_deg, status.reading2_deg - status.ideal2_deg)
+        words = "reading - ideal"
+        if view.spot is not None and view.spot.visible:
+            numbers = (view.spot.error1_deg, view.spot.error2_deg)
+            words = "still to move, +: press right or up"
+        self.query_one("#big-words", Static).update(words)
+        for axis, number in enumerate(numbers, start=1):
+            self.query_one(f"#big-{axis}", Digits).update(f"{number:+.3f}")
+
+    def _driving_words(self, view: JogView) -> str:
+        """How far and how long the axes still drive, nothing where they are near."""
+        status = view.status
+        to_go = max(
+            abs(status.target1_deg - status.reading1_deg),
+            abs(status.target2_deg - status.reading2_deg),
+        )
+        before, self._drive = self._drive, (status.unit_utc_s, to_go)
+        if to_go < FAR_DEG or status.moving == (0, 0):
+            return ""
+        words = f"Driving to the Sun: {to_go:.0f} deg to go"
+        if before is not None and status.unit_utc_s > before[0] and before[1] > to_go:
+            rate = (before[1] - to_go) / (status.unit_utc_s - before[0])
+            return f"{words}, about {to_go / rate:.0f} s."
+        return f"{words}."
 
     def _warn(self, view: JogView) -> None:
         """Say once what the technician has to know of the side the axes came from."""
         behind = view.watch.from_behind
+        if driving := self._driving_words(view):
+            self.say(driving)
+            self._warned = driving
+            return
+        if self._warned.startswith("Driving") and view.aim is None:
+            self._warned = ""
+            self.say("The axes have arrived. " + self._how_to_begin())
         if view.aim is not None and any(view.aim.behind):
             warning = "Going behind the Sun; the axes come forward by themselves."
         elif view.aim is not None and not all(behind):
@@ -285,7 +432,10 @@ class SunOffsetDialog(PacedDialog):
         self._warned = warning
 
     def _show_steps(self) -> None:
-        parts: list[str | tuple[str, str]] = ["Step "]
+        adapts = self._step is None
+        parts: list[str | tuple[str, str]] = [
+            "Step ", ("[0:auto]" if adapts else " 0:auto ", "bold reverse" if adapts else "")
+        ]  # fmt: skip
         for index, step in enumerate(STEPS_DEG):
             chosen = index == self._step
             text = f"[{index + 1}:{step:g}]" if chosen else f" {index + 1}:{step:g} "
