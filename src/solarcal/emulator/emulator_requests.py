@@ -8,7 +8,6 @@ from solarcal.unit import fields, values
 from solarcal.unit.refusals import Code, Refusal
 from solarcal.unit.tracker import EmulatedSky, Spot, Truth
 
-MAX_ADVANCE_S = 86400.0
 MAX_SPEED = 1e6
 
 
@@ -68,24 +67,14 @@ class EmulatorRequests:
 
     def _time(self, arguments: list[str]) -> list[str]:
         fields.expect(arguments, "")
-        return [
-            *fields.times_to_fields(*self._around.times_utc_s()),
-            values.number_text(self._around.speed(), 3),
-        ]
+        return fields.times_and_speed_to_fields(*self._around.times_utc_s(), self._around.speed())
 
     def _speed(self, arguments: list[str]) -> list[str]:
-        speed = fields.speed_from_fields(arguments)
-        if not 0.0 <= speed <= MAX_SPEED:
-            raise ProtocolError(f"field speed: {speed:g} is not between 0 and {MAX_SPEED:g}")
-        self._around.set_speed(speed)
+        self._around.set_speed(fields.speed_from_fields(arguments))
         return fields.speed_to_fields(self._around.speed())
 
     def _advance(self, arguments: list[str]) -> list[str]:
-        (text,) = fields.expect(arguments, "seconds")
-        seconds = values.number(text, "seconds")
-        if not 0.0 <= seconds <= MAX_ADVANCE_S:
-            raise ProtocolError(f"field seconds: {text} is not between 0 and {MAX_ADVANCE_S:g}")
-        self._around.advance(seconds)
+        self._around.advance(fields.advance_from_fields(arguments))
         return fields.times_to_fields(*self._around.times_utc_s())
 
     def _spot(self, arguments: list[str]) -> list[str]:

@@ -13,6 +13,7 @@ from solarcal.unit.frames import Reply, Request, decode_request, encode_reply
 from solarcal.unit.parameters import PARAMETER_NAMES, parameters_from_texts, parameters_to_texts
 from solarcal.unit.refusals import Code, Refusal
 from solarcal.unit.tracker import UnitIdentity
+from solarcal.unit.verbs import read, verb, write
 
 REPLIES_REMEMBERED = 16
 URGENT = ("STOP", "STOW")
@@ -141,9 +142,7 @@ class ProtocolServer:
     # --- conversation, identity, clock, site --------------------------------------------------
 
     def _open(self, arguments: list[str]) -> list[str]:
-        (nonce,) = fields.expect(arguments, "nonce")
-        if len(nonce) != 8 or not set(nonce) <= set("0123456789ABCDEF"):
-            raise ProtocolError(f"field nonce: {nonce} is not 8 hexadecimal digits")
+        nonce: str = read(verb("OPEN").arguments, arguments)["nonce"]
         self._memory.clear()
         self._controller.cancel_jog(self._now_s)
         self._controller.lock()
@@ -200,7 +199,8 @@ class ProtocolServer:
 
     def _unlock(self, arguments: list[str]) -> list[str]:
         fields.expect(arguments, "")
-        return [f"{self._controller.unlock(self._now_s):.0f}"]
+        seconds = self._controller.unlock(self._now_s)
+        return write(verb("UNLOCK").reply, {"unlocked": round(seconds)})
 
     def _lock(self, arguments: list[str]) -> list[str]:
         fields.expect(arguments, "")
@@ -244,7 +244,8 @@ class ProtocolServer:
         if arguments:
             (word,) = fields.expect(arguments, "START")
             _require(word == "START", word)
-            return [str(self._unlocked().start_ref_check(self._now_s))]
+            number = self._unlocked().start_ref_check(self._now_s)
+            return write(verb("REF START").reply, {"number": number})
         return fields.ref_check_to_fields(self._controller.ref_check_result())
 
     # --- coefficients -------------------------------------------------------------------------

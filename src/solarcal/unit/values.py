@@ -9,7 +9,6 @@ import re
 from datetime import UTC, datetime, timedelta
 
 from solarcal.errors import ConfigurationError, ProtocolError
-from solarcal.site import Site
 from solarcal.timescale import parse_utc
 
 _NUMBER = re.compile(r"-?[0-9]+(\.[0-9]+)?", re.ASCII)
@@ -67,26 +66,6 @@ def utc_from_local_time(text: str, zone_west_h: float, name: str = "local_time")
     elapsed = local - _EPOCH
     whole_ms = (elapsed.days * 86400 + elapsed.seconds) * 1000 + millis
     return (whole_ms + round(zone_west_h * 3600e3)) / 1000.0
-
-
-def zone_west_h(text: str) -> float:
-    """A zone in hours west of UTC."""
-    value_h = number(text, "zone")
-    if not -15.0 <= value_h <= 15.0:
-        raise ProtocolError(f"field zone: {text} is not between -15 and 15 hours west of UTC")
-    return value_h
-
-
-def site(latitude: str, longitude: str, elevation_m: str) -> Site:
-    """A place on Earth, longitude positive east."""
-    try:
-        return Site(
-            number(latitude, "latitude"),
-            number(longitude, "longitude"),
-            number(elevation_m, "elevation_m"),
-        )
-    except ConfigurationError as error:
-        raise ProtocolError(f"field site: {error}") from None
 
 
 def senses(text: str, name: str) -> tuple[int, int]:

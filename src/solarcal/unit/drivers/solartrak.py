@@ -26,6 +26,7 @@ from solarcal.unit.tracker import (
     UnitParameters,
     UnitSite,
 )
+from solarcal.unit.verbs import read, verb
 
 PROTOCOL_VERSION = 1
 
@@ -156,7 +157,7 @@ class SolarTrakUnit:
     def start_ref_check(self) -> None:
         self._read(
             "REF START",
-            lambda answer: values.whole_number(fields.expect(answer, "number")[0], "number"),
+            lambda answer: read(verb("REF START").reply, answer),
             self._talk.command("REF", "START", moves=True),
         )
 
@@ -271,7 +272,7 @@ class _SolarTrakEmulation:
     def set_speed(self, speed: float) -> float:
         if not 0.0 <= speed < math.inf:
             raise ConfigurationError(f"virtual time cannot run {speed} times as fast")
-        return self._ask("SPEED", fields.speed_from_fields, values.number_text(speed, 3))
+        return self._ask("SPEED", fields.speed_from_fields, *fields.speed_to_fields(speed))
 
     def advance(self, seconds: float) -> tuple[float, float]:
         if not 0.0 <= seconds < math.inf:
@@ -280,7 +281,9 @@ class _SolarTrakEmulation:
         while times is None or seconds > 0.0:
             step_s = min(seconds, LONGEST_ADVANCE_S)
             seconds -= step_s
-            times = self._ask("ADVANCE", fields.times_from_fields, values.number_text(step_s, 6))
+            times = self._ask(
+                "ADVANCE", fields.times_from_fields, *fields.advance_to_fields(step_s)
+            )
         return times
 
     def spot(self) -> Spot:
