@@ -7,6 +7,7 @@ from emulated_station import emulated_station
 
 from solarcal.model.analysis import findings_of
 from solarcal.model.evidence.direct import Evidence, direct_findings, evidence_sentences
+from solarcal.mount.formula import Offsets
 from solarcal.session.records import RefCheck, Void
 from solarcal.station.analysing import analyse_session, solve_merged
 from solarcal.station.fitting import sky_context, solve
@@ -102,7 +103,12 @@ def lost_counts(day) -> SessionView:
     lost = with_points(
         day,
         lambda i, p: (
-            msgspec.structs.replace(p, error_deg=(p.error_deg[0], p.error_deg[1] + 0.3))
+            msgspec.structs.replace(
+                p,
+                error_deg=(p.error_deg[0], p.error_deg[1] + 0.3),
+                reading_deg=(p.reading_deg[0], p.reading_deg[1] + 0.3),
+                offsets=Offsets(p.offsets.O1, p.offsets.O2 + 0.3),
+            )
             if i >= 5
             else p
         ),

@@ -26,7 +26,7 @@ def run(args: argparse.Namespace) -> int:
     from solarcal.config import sessions_dir
     from solarcal.errors import ProcedureRefused
     from solarcal.session.journal import Journal
-    from solarcal.session.reader import live_records
+    from solarcal.session.view import view_session
     from solarcal.station.state import newest_upload
     from solarcal.station.uploading import UnitOnTheLine, find_upload
 
@@ -40,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
             for sentence in unreadable:
                 say(f"passed over: {sentence}")
         with Journal.resume(path) as journal:
-            replaced = newest_upload(live_records(journal.records))
+            replaced = newest_upload(view_session(journal.header, tuple(journal.records)).uploads)
             if replaced is None:
                 raise ProcedureRefused(f"there is no upload in {path} to roll back")
             unit.resume(journal)

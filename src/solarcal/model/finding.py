@@ -28,6 +28,9 @@ Kind = Literal[
     "site",
     "geometry",
     "ideal_kind",
+    "offsets",
+    "not_held",
+    "step",
 ]
 
 

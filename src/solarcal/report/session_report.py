@@ -26,6 +26,7 @@ from solarcal.session.records import (
     CheckRecord,
     ClockSet,
     FitRecord,
+    InForce,
     Initialised,
     LinkLost,
     LinkRestored,
@@ -34,9 +35,11 @@ from solarcal.session.records import (
     PointRecord,
     Record,
     RefCheck,
+    Restarted,
     SunOffset,
     Typed,
     UnknownRecord,
+    UploadBegun,
     UploadRecord,
     Void,
 )
@@ -196,7 +199,19 @@ def _what(record: Record) -> str:
             return f"fit of {those}: P1..P4 {values} (rms {record.sky_rms_deg:.4f})"
         case UploadRecord():
             kind = "rollback" if record.rollback else "upload"
+            if record.failure:
+                return f"{kind} FAILED: {record.failure}"
             return f"{kind}, read back {'equal' if record.verified else 'DIFFERENT'}"
+        case UploadBegun():
+            return f"{'rollback' if record.rollback else 'upload'} begun"
+        case InForce():
+            return (
+                "the unit holds what was uploaded"
+                if record.as_uploaded
+                else "the unit does NOT hold what was uploaded"
+            )
+        case Restarted():
+            return "the unit has restarted and lost its reference"
         case Typed():
             values = " ".join(f"{name} {text}" for name, text in record.values.items())
             doubted = f" (kept: {'; '.join(record.kept)})" if record.kept else ""

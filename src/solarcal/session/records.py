@@ -215,8 +215,26 @@ class FitRecord(_Record, frozen=True, kw_only=True, tag="fit"):
     message: str | None = None
 
 
+class UploadBegun(_Record, frozen=True, kw_only=True, tag="upload_begun"):
+    """Written before the first write of an upload: what it is about to replace, and by what.
+
+    The ``upload`` record after it is the outcome. Without one the unit may hold either.
+    """
+
+    old_coefficients: Coefficients
+    old_offsets: Offsets
+    new_coefficients: Coefficients
+    new_offsets: Offsets
+    method: str = "linear"
+    forced: str = ""
+    rollback: bool = False
+
+
 class UploadRecord(_Record, frozen=True, kw_only=True, tag="upload"):
-    """Old and new P and O, and whether the unit read back exactly the new ones."""
+    """Old and new P and O, and whether the unit read back exactly the new ones.
+
+    ``failure``: what went wrong on the way, where something did.
+    """
 
     old_coefficients: Coefficients
     old_offsets: Offsets
@@ -226,6 +244,7 @@ class UploadRecord(_Record, frozen=True, kw_only=True, tag="upload"):
     method: str = "linear"
     forced: str = ""
     rollback: bool = False
+    failure: str = ""
 
     @property
     def changed(self) -> bool:
@@ -233,6 +252,20 @@ class UploadRecord(_Record, frozen=True, kw_only=True, tag="upload"):
         return (self.old_coefficients, self.old_offsets) != (
             self.new_coefficients, self.new_offsets,
         )  # fmt: skip
+
+
+class InForce(_Record, frozen=True, kw_only=True, tag="in_force"):
+    """What the unit holds was compared with the newest upload, and the answer has changed."""
+
+    coefficients: Coefficients
+    offsets: Offsets
+    as_uploaded: bool
+
+
+class Restarted(_Record, frozen=True, kw_only=True, tag="restarted"):
+    """The unit was noticed to have lost its reference: it was without power since ``since``."""
+
+    since: str = ""
 
 
 class Note(_Record, frozen=True, kw_only=True, tag="note"):
@@ -298,6 +331,7 @@ class UnknownRecord(msgspec.Struct, frozen=True, kw_only=True):
 
 KnownRecord = (
     Header | Initialised | ClockSet | RefCheck | SunOffset | PointRecord | CheckRecord | FitRecord
-    | UploadRecord | Note | Typed | Void | Override | LinkLost | LinkRestored | Closed
+    | UploadBegun | UploadRecord | InForce | Restarted | Note | Typed | Void | Override | LinkLost
+    | LinkRestored | Closed
 )  # fmt: skip
 Record = KnownRecord | UnknownRecord

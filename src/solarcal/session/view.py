@@ -12,11 +12,14 @@ from solarcal.session.records import (
     ClockSet,
     FitRecord,
     Header,
+    InForce,
     Initialised,
     PointRecord,
     Record,
     RefCheck,
+    Restarted,
     SunOffset,
+    UploadBegun,
     UploadRecord,
 )
 
@@ -38,6 +41,8 @@ class SessionView:
     checks: tuple[CheckRecord, ...] = ()
     uploads: tuple[UploadRecord, ...] = ()
     fits: tuple[FitRecord, ...] = ()
+    in_force: tuple[InForce, ...] = ()
+    restarts: tuple[Restarted, ...] = ()
     path: str = ""
     warnings: tuple[str, ...] = ()
 
@@ -66,6 +71,13 @@ class SessionView:
         return newest.points == len(accepted) and newest.seq > accepted[-1].seq
 
     @property
+    def holds_upload(self) -> bool:
+        """Whether the unit held the newest upload when the two were compared last."""
+        newest = self.uploads[-1].seq if self.uploads else -1
+        compared = [record for record in self.in_force if record.seq > newest]
+        return compared[-1].as_uploaded if compared else True
+
+    @property
     def fresh_sun_offset(self) -> SunOffset | None:
         """The newest Set Sun Offset no stored point or check stands on yet."""
         if not self.sun_offsets:
@@ -91,7 +103,8 @@ def view_session(
 ) -> SessionView:
     """Fold the records of a session into what they say."""
     kinds: dict[type, list[Record]] = {}
-    for record in live_records(records):
+    live = live_records(records)
+    for record in live:
         kinds.setdefault(type(record), []).append(record)
 
     def of(kind: type) -> tuple:  # type: ignore[type-arg]
@@ -107,8 +120,44 @@ def view_session(
         sun_offsets=of(SunOffset),
         points=of(PointRecord),
         checks=of(CheckRecord),
-        uploads=of(UploadRecord),
+        uploads=_uploads(records, {record.seq for record in live}),
         fits=of(FitRecord),
+        in_force=of(InForce),
+        restarts=of(Restarted),
         path=path,
         warnings=warnings,
+    )
+
+
+def _uploads(records: tuple[Record, ...], live: set[int]) -> tuple[UploadRecord, ...]:
+    """Every upload with its outcome; one without an outcome reads back as not verified."""
+    found: list[UploadRecord] = []
+    begun: UploadBegun | None = None
+    for record in records:
+        if isinstance(record, UploadBegun):
+            if begun is not None and begun.seq in live:
+                found.append(_unfinished(begun))
+            begun = record
+        elif isinstance(record, UploadRecord):
+            begun = None
+            if record.seq in live:
+                found.append(record)
+    if begun is not None and begun.seq in live:
+        found.append(_unfinished(begun))
+    return tuple(found)
+
+
+def _unfinished(begun: UploadBegun) -> UploadRecord:
+    return UploadRecord(
+        seq=begun.seq,
+        utc=begun.utc,
+        old_coefficients=begun.old_coefficients,
+        old_offsets=begun.old_offsets,
+        new_coefficients=begun.new_coefficients,
+        new_offsets=begun.new_offsets,
+        verified=False,
+        method=begun.method,
+        forced=begun.forced,
+        rollback=begun.rollback,
+        failure="no outcome was recorded; the unit may hold the old numbers or the new",
     )

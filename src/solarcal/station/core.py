@@ -25,10 +25,12 @@ from solarcal.session.records import (
     CheckRecord,
     Closed,
     Header,
+    InForce,
     KnownRecord,
     LinkLost,
     LinkRestored,
     PointRecord,
+    Restarted,
     Typed,
     UnitRecord,
 )
@@ -45,7 +47,7 @@ from solarcal.station.state import (
 from solarcal.station.typed.forms import ReadByHand, TypedAnswer
 from solarcal.sun import sun_position
 from solarcal.timescale import format_utc
-from solarcal.unit.tracker import Status, Tracker, UnitIdentity, UnitSite
+from solarcal.unit.tracker import Mode, Status, Tracker, UnitIdentity, UnitSite
 
 HELD_S = 30.0
 """A line that is lost sooner than this after it came back is coming and going."""
@@ -97,6 +99,7 @@ class StationCore:
         self._change = threading.RLock()
         self._listeners: list[Listener] = []
         self._stops = 0
+        self._referenced: bool | None = None
         self._state = StationState()
         self._typed_before: list[TypedAnswer] = []
         # The line: when it came back last, and what of that is not in the file yet.
@@ -275,6 +278,8 @@ class StationCore:
         if not self._flapping:
             self._record_restored()
         self._connected(identity)
+        if self._journal is not None:
+            self.compare_in_force()
         return identity
 
     def _record_restored(self) -> None:
@@ -306,6 +311,7 @@ class StationCore:
                 guards.distance_to_limits_deg(session.header.unit, status) if session else None
             ),
         )
+        self._notice_restart(status)
         return status
 
     def close(self, reason: str = "session finished") -> None:
@@ -358,6 +364,50 @@ class StationCore:
         self._become(session=view_session(journal.header, tuple(journal.records)))
         self._recall_heliostat()
         self._take_down_waiting()
+        self.compare_in_force()
+
+    def compare_in_force(self) -> bool:
+        """Whether the unit holds what was uploaded last; a change of the answer is recorded.
+
+        A unit without a line, or one that nothing was uploaded to, has nothing to compare. O is
+        compared where no Set Sun Offset has changed it since.
+        """
+        session = self.session
+        newest = session.uploads[-1] if session.uploads else None
+        linked = self.tracker.capabilities.has_link
+        if newest is None or not newest.verified or not linked:
+            return True
+        held = self.tracker.stored()
+        self._in_force = held.coefficients
+        same = held.coefficients == held.permanent_coefficients == newest.new_coefficients
+        if not any(offset.seq > newest.seq for offset in session.sun_offsets):
+            same = same and held.offsets == newest.new_offsets
+        if same != session.holds_upload:
+            self._record(
+                lambda seq, utc: InForce(
+                    seq=seq,
+                    utc=utc,
+                    coefficients=held.coefficients,
+                    offsets=held.offsets,
+                    as_uploaded=same,
+                )
+            )
+        return same
+
+    def _notice_restart(self, status: Status) -> None:
+        """Record that the unit lost its reference without a reference check of ours."""
+        if status.mode is Mode.REF:
+            self._referenced = False
+            return
+        session = self._state.session
+        was = self._referenced
+        if was is None and session is not None:
+            done = max((c.seq for c in session.ref_checks if c.complete), default=-1)
+            was = done > max((r.seq for r in session.restarts), default=-1)
+        self._referenced = status.referenced
+        if was and not status.referenced and self._journal is not None:
+            since = session.records[-1].utc if session is not None and session.records else ""
+            self._record(lambda seq, utc: Restarted(seq=seq, utc=utc, since=since))
 
     def _header(self, continues: str = "") -> Header:
         identity = self._state.live.identity

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from solarcal.errors import ProcedureRefused
+from solarcal.model.evidence.read_outs import OFFSET_TOLERANCE_DEG, offset_disagreements
 from solarcal.model.evidence.unit_state import check_unit_sun
 from solarcal.model.fit import FEWEST_POINTS
 from solarcal.mount.controller import commanded_error_deg
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 Pair = tuple[float, float]
 
 READINGS = 5
+MOST_ERROR_DEG = 180.0
 READING_INTERVAL_S = 1.0
 MAX_OFFSET_AGE_S = 1800.0
 """A Set Sun Offset older than this no longer vouches for where the collector is now."""
@@ -141,7 +143,9 @@ def point_candidate(
         reading = (last.reading1_deg, last.reading2_deg)
         counts = (last.counts1, last.counts2)
         approach, coefficients = last.approach, in_force
-        error = _commanded(ideal, last.offsets, in_force)
+        error = (round(reading[0] - ideal[0], 6), round(reading[1] - ideal[1], 6))
+        if session.header.unit.typed:
+            error = _commanded(ideal, last.offsets, in_force)
     sun = sun_position("precise", parse_utc(read_utc), session.header.site)
     aim = (sun.azimuth_deg, sun.zenith_deg)
     if session.header.unit.heliostat is not None:
@@ -169,6 +173,39 @@ def point_candidate(
         expected_counts=expected,
         found_counts=found,
     )
+
+
+def demand_plausible(session: SessionView, candidate: PointRecord | CheckRecord) -> None:
+    """Refuse a point that contradicts itself, before it can be stored.
+
+    The error is reading - ideal; E(P in force) + O is the same number said by the unit, to its
+    resolution and, while it tracks, to its update range.
+
+    Raises
+    ------
+    ProcedureRefused
+        O and the read-outs disagree, or no axis can have such an error.
+    """
+    error = candidate.error_deg
+    if error is None:
+        return
+    for axis, value in enumerate(error, start=1):
+        if not abs(value) <= MOST_ERROR_DEG:
+            raise ProcedureRefused(
+                f"axis {axis} would be off by {value:+.3f} deg, more than half a turn: the unit's "
+                "read-out or offset is wrong"
+            )
+    if isinstance(candidate, CheckRecord) or candidate.reading_deg is None:
+        return
+    unit = session.header.unit
+    beyond = -float(unit.limits.distance_deg(*candidate.reading_deg))
+    if beyond > unit.update_range_deg + OFFSET_TOLERANCE_DEG:
+        raise ProcedureRefused(
+            f"the read-outs ({candidate.reading_deg[0]:.3f}, {candidate.reading_deg[1]:.3f}) deg "
+            f"lie {beyond:.3f} deg beyond a limit: no axis stands there"
+        )
+    for sentence in offset_disagreements(unit, candidate):
+        raise ProcedureRefused(f"{sentence}; do a reference check and set the Sun offset again")
 
 
 def _commanded(ideal: Pair, offsets: Offsets, in_force: Coefficients) -> Pair:

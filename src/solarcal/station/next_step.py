@@ -202,7 +202,14 @@ def _after_upload(session: SessionView) -> NextStep:
     upload = session.uploads[-1]
     if not upload.verified:
         return NextStep(
-            "The read-back DIFFERS from what was written: upload again, or roll back.", "upload"
+            f"The upload failed ({upload.failure}): upload again, or roll back."
+            if upload.failure
+            else "The read-back DIFFERS from what was written: upload again, or roll back.",
+            "upload",
+        )
+    if not session.holds_upload:
+        return NextStep(
+            "The unit does not hold what was uploaded: upload again, then prove it.", "upload"
         )
     if upload.rollback:
         return NextStep("Rolled back: the unit is as it was. Upload again when ready.", "upload")

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import msgspec
 
-from solarcal.errors import LinkError, ProcedureRefused, SessionFileError
+from solarcal.errors import LinkError, ProcedureRefused, SessionFileError, SolarcalError
 from solarcal.model.fit import Solution
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.journal import Journal
@@ -26,12 +26,13 @@ from solarcal.session.records import (
     PointRecord,
     RefCheck,
     SunOffset,
+    UploadBegun,
     UploadRecord,
     Void,
 )
 from solarcal.station import guards
 from solarcal.station.core import CreateJournal, StationCore
-from solarcal.station.gathering import check_candidate, gather, point_candidate
+from solarcal.station.gathering import check_candidate, demand_plausible, gather, point_candidate
 from solarcal.station.state import (
     Activity,
     Attempt,
@@ -144,12 +145,9 @@ class Station(StationCore):
         )
 
     def _check_number(self, of_unit: int) -> int:
-        """The unit's own; where it keeps none of its own, a continued session goes on counting."""
-        has = self.tracker.capabilities
+        """The unit's own; one that begins anew (a restart) goes on from the session's last."""
         checks = self.session.ref_checks
-        if (has.has_link and has.has_controller) or not checks:
-            return of_unit
-        return max(of_unit, checks[-1].number + 1)
+        return of_unit if not checks else max(of_unit, checks[-1].number + 1)
 
     def _let_go(self) -> None:
         """End the STOP of a moment ago; one that comes meanwhile stands."""
@@ -258,6 +256,11 @@ class Station(StationCore):
             raise ProcedureRefused("initialise the data file first (F3), once per calibration")
         if check and not session.uploads:
             raise ProcedureRefused("check points come after an upload; there has been none yet")
+        if check and not self.compare_in_force():
+            raise ProcedureRefused(
+                "the unit does not hold what was uploaded: a check point would prove nothing; "
+                "upload again"
+            )
         status = self.poll()
         try:
             guards.demand_clear_of_limits(session.header, status, what)
@@ -297,6 +300,11 @@ class Station(StationCore):
             raise
         make = check_candidate if attempt.check else point_candidate
         candidate = make(self.session, gathered, attempt.answers, self._in_force)
+        try:
+            demand_plausible(self.session, candidate)
+        except ProcedureRefused as refusal:
+            self.abort_attempt(str(refusal))
+            raise
         self._become(activity=Activity.RESULT, attempt=replace(attempt, candidate=candidate))
         return candidate
 
@@ -346,7 +354,7 @@ class Station(StationCore):
 
     def upload(
         self, coefficients: Coefficients, *, method: str, forced: str = "", rollback: bool = False,
-        offsets: Offsets | None = None,
+        offsets: Offsets | None = None, replaced: tuple[Coefficients, Offsets] | None = None,
     ) -> UploadRecord:  # fmt: skip
         """Write P1..P6 and both O in one transaction, store, read back, compare exactly."""
         self._demand_idle("an upload")
@@ -354,31 +362,75 @@ class Station(StationCore):
         new = coefficients.rounded(unit.tilt_decimals, unit.scale_decimals)
         offsets = offsets or Offsets()
         self._become(activity=Activity.UPLOADING)
+        begun: UploadBegun | None = None
         try:
-            replaced, replaced_offsets = held_before_upload(
+            held, held_offsets = replaced or held_before_upload(
                 self.session, self.tracker.stored(), new, offsets
+            )
+            # On the disk before the first write: whatever happens then, a rollback knows.
+            begun = self._record(
+                lambda seq, utc: UploadBegun(
+                    seq=seq,
+                    utc=utc,
+                    old_coefficients=held,
+                    old_offsets=held_offsets,
+                    new_coefficients=new,
+                    new_offsets=offsets,
+                    method=method,
+                    forced=forced,
+                    rollback=rollback,
+                )
             )
             back = self.tracker.write_coefficients(new, offsets)
             self._in_force = back.coefficients
+        except SolarcalError as error:
+            if begun is not None:
+                self._upload_outcome(begun, verified=False, failure=str(error))
+            raise
         finally:
             self._become(activity=Activity.IDLE)
         verified = (
             back.coefficients == back.permanent_coefficients == new
             and back.offsets == back.permanent_offsets == offsets
         )
+        return self._upload_outcome(begun, verified=verified)
+
+    def _upload_outcome(
+        self, begun: UploadBegun, *, verified: bool, failure: str = ""
+    ) -> UploadRecord:
         return self._record(
             lambda seq, utc: UploadRecord(
                 seq=seq,
                 utc=utc,
-                old_coefficients=replaced,
-                old_offsets=replaced_offsets,
-                new_coefficients=new,
-                new_offsets=offsets,
+                old_coefficients=begun.old_coefficients,
+                old_offsets=begun.old_offsets,
+                new_coefficients=begun.new_coefficients,
+                new_offsets=begun.new_offsets,
                 verified=verified,
-                method=method,
-                forced=forced,
-                rollback=rollback,
+                method=begun.method,
+                forced=begun.forced,
+                rollback=begun.rollback,
+                failure=failure,
             )
+        )
+
+    def upload_again(self) -> UploadRecord:
+        """Write the newest upload once more: the unit no longer holds it.
+
+        What a rollback restores stays what that upload had replaced.
+        """
+        if not self.session.uploads:
+            raise ProcedureRefused(
+                "nothing was uploaded in this session; there is nothing to repeat"
+            )
+        newest = self.session.uploads[-1]
+        return self.upload(
+            newest.new_coefficients,
+            method=newest.method,
+            forced=newest.forced,
+            rollback=newest.rollback,
+            offsets=newest.new_offsets,
+            replaced=(newest.old_coefficients, newest.old_offsets),
         )
 
     def rollback(self) -> UploadRecord:

@@ -61,6 +61,8 @@ def sign_off(views: Sequence[SessionView], tolerance_deg: float) -> SignOff:
     )
     left = np.array([check.sky_error_deg for check in checks], dtype=np.float64)
     signed_off, reason = _conclusion(newest, left, tolerance_deg)
+    if not all(view.holds_upload for view in views):
+        signed_off, reason = False, "the unit does not hold what was uploaded; upload again"
     return SignOff(
         signed_off,
         reason,

@@ -7,15 +7,14 @@ from solarcal.clock import Clock, SystemClock
 from solarcal.errors import InputFileError, LinkError, ProcedureRefused
 from solarcal.model.analysis import Analysis
 from solarcal.model.forecast import Forecast, forecast
-from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.mount.formula import Coefficients
 from solarcal.session.journal import Journal
 from solarcal.session.points import SITE_TOLERANCE_DEG
-from solarcal.session.reader import live_records, read_session
 from solarcal.session.records import Header, UnitRecord, UploadRecord
+from solarcal.session.view import read_view
 from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.station.state import newest_upload
-from solarcal.timescale import format_utc
 from solarcal.unit.tracker import Stored, Tracker, UnitIdentity
 
 
@@ -122,55 +121,20 @@ class UnitOnTheLine:
 
     def upload(self, new: Coefficients, method: str, forced: str) -> UploadRecord:
         """Write, read back, compare, record. O becomes zero: P carries all of the correction."""
-        before = self.stored()
-        utc = format_utc(self.station.clock.utc_s())
         try:
             return self.station.upload(new, method=method, forced=forced)
         except LinkError as error:
-            self._record_unfinished(error, before, utc, new, Offsets(), method, forced)
+            self.station.link_lost(error)
             raise
 
     def restore(self, replaced: UploadRecord) -> UploadRecord:
         """Write what an upload replaced, read back, compare, record."""
-        before = self.stored()
-        utc = format_utc(self.station.clock.utc_s())
         old, offsets = replaced.old_coefficients, replaced.old_offsets
         try:
             return self.station.upload(old, method=replaced.method, offsets=offsets, rollback=True)
         except LinkError as error:
-            self._record_unfinished(
-                error, before, utc, old, offsets, replaced.method, "", rollback=True
-            )
+            self.station.link_lost(error)
             raise
-
-    def _record_unfinished(
-        self,
-        error: LinkError,
-        before: Stored,
-        utc: str,
-        new: Coefficients,
-        offsets: Offsets,
-        method: str,
-        forced: str,
-        *,
-        rollback: bool = False,
-    ) -> None:
-        """The unit may hold the new numbers or the old: keep what a rollback needs."""
-        self.station.link_lost(error)
-        self._journal.append(
-            UploadRecord(
-                seq=self._journal.next_seq,
-                utc=utc,
-                old_coefficients=before.coefficients,
-                old_offsets=before.offsets,
-                new_coefficients=new,
-                new_offsets=offsets,
-                verified=False,
-                method=method,
-                forced=forced,
-                rollback=rollback,
-            )
-        )
 
 
 def find_upload(folder: Path, identity: UnitIdentity) -> tuple[Path, tuple[str, ...]]:
@@ -185,12 +149,12 @@ def find_upload(folder: Path, identity: UnitIdentity) -> tuple[Path, tuple[str, 
     unreadable = []
     for path in sorted(folder.glob("*.jsonl")):
         try:
-            session = read_session(path)
+            session = read_view(path)
         except InputFileError as error:
             unreadable.append(str(error))
             continue
         unit = session.header.unit
-        upload = newest_upload(live_records(session))
+        upload = newest_upload(session.uploads)
         if upload is None or (unit.model, unit.serial) != (identity.model, identity.serial):
             continue
         if best is None or upload.utc > best[0]:

@@ -134,7 +134,9 @@ def losses(session: SessionView) -> tuple[tuple[RefCheck, int, Loss], ...]:
     found = []
     complete = [check for check in session.ref_checks if check.complete and check.at_switches]
     for before, check in pairwise(complete):
-        if check.difference_counts is None:
+        # A restart between them explains the difference: the counter began anew.
+        restarted = any(before.seq < r.seq < check.seq for r in session.restarts)
+        if check.difference_counts is None or restarted:
             continue
         labels = tuple(p.seq for p in session.accepted if before.seq < p.seq < check.seq)
         for axis, counts in enumerate(check.difference_counts):

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from solarcal.model.evidence.branches import branch_evidence
 from solarcal.model.evidence.clocks import clock_evidence, laptop_evidence
 from solarcal.model.evidence.counts import Loss, count_evidence, real_losses
-from solarcal.model.evidence.read_outs import read_out_evidence
+from solarcal.model.evidence.read_outs import offset_evidence, read_out_evidence
 from solarcal.model.evidence.times import stamp_evidence
-from solarcal.model.evidence.unit_state import unit_evidence
+from solarcal.model.evidence.unit_state import held_evidence, unit_evidence
 from solarcal.model.finding import Finding
 from solarcal.model.known_physics import SkyContext
 from solarcal.session.points import PointTable
@@ -88,7 +88,9 @@ def direct_findings(
         *clock_evidence(session),
         *count_evidence(session, solution),
         *unit_evidence(session),
+        *held_evidence(session),
         *read_out_evidence(session),
+        *offset_evidence(session),
         *branch_evidence(session),
         *laptop_evidence(session),
     )

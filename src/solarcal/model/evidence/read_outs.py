@@ -6,9 +6,13 @@ from itertools import pairwise
 import numpy as np
 
 from solarcal.model.finding import Finding, points_named
+from solarcal.mount.controller import commanded_error_deg
+from solarcal.session.records import PointRecord, UnitRecord
 from solarcal.session.view import SessionView
 from solarcal.units import FloatArray
 
+OFFSET_TOLERANCE_DEG = 0.02
+"""O is set to counts and decimals; beyond this and the update range it is another number."""
 MOVED_DEG = 0.5
 """An axis that had to move this far between two points cannot have stood still."""
 
@@ -50,6 +54,64 @@ def frozen_findings(
                 )
             )
     return tuple(said)
+
+
+def offset_disagreements(unit: UnitRecord, point: PointRecord) -> tuple[str, ...]:
+    """Where the unit's O contradicts its own read-outs at a point: both numbers, per axis.
+
+    E(P in force) + O is reading - ideal, to the unit's resolution; between two updates the axes
+    stand up to an update range away. Typed read-outs are of another moment: not compared.
+    """
+    if (
+        unit.typed
+        or point.ideal_deg is None
+        or point.reading_deg is None
+        or point.offsets is None
+        or point.coefficients is None
+    ):
+        return ()
+    commanded = commanded_error_deg(point.coefficients, point.offsets, *point.ideal_deg)
+    allowed = unit.update_range_deg + OFFSET_TOLERANCE_DEG
+    found = []
+    for axis in (0, 1):
+        read = point.reading_deg[axis] - point.ideal_deg[axis]
+        read -= 360.0 * round(read / 360.0)
+        if not abs(read - commanded[axis]) <= allowed:
+            found.append(
+                f"axis {axis + 1}: the read-out less the ideal angle is {read:+.3f} deg, the "
+                f"unit's formula and O give {commanded[axis]:+.3f} deg (allowed difference "
+                f"{allowed:.3f})"
+            )
+    return tuple(found)
+
+
+def offset_evidence(session: SessionView) -> tuple[Finding, ...]:
+    """Accepted points whose O contradicts their read-outs, or whose error is neither."""
+    unit = session.header.unit
+    found = []
+    for point in session.accepted:
+        said = list(offset_disagreements(unit, point))
+        if point.reading_deg and point.ideal_deg and point.error_deg and not unit.typed:
+            for axis in (0, 1):
+                read = point.reading_deg[axis] - point.ideal_deg[axis]
+                read -= 360.0 * round(read / 360.0)
+                off = abs(point.error_deg[axis] - read)
+                if off > unit.update_range_deg + OFFSET_TOLERANCE_DEG:
+                    said.append(
+                        f"axis {axis + 1}: the recorded error is {point.error_deg[axis]:+.3f} deg, "
+                        f"the read-out less the ideal angle {read:+.3f} deg"
+                    )
+        if said:
+            found.append(
+                Finding(
+                    kind="offsets",
+                    subject=f"point {point.seq}",
+                    sentence=f"point {point.seq} contradicts itself: {'; '.join(said)}",
+                    direct=True,
+                    labels=(point.seq,),
+                )
+            )
+    return tuple(found)
 
 
 def _runs(values: FloatArray) -> list[tuple[int, int]]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from solarcal.model.finding import Finding
 from solarcal.mount.controller import ideal_axes_deg
+from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.records import PointRecord
 from solarcal.session.view import SessionView
@@ -133,6 +134,32 @@ def check_unit_settings(
             f"{abs(unit_minus_laptop_s) / 240.0:.3f} deg of Sun"
         )
     return tuple(said)
+
+
+def held_evidence(session: SessionView) -> tuple[Finding, ...]:
+    """Whether the unit held what was uploaded when it was compared last."""
+    if session.holds_upload:
+        return ()
+    held, wanted = session.in_force[-1], session.uploads[-1]
+    names = [
+        f"{name} {now:g} instead of {then:g}"
+        for name, now, then in zip(
+            COEFFICIENT_NAMES,
+            held.coefficients.as_tuple(),
+            wanted.new_coefficients.as_tuple(),
+            strict=True,
+        )
+        if now != then
+    ]
+    return (
+        Finding(
+            kind="not_held",
+            subject="unit",
+            sentence=f"the unit does not hold what was uploaded ({', '.join(names) or 'other O'}): "
+            "upload again",
+            direct=True,
+        ),
+    )
 
 
 def unit_evidence(session: SessionView) -> list[Finding]:

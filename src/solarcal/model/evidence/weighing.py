@@ -56,6 +56,11 @@ def weigh(evidence: Iterable[Finding], used: AbstractSet[int], tolerance_deg: fl
                     # points by the coefficients.
                     own = finding.kind == "time_stamps" and finding.subject == UNIT_CLOCK
                     (waiting if own else wrong).append(finding.sentence)
+            case "offsets":
+                if not used.isdisjoint(finding.labels):
+                    wrong.append(finding.sentence)
+            case "not_held":
+                waiting.append(finding.sentence)
             case "unit_sun" if number > tolerance_deg:
                 wrong.append(finding.sentence)
             case "laptop_clock" if number > tolerance_deg * SECONDS_PER_SUN_DEG:
