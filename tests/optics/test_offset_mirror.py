@@ -17,7 +17,7 @@ from solarcal.optics.aiming import (
     parse_target,
 )
 from solarcal.optics.heliostat import Target
-from solarcal.optics.mirror_roots import circle_roots, exact_roots
+from solarcal.optics.mirror_roots import circle_roots, exact_roots, published_bisection
 from solarcal.optics.offset_mirror import (
     MirrorOffset,
     beam_miss_enu,
@@ -214,3 +214,16 @@ def test_what_cannot_be_is_answered_in_one_line(asked, said):
 def test_reflection_is_its_own_inverse():
     light, normal = direction_enu(40.0, 50.0), direction_enu(70.0, 20.0)
     assert float(angle_deg(reflected(reflected(light, normal), normal), light)) < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("side", "steps", "stop_deg", "root_deg"),
+    [("front", 17, 12.489481, 12.489466), ("back", 18, 10.232005, 10.232014)],
+)
+def test_the_published_bisection_step_by_step(
+    side: str, steps: int, stop_deg: float, root_deg: float
+) -> None:
+    found = published_bisection(22.5, 5.0, side)  # type: ignore[arg-type]
+    assert len(found) == steps
+    assert found[-1].incidence_deg == pytest.approx(stop_deg, abs=5e-7)
+    assert found[-1].low_deg < root_deg < found[-1].high_deg

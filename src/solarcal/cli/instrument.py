@@ -9,13 +9,18 @@ from solarcal.errors import ConfigurationError
 from solarcal.instruments.catalogue import INSTRUMENTS
 from solarcal.instruments.form import Field, Flag, Instrument
 
-_KINDS = {"heliostat": ("aim", "target", "drift", "circle", "shift")}
+_KINDS = {
+    "heliostat": ("aim", "target", "drift", "circle", "shift"),
+    "sun": ("position", "compare"),
+}
 """Commands whose first word says what to compute; the first one where it is left out."""
-_KIND_HELP = (
-    "aim: the normal for a Sun and a target (default); target: where the beam goes, from normals "
-    "read while it was on the target; drift: of an uncorrected mirror offset over a day; circle: "
-    "both roots of AzimPivot_R = PivotRefl_R = 0; shift: the angle a translation turns"
-)
+_KIND_HELP = {
+    "heliostat": "aim: the normal for a Sun and a target (default); target: where the beam goes, "
+    "from normals read while it was on the target; drift: of an uncorrected mirror offset over a "
+    "day; circle: both roots of AzimPivot_R = PivotRefl_R = 0; shift: the angle a translation "
+    "turns",
+    "sun": "position: where it is (default); compare: two models over years",
+}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,8 +29,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     served = [one for one in INSTRUMENTS if one.command.split()[0] == command]
     if command in _KINDS:
         parser.add_argument(
-            "what", nargs="?", choices=_KINDS[command], default=_KINDS[command][0], help=_KIND_HELP
-        )
+            "what",
+            nargs="?",
+            choices=_KINDS[command],
+            default=_KINDS[command][0],
+            help=_KIND_HELP[command],
+        )  # fmt: skip
     elif len(served) > 1:
         parser.add_argument(
             "--design", action="store_true", help="what a device shows, or which one is wanted"
@@ -58,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     """Compute and print."""
     words = [args.command]
     if args.command in _KINDS:
-        words.append(args.what)
+        words += [args.what] if args.what != "position" else []
     elif getattr(args, "design", False):
         words.append("--design")
     wanted = " ".join(words)

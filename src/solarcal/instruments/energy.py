@@ -1,5 +1,6 @@
 """What a collector catches at a moment, over a day, over a year, in the manner of SUNCALC."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from solarcal.instruments.mount_and_collector import (
 from solarcal.report.instrument_plots import Curve, curve_plot
 from solarcal.report.scales import Theme
 from solarcal.sun.circular_orbit import CircularDay, days_after_march_equinox
+from solarcal.sun.clear_sky import SUNCALC_W_M2, day_kwh_m2, moment_w_m2
 from solarcal.sun.energy import (
     day_percent,
     disc_percent,
@@ -65,6 +67,15 @@ def energy(form: Form) -> Answer:
             for number in SEASON_DAYS
         },
     }
+    turbidity, height_m = form.number("turbidity"), form.number("height")
+    irradiance = {
+        "outside_w_m2": SUNCALC_W_M2,
+        "moment_outside_w_m2": moment / 100.0 * SUNCALC_W_M2,
+        "day_outside_kwh_m2": percent["day_integrated"] / 100.0 * 24.0 * SUNCALC_W_M2 / 1e3,
+        "clear_sky_w_m2": moment_w_m2(collector, day, solar_time_h, turbidity, height_m),
+        "clear_sky_kwh_m2": day_kwh_m2(collector, day, turbidity, height_m),
+        "turbidity": turbidity,
+    }
     document: dict[str, Any] = {
         "latitude_deg": latitude_deg,
         "day": day.day,
@@ -85,6 +96,7 @@ def energy(form: Form) -> Answer:
         "due_east_h": day.due_east_h,
         "due_west_h": day.due_west_h,
         "percent": percent,
+        "irradiance": irradiance,
         "pointing": pointing,
     }
     rows = [
@@ -100,6 +112,19 @@ def energy(form: Form) -> Answer:
     ]
     for number, name in zip(SEASON_DAYS, SEASONS, strict=True):
         rows.append((f"day {number}", f"{percent['seasons'][str(number)]:.6f} % ({name})"))
+    rows += [
+        (
+            "outside the air",
+            f"{irradiance['moment_outside_w_m2']:.0f} W/m2 of 1.40 kW/m2 now, "
+            f"{irradiance['day_outside_kwh_m2']:.2f} kWh/m2 a day",
+        ),
+        (
+            "direct, clear sky",
+            f"{irradiance['clear_sky_w_m2']:.0f} W/m2 now, "
+            f"{irradiance['clear_sky_kwh_m2']:.2f} kWh/m2 a day (Linke turbidity {turbidity:g})",
+        ),
+        ("to sight the Sun", _sighting(day, solar_time_h)),
+    ]
     rows += _pointing_rows(pointing, acceptance_deg)
     lines = [
         f"Latitude {latitude_deg:g}, {day.day:g} days after the March equinox, "
@@ -132,6 +157,16 @@ def _horizon_rows(day: CircularDay) -> list[tuple[str, str]]:
         ("dawn, dusk", f"{day.dawn_h:.6f} h, {day.dusk_h:.6f} h solar time"),
         ("daylight", f"{day.daylight_h:.6f} h"),
     ]
+
+
+def _sighting(day: CircularDay, solar_time_h: float) -> str:
+    """Where to look: bearing from North through East, and height."""
+    north, east, _ = day.direction_neu(solar_time_h).tolist()
+    height = day.elevation_deg(solar_time_h)
+    if height <= 0.0:
+        return f"it is below the horizon, {-height:.3f} deg"
+    bearing = math.degrees(math.atan2(east, north)) % 360.0
+    return f"look towards bearing {bearing:.3f}, {height:.3f} deg up"
 
 
 def _due_text(day: CircularDay) -> str:

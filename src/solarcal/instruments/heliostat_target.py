@@ -1,5 +1,7 @@
 """Where a heliostat's target lies, and two small sums: a mirror on a circle, a translation."""
 
+from typing import Any
+
 import numpy as np
 
 from solarcal.errors import ConfigurationError
@@ -8,7 +10,7 @@ from solarcal.instruments.form import Form
 from solarcal.instruments.mount_and_collector import asked_geometry, drawn_latitude_deg
 from solarcal.instruments.sun import apparent_sun
 from solarcal.optics.heliostat import targeting, translation_deg
-from solarcal.optics.mirror_roots import circle_roots
+from solarcal.optics.mirror_roots import circle_roots, published_bisection
 from solarcal.report.instrument_plots import Curve, curve_plot, directions_plot
 from solarcal.report.scales import Theme
 
@@ -90,7 +92,7 @@ def circle(form: Form) -> Answer:
         raise ConfigurationError(f"the radius must be greater than zero, not {radius:g}")
     ratio = distance / radius
     roots = circle_roots(angle_deg, ratio)
-    document = {
+    document: dict[str, Any] = {
         "front_deg": roots.front_deg,
         "front_from_target_deg": roots.front_from_target_deg,
         "back_deg": roots.back_deg,
@@ -102,6 +104,27 @@ def circle(form: Form) -> Answer:
         f"  {'back':<7}{roots.back_deg:14.6f}{roots.back_from_target_deg:22.6f}",
         "  Use the front one: at the back the light would fall on the mirror's reverse.",
     ]
+    if form.choice("steps") == "yes":
+        sides = {
+            "front": published_bisection(angle_deg, ratio, "front"),
+            "back": published_bisection(angle_deg, ratio, "back"),
+        }
+        document["bisection"] = {
+            side: [step.incidence_deg for step in steps] for side, steps in sides.items()
+        }
+        for side, steps in sides.items():
+            lines += [
+                "",
+                f"  published bisection, {side}",
+                f"  {'step':>4}{'from':>12}{'to':>12}{'middle T':>13}{'d/r off by':>13}",
+                *(
+                    f"  {number:4d}{step.low_deg:12.6f}{step.high_deg:12.6f}"
+                    f"{step.incidence_deg:13.6f}{step.difference:+13.6f}"
+                    for number, step in enumerate(steps, start=1)
+                ),
+                f"  {steps[-1].incidence_deg:.6f} after {len(steps)} steps; the root finder above "
+                f"gives {getattr(roots, f'{side}_deg'):.6f}",
+            ]
 
     def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
         ratios = np.linspace(min(_CIRCLE_REACH[0], ratio), max(_CIRCLE_REACH[1], 1.5 * ratio), 40)

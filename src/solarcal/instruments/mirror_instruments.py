@@ -97,8 +97,11 @@ _HELIOSTATS = (
             Field(
                 "radius", "Circle's radius", "length", "1", metavar="R", help="circle: r (1)"
             ),
+            Field("steps", "Bisection steps", default="no", choices=("no", "yes")),
         ),
         "heliostat circle",
+        "",
+        (Flag("--steps", "circle: the published bisection, step by step", {"steps": "yes"}),),
     ),
     Instrument(
         "heliostat-shift", "Heliostat", "Translation", "by how much it turns the target",

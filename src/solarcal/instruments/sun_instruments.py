@@ -90,6 +90,10 @@ SUN_INSTRUMENTS = (
         (
             *PLACE, TIME,
             Field(
+                "target", "Target", default="sun", choices=("sun", "moon"),
+                metavar="TARGET", help="sun (default) or moon, with its phase",
+            ),
+            Field(
                 "model", "Model", default="precise",
                 choices=("precise", "solartrak", "solartrak+", "noaa"),
                 metavar="MODEL", help="solartrak, solartrak+, noaa or precise (default)",
@@ -112,7 +116,32 @@ SUN_INSTRUMENTS = (
         ),
         "sun",
         "utc, model, azimuth_deg, zenith_deg, elevation_deg, declination_deg, "
-        "equation_of_time_min, solar_time, geometry, ax1_deg, ax2_deg",
+        "equation_of_time_min, solar_time, geometry, ax1_deg, ax2_deg; with --target moon: target, "
+        "utc, azimuth_deg, zenith_deg, elevation_deg, distance_km, semidiameter_deg, phase_deg, "
+        "illuminated, waxing, usable, geometry, ax1_deg, ax2_deg",
+    ),
+    Instrument(
+        "sun-compare", "The Sun", "Two Sun models", "worst and rms difference over years",
+        "sun", "compare",
+        (
+            *PLACE,
+            Field(
+                "models", "Models", default="noaa,precise", metavar="A,B",
+                help="compare: the two models (noaa,precise)",
+            ),
+            Field(
+                "from_year", "From year", "", "1990", low=1900, high=2100, flag="--from",
+                metavar="YEAR", help="compare: from the start of this year (1990)",
+            ),
+            Field(
+                "to_year", "To year", "", "2020", low=1900, high=2100, flag="--to",
+                metavar="YEAR", help="compare: to the end of this year (2020)",
+            ),
+        ),
+        "sun compare",
+        "models, from_year, to_year, positions, altitude_worst_deg, altitude_rms_deg, "
+        "azimuth_worst_deg, azimuth_rms_deg, cross_worst_deg (azimuth on the sky), cross_rms_deg, "
+        "years (year, altitude_worst_deg, cross_worst_deg)",
     ),
     Instrument(
         "day", "The Sun", "Day", "sunrise, noon, sunset; when the Sun is within limits",
@@ -186,6 +215,14 @@ SUN_INSTRUMENTS = (
                 metavar="DEG", help="what this error costs over the day",
             ),
             Field(
+                "turbidity", "Linke turbidity", "", "3", low=1, high=10, metavar="TL",
+                help="how clear the air is: 2 very clean, 3 clean (default), 5 hazy",
+            ),
+            Field(
+                "height", "Height of the site", "m", "0", low=-500, high=9000, metavar="M",
+                help="metres above sea, for the clear-sky estimate (0)",
+            ),
+            Field(
                 "acceptance", "Half acceptance", "deg", hint="none", metavar="DEG",
                 help="half angle a concentrator accepts: the share of the Sun's disc it still "
                 "sees with --pointing-error",
@@ -195,7 +232,8 @@ SUN_INSTRUMENTS = (
         "latitude_deg, day, solar_time_h, collector, sun (north, east, up, elevation_deg, "
         "high_sun_deg, sunrise_bearing_deg from East towards North, never_sets), daylight_h, "
         "dawn_h, dusk_h, due_east_h, due_west_h, percent (moment, day in SUNCALC's 100 steps, "
-        "day_integrated, year, seasons), pointing (null without --pointing-error)",
+        "day_integrated, year, seasons), irradiance (outside_w_m2, moment and day outside the air, "
+        "clear_sky_w_m2, clear_sky_kwh_m2, turbidity), pointing (null without --pointing-error)",
         (
             *_COLLECTOR_FLAGS,
             Flag("--day", "days after the March equinox (91)", to="day", metavar="DAYS",

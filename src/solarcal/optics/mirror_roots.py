@@ -192,3 +192,53 @@ def circle_roots(angle_sun_target_deg: float, distance_to_radius: float) -> Circ
     front = brentq(open_by, 0.5 * phi, phi, args=(1.0,), xtol=1e-15, rtol=1e-14)
     back = brentq(open_by, 0.0, 0.5 * phi, args=(-1.0,), xtol=1e-15, rtol=1e-14)
     return CircleRoots(front / RAD_PER_DEG, back / RAD_PER_DEG, angle_sun_target_deg)
+
+
+@dataclass(frozen=True, slots=True)
+class Bisection:
+    """One step: the middle of the bracket, and by how much its d/r differs from the wanted one."""
+
+    low_deg: float
+    high_deg: float
+    incidence_deg: float
+    difference: float
+
+
+PUBLISHED_STOP = 1e-4
+"""Difference of d/r at which the published bisection stops."""
+_MOST_STEPS = 100
+
+
+def published_bisection(
+    angle_sun_target_deg: float, distance_to_radius: float, side: Literal["front", "back"]
+) -> tuple[Bisection, ...]:
+    """The published way to the roots of ``circle_roots``, step by step.
+
+    The bracket, phi/2..phi in front and 0..phi/2 at the back, is halved until d/r of its middle is
+    within 1e-4 of the wanted one. For phi 22.5 deg and d/r 5: 12.489481 after 17 steps in front,
+    10.232005 after 18 at the back; the roots are 12.489466 and 10.232014.
+
+    Raises
+    ------
+    ConfigurationError
+        As ``circle_roots``.
+    """
+    circle_roots(angle_sun_target_deg, distance_to_radius)
+    phi = angle_sun_target_deg * RAD_PER_DEG
+    low, high = (phi / 2.0, phi) if side == "front" else (0.0, phi / 2.0)
+    steps: list[Bisection] = []
+    while len(steps) < _MOST_STEPS:
+        middle = 0.5 * (low + high)
+        reach = abs(math.sin(middle) / math.sin(2.0 * middle - phi))
+        difference = reach - distance_to_radius
+        steps.append(
+            Bisection(low / RAD_PER_DEG, high / RAD_PER_DEG, middle / RAD_PER_DEG, difference)
+        )
+        if abs(difference) < PUBLISHED_STOP:
+            break
+        # d/r grows without bound towards phi/2 from both sides.
+        if (difference > 0.0) == (side == "front"):
+            low = middle
+        else:
+            high = middle
+    return tuple(steps)

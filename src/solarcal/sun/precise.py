@@ -135,12 +135,12 @@ class EarthMotion:
 
 def geocentric_sun(instants: Instants, motion: EarthMotion) -> TrueSun:
     """Apparent place seen from the centre of the Earth: slowly varying."""
-    return _Frame.of(instants, motion).sun(None)
+    return Frame.of(instants, motion).sun(None)
 
 
 def geocentric_and_topocentric_sun(instants: Instants, site: Site) -> tuple[TrueSun, TrueSun]:
     """Apparent places seen from the centre of the Earth and from the site."""
-    frame = _Frame.of(instants, EarthMotion.at(instants))
+    frame = Frame.of(instants, EarthMotion.at(instants))
     return frame.sun(None), frame.sun(site)
 
 
@@ -160,7 +160,7 @@ def horizontal_deg(true_sun: TrueSun, site: Site) -> tuple[FloatArray, FloatArra
 
 
 @dataclass(frozen=True, slots=True)
-class _Frame:
+class Frame:
     """Earth and Sun, and the way to the true equator and equinox of date."""
 
     motion: EarthMotion
@@ -168,7 +168,7 @@ class _Frame:
     sidereal_rad: FloatArray
 
     @classmethod
-    def of(cls, instants: Instants, motion: EarthMotion) -> "_Frame":
+    def of(cls, instants: Instants, motion: EarthMotion) -> "Frame":
         dpsi, _, obliquity, _, _, _, _, to_true_equator = erfa.pn00b(*instants.tt)
         sidereal = erfa.gmst00(*instants.ut1, *instants.tt) + erfa.ee00(
             *instants.tt, obliquity, dpsi
@@ -191,6 +191,11 @@ class _Frame:
         inverse_lorentz = np.sqrt(1.0 - np.sum(velocity**2, axis=-1))
         direction = erfa.ab(towards / distance[..., None], velocity, distance, inverse_lorentz)
         return TrueSun(direction, distance, self.sidereal_rad)
+
+
+def observer_m(site: Site, sidereal_rad: FloatArray) -> FloatArray:
+    """Vector from the geocentre to the site in the true equator and equinox of date, metres."""
+    return np.asarray(_observer(site, sidereal_rad)["p"])
 
 
 def _observer(site: Site, sidereal_rad: FloatArray) -> Any:
