@@ -1,12 +1,18 @@
 """A million cases of nonsense, or as many as asked for: ``python -m fuzzing [CASES]``."""
 
+import shlex
 import sys
+import tempfile
 import time
+from pathlib import Path
 
+from fuzzing.calls import CALLS, sweep
 from fuzzing.doors import DOORS
 from fuzzing.trying import attempt
 
 CASES = 1_000_000
+SEED = 825
+GOOD = Path(__file__).parents[1] / "sessions" / "azel-good-day.jsonl"
 
 
 def main(cases: int) -> int:
@@ -39,9 +45,30 @@ def main(cases: int) -> int:
             f"{refused} refused in proper words",
             flush=True,
         )
+    broken += _bad_calls(min(CALLS, cases // 1000))
     minutes = (time.perf_counter() - started) / 60.0
     print(f"{cases} cases in {minutes:.1f} min: " + (f"BROKEN: {broken}" if broken else "all well"))
     return 1 if broken else 0
+
+
+def _bad_calls(count: int) -> list[str]:
+    """The calls of the program that cannot be; the names of what is broken."""
+    began_s, faults, slowest_s, largest_mb = time.perf_counter(), 0, 0.0, 0.0
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / "bad"
+        folder.mkdir()
+        for outcome in sweep(count, SEED, folder, GOOD):
+            slowest_s = max(slowest_s, outcome.seconds)
+            largest_mb = max(largest_mb, outcome.megabytes)
+            if outcome.fault:
+                faults += 1
+                print(f"  {outcome.fault}: solarcal {shlex.join(outcome.words)[:300]}", flush=True)
+    print(
+        f"bad calls: {count} in {time.perf_counter() - began_s:.0f} s, slowest {slowest_s:.1f} s, "
+        f"largest {largest_mb:.0f} MB, {faults} at fault",
+        flush=True,
+    )
+    return ["bad calls"] if faults else []
 
 
 if __name__ == "__main__":

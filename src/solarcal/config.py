@@ -16,6 +16,7 @@ import msgspec
 import platformdirs
 
 from solarcal.errors import ConfigurationError
+from solarcal.input_files import read_utf8
 from solarcal.timescale import parse_utc
 from solarcal.toml_text import parse_toml
 from solarcal.unit.drivers import DEFAULT_DRIVER, has_line
@@ -170,9 +171,7 @@ def load_keymap() -> dict[str, str]:
 def read_toml(path: Path, kind: type[Kind]) -> Kind:
     """A TOML file as ``kind``; errors name the file, and the line or the field."""
     try:
-        document = parse_toml(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigurationError(f"{path} cannot be read: {error.strerror}") from None
+        document = parse_toml(read_utf8(path))
     except ValueError as error:
         raise ConfigurationError(f"{path}: {error}; correct it or remove the file") from None
     try:

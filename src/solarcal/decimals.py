@@ -18,7 +18,12 @@ _LONGEST = 64
 
 
 def decimal(
-    text: str, low: float = -math.inf, high: float = math.inf, *, comma: bool = False
+    text: str,
+    low: float = -math.inf,
+    high: float = math.inf,
+    *,
+    comma: bool = False,
+    exponent: bool = True,
 ) -> float:
     """The number a text is.
 
@@ -27,6 +32,7 @@ def decimal(
     text : spaces around it do not count.
     low, high : both allowed.
     comma : a decimal comma is taken for the point.
+    exponent : ``1e3`` is a number too; no display shows one.
 
     Raises
     ------
@@ -36,7 +42,8 @@ def decimal(
     written = text.strip()
     if comma:
         written = written.replace(",", ".")
-    if len(written) > _LONGEST or _DECIMAL.fullmatch(written) is None:
+    plain = exponent or "e" not in written.lower()
+    if len(written) > _LONGEST or not plain or _DECIMAL.fullmatch(written) is None:
         raise ConfigurationError(f"{shortened(text)} is not a number")
     value = float(written)
     if not math.isfinite(value):
@@ -81,6 +88,24 @@ def number_option(low: float = -math.inf, high: float = math.inf) -> Callable[[s
             raise argparse.ArgumentTypeError(str(error)) from None
 
     return number
+
+
+SLOWEST, FASTEST = 0.001, 1e6
+"""How fast emulated or recorded time may run, seconds a second."""
+
+
+def speed_option(stopped: float | None = None) -> Callable[[str], float]:
+    """The ``type`` of an option for the speed of time: 0 where ``stopped`` allows, or in range."""
+    number = number_option(0.0, FASTEST)
+
+    def speed(text: str) -> float:
+        value = number(text)
+        if value < SLOWEST and value != stopped:
+            zero = "0, or " if stopped == 0.0 else ""
+            raise argparse.ArgumentTypeError(f"{value:g} is not {zero}{between(SLOWEST, FASTEST)}")
+        return value
+
+    return speed
 
 
 def whole_option(low: float = -math.inf, high: float = math.inf) -> Callable[[str], int]:

@@ -178,11 +178,19 @@ def test_a_replay_at_a_speed_tells_every_record_in_its_order(session, said_by):
 
 
 @pytest.mark.parametrize(
-    "words", [("replay", "SESSION", "--speed", "0"), ("demo", "--headless", "--speed", "-1")]
+    "words",
+    [
+        ("replay", "SESSION", "--speed", "0"),
+        ("demo", "--headless", "--speed", "-1"),
+        ("demo", "--headless", "--speed", "1e-320"),
+        ("replay", "SESSION", "--speed", "1_000"),
+        ("emulate", "--speed", "٣"),
+    ],
 )
 def test_a_speed_that_cannot_be_is_refused(session, words, capsys):
-    code = run_command([str(session[0]) if word == "SESSION" else word for word in words])
-    assert code == 2
+    with pytest.raises(SystemExit) as left:
+        run_command([str(session[0]) if word == "SESSION" else word for word in words])
+    assert left.value.code == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1
     assert "speed" in said

@@ -15,7 +15,7 @@ from solarcal.cli import run_command
     [
         (["fit"], "solarcal fit: the following arguments are required: FILE"),
         (["fit", "a.jsonl", "--tolerance", "nan"], "'nan' is not an angle above 0"),
-        (["fleet", ".", "--top", "-1"], "'-1' is not a whole number from 0 on"),
+        (["fleet", ".", "--top", "-1"], "argument --top: -1 is not 0 or more"),
         (["two-mirror", "trace"], "solarcal two-mirror trace: the following arguments"),
         (["fti", "a.jsonl"], "invalid choice: 'fti'"),
         (["calibrate", "--port", ""], "argument --port: is empty"),

@@ -16,6 +16,7 @@ from solarcal.cli.unit_options import (
     journal_creator,
     port,
 )
+from solarcal.decimals import number_option, whole_option
 from solarcal.unit.drivers import DEFAULT_DRIVER
 
 if TYPE_CHECKING:
@@ -56,17 +57,27 @@ def add_emulator_arguments(parser: argparse.ArgumentParser) -> None:
         help="change a key of the scenario, e.g. truth.lean_deg=0.1 (repeatable)",
     )
     emulator.add_argument("--start", metavar="ISO", help="first instant; default: the scenario's")
-    emulator.add_argument("--seed", type=int, default=0, help="of all that is random (default 0)")
     emulator.add_argument(
-        "--noise-deg", type=float, metavar="X", help="eye noise: 1 sigma per axis, on sky"
+        "--seed",
+        type=whole_option(0, 2**63 - 1),
+        default=0,
+        help="of all that is random (default 0)",
+    )
+    emulator.add_argument(
+        "--noise-deg",
+        type=number_option(),
+        metavar="X",
+        help="eye noise: 1 sigma per axis, on sky",
     )
 
 
 def add_schedule_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--points", type=int, default=None, help="data points to take (default 12)")
+    parser.add_argument(
+        "--points", type=whole_option(), default=None, help="data points to take (default 12)"
+    )
     parser.add_argument(
         "--every",
-        type=float,
+        type=number_option(),
         metavar="MINUTES",
         help="between points; default: spread over the day",
     )

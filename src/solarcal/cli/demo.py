@@ -14,6 +14,7 @@ from solarcal.cli.calibrate import (
 )
 from solarcal.cli.output import print_json, say
 from solarcal.cli.run import has_terminal, run_workstation
+from solarcal.decimals import speed_option
 from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_emulator_arguments(parser)
     parser.add_argument(
         "--speed",
-        type=float,
+        type=speed_option(stopped=0.0),
         metavar="N",
         help="virtual seconds a real second; default: 1 on the screen, where + and - change it, "
         "and headless as fast as it can be computed",

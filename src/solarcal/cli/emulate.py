@@ -8,6 +8,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
+from solarcal.decimals import number_option, speed_option
 from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_emulator_arguments(parser)
     parser.add_argument(
         "--watch",
-        type=float,
+        type=number_option(0.0, 86400.0),
         metavar="S",
         help="rotators: print every S seconds where it reads, and how far off the Sun it points",
     )
@@ -62,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--speed",
-        type=float,
+        type=speed_option(stopped=0.0),
         metavar="N",
         help="virtual seconds a real second; 1 is a live unit, and the default for rotators; 0, "
         "the default for a controller: time moves only when the station lets it (X ADVANCE)",

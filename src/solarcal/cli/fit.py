@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from solarcal.cli.output import print_json
+from solarcal.decimals import decimal, number_option, shortened
+from solarcal.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from solarcal.session.interchange import FillIn
@@ -75,11 +77,13 @@ def share(text: str) -> float:
 def positive_deg(text: str) -> float:
     """An angle above zero, for argparse."""
     try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
+        value = decimal(text)
+    except ConfigurationError:
+        value = 0.0
     if not 0.0 < value < 180.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not an angle above 0 and below 180 deg")
+        raise argparse.ArgumentTypeError(
+            f"{shortened(text)} is not an angle above 0 and below 180 deg"
+        )
     return value
 
 
@@ -87,9 +91,15 @@ def add_point_options(parser: argparse.ArgumentParser) -> None:
     """What a points file may leave out, for every command that reads one."""
     missing = parser.add_argument_group("what a points CSV does not say")
     missing.add_argument("--geometry", choices=("azel", "tiltroll-ew", "tiltroll-ns", "polar"))
-    missing.add_argument("--lat", type=float, metavar="DEG", help="latitude, north positive")
-    missing.add_argument("--lon", type=float, metavar="DEG", help="longitude, EAST positive")
-    missing.add_argument("--elevation", type=float, metavar="M", help="metres above sea")
+    missing.add_argument(
+        "--lat", type=number_option(-90, 90), metavar="DEG", help="latitude, north positive"
+    )
+    missing.add_argument(
+        "--lon", type=number_option(-180, 360), metavar="DEG", help="longitude, EAST positive"
+    )
+    missing.add_argument(
+        "--elevation", type=number_option(-500, 9000), metavar="M", help="metres above sea"
+    )
     missing.add_argument("--unit", help="name of the unit")
     missing.add_argument(
         "--offsets",

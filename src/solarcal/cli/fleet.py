@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from solarcal.cli.output import print_json, say
+from solarcal.decimals import whole_option
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,16 +29,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "noise of one point",
     )
     parser.add_argument(
-        "--top", type=_count, default=20, metavar="N", help="how many to list; 0: all; default 20"
+        "--top",
+        type=whole_option(0),
+        default=20,
+        metavar="N",
+        help="how many to list; 0: all; default 20",
     )
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
-
-
-def _count(text: str) -> int:
-    """A number of lines, for argparse."""
-    if not (text.isascii() and text.isdigit()):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 on")
-    return int(text)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from solarcal.cli.fit import add_method_option, add_point_options, add_tolerance_option, fill_in
 from solarcal.cli.output import print_json, say
+from solarcal.decimals import whole_option
 
 _CLOCK = re.compile(r"([01]?[0-9]|2[0-3]):([0-5][0-9])")
 
@@ -20,7 +21,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="plan from this instant, or `now`; default: when the newest point was taken",
     )
     parser.add_argument("--until", metavar="HH:MM", help="leave then (UTC, the next such time)")
-    parser.add_argument("--points", type=int, metavar="N", help="exactly so many more points")
+    parser.add_argument(
+        "--points", type=whole_option(), metavar="N", help="exactly so many more points"
+    )
     parser.add_argument(
         "--strike",
         action="append",

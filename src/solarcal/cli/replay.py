@@ -5,20 +5,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from solarcal.cli.output import print_json, say
-from solarcal.errors import ConfigurationError
+from solarcal.decimals import speed_option
 
 if TYPE_CHECKING:
     from solarcal.station.replay import Replay
 
 HELP = "a saved session as it happened"
-FASTEST = 1e6
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, metavar="FILE")
     parser.add_argument(
         "--speed",
-        type=float,
+        type=speed_option(),
         metavar="N",
         help="recorded seconds a real second; default: 600 on the screen, where + and - change "
         "it, and headless everything at once",
@@ -34,8 +33,6 @@ def run(args: argparse.Namespace) -> int:
     from solarcal.cli.run import has_terminal, run_workstation
     from solarcal.station.replay import Replay
 
-    if args.speed is not None and not 0.0 < args.speed <= FASTEST:
-        raise ConfigurationError(f"--speed {args.speed:g}: give a number up to a million, above 0")
     replay = Replay.open(args.file)
     if has_terminal() and not (args.headless or args.json):
         from solarcal.config import Choice

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from solarcal.cli.fit import add_method_option
 from solarcal.cli.output import print_json, say
 from solarcal.cli.unit_options import PORT_HELP, add_driver_options, port
+from solarcal.decimals import number_option
 
 if TYPE_CHECKING:
     from solarcal.clock import Clock
@@ -33,7 +34,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_method_option(parser)
     parser.add_argument("--until", metavar="HH:MM", help="UTC; default: until the Sun is down")
     parser.add_argument(
-        "--every", type=float, default=10.0, metavar="S", help="seconds between lines (default 10)"
+        "--every",
+        type=number_option(0.0, 86400.0),
+        default=10.0,
+        metavar="S",
+        help="seconds between lines (default 10)",
     )
     parser.add_argument("--json", action="store_true", help="a summary on stdout at the end")
 

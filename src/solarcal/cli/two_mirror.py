@@ -9,6 +9,7 @@ from typing import Any
 
 from solarcal.cli.instrument import add_options, answer
 from solarcal.cli.output import print_json
+from solarcal.decimals import whole_option
 from solarcal.instruments.catalogue import BY_ID
 
 HELP = "two-mirror altazimuth trackers: axes, diode, base, field of view, a simulated day"
@@ -50,11 +51,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             help="change a key of the scenario, e.g. loop.control=step (repeatable)",
         )
         one.add_argument("--day", metavar="DATE", help="the local date, like 2026-11-25")
-        one.add_argument("--seed", type=int, default=0, help="of all that is random (default 0)")
+        one.add_argument(
+            "--seed",
+            type=whole_option(0, 2**63 - 1),
+            default=0,
+            help="of all that is random (default 0)",
+        )
         if name == "simulate":
             one.add_argument("--log", metavar="FILE", help="write the log as a points CSV")
         else:
-            one.add_argument("--axis", type=int, choices=(1, 2), default=2)
+            one.add_argument("--axis", type=whole_option(), choices=(1, 2), default=2)
 
     from solarcal.cli.two_mirror_follow import add_follow_arguments
 

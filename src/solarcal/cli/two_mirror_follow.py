@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from solarcal.cli.calibrate import add_emulator_arguments, tracker_for
 from solarcal.cli.output import say
 from solarcal.cli.unit_options import add_driver_options, journal_creator
+from solarcal.decimals import number_option, whole_option
 
 if TYPE_CHECKING:
     from solarcal.unit.tracker import Tracker
@@ -24,8 +25,12 @@ def add_follow_arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--port", metavar="URL", help="an emulator on a line")
     add_driver_options(parser)
     add_emulator_arguments(parser)
-    parser.add_argument("--points", type=int, default=12, help="points to take (default 12)")
-    parser.add_argument("--every", type=float, default=30.0, metavar="MINUTES", help="(default 30)")
+    parser.add_argument(
+        "--points", type=whole_option(1), default=12, help="points to take (default 12)"
+    )
+    parser.add_argument(
+        "--every", type=number_option(0.0), default=30.0, metavar="MINUTES", help="(default 30)"
+    )
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="the session file")
 
 

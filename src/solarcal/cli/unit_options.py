@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from solarcal.decimals import shortened
 from solarcal.unit.drivers import DEFAULT_DRIVER, demand_driver
 
 if TYPE_CHECKING:
@@ -27,11 +28,12 @@ def port(text: str) -> str:
 
 
 def _baudrate(text: str) -> int:
-    if not text.isdecimal() or not SLOWEST_BAUD <= int(text) <= FASTEST_BAUD:
+    rate = int(text) if text.isascii() and text.isdecimal() and len(text) < 9 else 0
+    if not SLOWEST_BAUD <= rate <= FASTEST_BAUD:
         raise argparse.ArgumentTypeError(
-            f"{text!r} is no rate from {SLOWEST_BAUD} to {FASTEST_BAUD} baud"
+            f"{shortened(text)} is no rate from {SLOWEST_BAUD} to {FASTEST_BAUD} baud"
         )
-    return int(text)
+    return rate
 
 
 def add_unit_options(parser: argparse.ArgumentParser) -> None:
@@ -155,15 +157,11 @@ def book_lines(path: str) -> tuple[Iterable[str], str]:
     InputFileError
         The file cannot be read; of standard input while its lines are taken.
     """
-    from solarcal.errors import InputFileError
+    from solarcal.input_files import read_utf8
 
     if path == "-":
         return _standard_input(), "standard input"
-    try:
-        with open(path, encoding="utf-8") as file:
-            return file.read().splitlines(), path
-    except (OSError, ValueError) as error:
-        raise InputFileError(f"{path} cannot be read: {_reason(error)}") from None
+    return read_utf8(path).splitlines(), path
 
 
 def _standard_input() -> Iterator[str]:

@@ -3,13 +3,16 @@
 import argparse
 
 from solarcal.cli.output import print_json
+from solarcal.decimals import whole_option
 
 HELP = "strike a record of a session (undone by voiding the void)"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="session file (.jsonl)")
-    parser.add_argument("seq", metavar="SEQ", type=int, help="sequence number of the record")
+    parser.add_argument(
+        "seq", metavar="SEQ", type=whole_option(), help="sequence number of the record"
+    )
     parser.add_argument("--reason", metavar="TEXT", required=True, help="why; kept in the file")
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
 

@@ -10,7 +10,8 @@ import numpy as np
 from solarcal.emulator.settings import checked, refuse_unknown, with_setting
 from solarcal.emulator.truth import WorldTruth
 from solarcal.emulator.unit_settings import UnitSettings
-from solarcal.errors import ConfigurationError
+from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.input_files import read_utf8
 from solarcal.site import Site
 from solarcal.sun import sun_position
 from solarcal.timescale import SECONDS_PER_DAY, parse_utc
@@ -146,14 +147,10 @@ def _document(name_or_path: str, extended: tuple[str, ...]) -> dict[str, Any]:
 def _read(name_or_path: str) -> tuple[dict[str, Any], str]:
     if name_or_path.endswith(".toml") or "/" in name_or_path:
         path = Path(name_or_path)
-        if path.exists() and not path.is_file():
-            # What a scenario extends may be anything; a device or a pipe would never end.
-            raise ConfigurationError(f"scenario {path} is not a file")
         try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, ValueError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-            raise ConfigurationError(f"scenario {path} cannot be read: {reason}") from None
+            text = read_utf8(path)
+        except InputFileError as error:
+            raise ConfigurationError(f"scenario {error}") from None
         source, name = str(path), path.stem
     else:
         names = scenario_names()

@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from solarcal import __version__
-from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.errors import ConfigurationError
+from solarcal.input_files import read_bytes
 from solarcal.report.before_after_section import after_section
 from solarcal.report.certificate_sections import (
     coefficients_section,
@@ -63,10 +64,7 @@ def read_sources(paths: Sequence[Path]) -> tuple[SourceFile, ...]:
     """
     sources = []
     for path in paths:
-        try:
-            sources.append(SourceFile(path.name, path.read_bytes()))
-        except OSError as error:
-            raise InputFileError(f"{path} cannot be read: {error.strerror}") from None
+        sources.append(SourceFile(path.name, read_bytes(path)))
     return tuple(sources)
 
 

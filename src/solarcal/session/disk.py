@@ -11,6 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from solarcal.errors import SessionFileError
+from solarcal.input_files import refuse_large
 
 # Windows locks are mandatory: locking bytes far beyond any session leaves its content readable.
 _LOCK_OFFSET = 1 << 40
@@ -25,6 +26,7 @@ class Disk:
 
     def open(self, path: Path) -> int:
         """Open an existing file for reading and appending; returns its descriptor."""
+        refuse_large(path, SessionFileError)
         return os.open(path, os.O_RDWR | os.O_APPEND | _binary())
 
     def read(self, descriptor: int) -> bytes:

@@ -14,6 +14,7 @@ from pathlib import Path
 import msgspec
 
 from solarcal.errors import ConfigurationError, SessionFileError
+from solarcal.input_files import read_bytes
 from solarcal.session.lines import decode_record
 from solarcal.session.points import ideal_kind
 from solarcal.session.records import Header, Pair, PointStatus
@@ -71,13 +72,7 @@ def read_points_only(path: str | Path) -> PointsOnly:
     NeedsFirstReader
         It is no plain session file; ``read_session`` knows what to say of it.
     """
-    try:
-        content = Path(path).read_bytes()
-    except FileNotFoundError:
-        raise SessionFileError(f"{path} is missing: no such file") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise SessionFileError(f"{path} cannot be read: {reason}") from None
+    content = read_bytes(path, error=SessionFileError)
     try:
         return _points_of(content)
     except (ValueError, RecursionError, ConfigurationError) as error:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from solarcal.errors import SessionFileError
+from solarcal.input_files import read_bytes
 from solarcal.session.lines import parse_session
 from solarcal.session.records import Header, PointRecord, Record, Void
 
@@ -26,13 +27,7 @@ def read_session(path: str | Path) -> Session:
     SessionFileError
         Missing, unreadable, a bad line (named), or a format of the future.
     """
-    try:
-        content = Path(path).read_bytes()
-    except FileNotFoundError:
-        raise SessionFileError(f"{path} is missing: no such file") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise SessionFileError(f"{path} cannot be read: {reason}") from None
+    content = read_bytes(path, error=SessionFileError)
     text = parse_session(content, str(path))
     return Session(str(path), text.header, tuple(text.records), tuple(text.warnings))
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import msgspec
 
 from solarcal.errors import InputFileError
+from solarcal.input_files import read_bytes
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients
 from solarcal.station.analysing import analyse_files, read_files
 
@@ -48,10 +49,7 @@ def read_coefficients(path: Path, method: str | None = None) -> FileCoefficients
         return FileCoefficients(
             solution.coefficients(), judged.table.geometry, f"{solution.method} fit of {path}"
         )
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputFileError(f"{path} cannot be read: {error.strerror}") from None
+    content = read_bytes(path)
     try:
         document = msgspec.json.decode(content, type=_FitDocument)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:

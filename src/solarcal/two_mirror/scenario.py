@@ -8,7 +8,8 @@ import msgspec
 
 from solarcal.emulator.scenario import SiteSettings
 from solarcal.emulator.settings import checked, refuse_unknown, with_setting
-from solarcal.errors import ConfigurationError
+from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.input_files import read_utf8
 from solarcal.timescale import parse_utc
 from solarcal.toml_text import parse_toml
 from solarcal.two_mirror.mirrors import EulerBase, fixed_mirrors_matrix
@@ -136,10 +137,9 @@ def load_mirror_scenario(
     name = str(name_or_path)
     if name.endswith(".toml") or "/" in name:
         try:
-            text = Path(name).read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-            raise ConfigurationError(f"scenario {name} cannot be read: {reason}") from None
+            text = read_utf8(name)
+        except InputFileError as error:
+            raise ConfigurationError(f"scenario {error}") from None
     else:
         names = mirror_scenario_names()
         if name not in names:

@@ -3,9 +3,9 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import isfinite
 from pathlib import Path
 
+from solarcal.decimals import decimal
 from solarcal.errors import ConfigurationError, InputFileError
 from solarcal.mount.geometry import GEOMETRIES, default_ax1_centre
 from solarcal.optics.aiming import (
@@ -100,11 +100,9 @@ def take_key(written: dict[str, str | float], text: str, where: str) -> None:
         raise InputFileError(f"{where}: {key} is given twice")
     if key in NUMBER_KEYS:
         try:
-            number = float(value)
-        except ValueError:
-            number = float("nan")
-        if not isfinite(number):
-            raise InputFileError(f"{where}: {key}={value!r} is not a number")
+            number = decimal(value)
+        except ConfigurationError as error:
+            raise InputFileError(f"{where}: {key}={error}") from None
         if key == "ax1_centre_deg" and abs(number) > 360.0:
             raise InputFileError(f"{where}: ax1_centre_deg={number:g} is not within 360 of zero")
         written[key] = number

@@ -5,6 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.input_files import read_bytes, reason_of
 from solarcal.plain_text import harmless
 
 
@@ -16,14 +17,9 @@ def read_text(path: str | Path) -> str:
     Raises
     ------
     InputFileError
-        It cannot be read, or is not text.
+        It cannot be read, is not a regular file, too large, or not text.
     """
-    try:
-        content = Path(path).read_bytes()
-    except FileNotFoundError:
-        raise InputFileError(f"{path} is missing: no such file") from None
-    except (OSError, ValueError) as error:
-        raise InputFileError(f"{path} cannot be read: {_reason(error)}") from None
+    content = read_bytes(path)
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -55,7 +51,7 @@ def write_text(path: str | Path, text: str) -> None:
                 unfinished.unlink()
             raise
     except (OSError, ValueError) as error:
-        raise ConfigurationError(f"{path} cannot be written: {_reason(error)}") from error
+        raise ConfigurationError(f"{path} cannot be written: {reason_of(error)}") from error
 
 
 def fill(given: str, path: str | Path, written: object, supplied: object) -> str | None:
@@ -63,7 +59,3 @@ def fill(given: str, path: str | Path, written: object, supplied: object) -> str
     if supplied is None or written is None or written == supplied:
         return None
     return f"{path}: its own {given} {written} was used, not the option's {supplied}"
-
-
-def _reason(error: OSError | ValueError) -> str:
-    return getattr(error, "strerror", None) or str(error)

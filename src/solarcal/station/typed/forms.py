@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol, runtime_checkable
 
+from solarcal.decimals import decimal, whole
 from solarcal.errors import ConfigurationError
 from solarcal.unit.tracker import Status
 
@@ -20,8 +21,6 @@ Values = Mapping[str, Value]
 _TIME = re.compile(
     r"([0-9]{1,2})[:hH. ]?([0-5][0-9])[:mM. ]?([0-5][0-9](?:[.,][0-9]+)?)s?", re.ASCII
 )
-_WHOLE = re.compile(r"[-+]?[0-9]+", re.ASCII)
-_NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)", re.ASCII)
 _YES = {"y": True, "yes": True, "n": False, "no": False}
 _SENSES = {"+": 1, "-": -1}
 
@@ -99,7 +98,7 @@ class DisplayField:
             case Kind.DEGREES | Kind.NUMBER:
                 return number(text)
             case Kind.COUNTS:
-                return int(text) if _WHOLE.fullmatch(text) else None
+                return _whole(text)
             case Kind.TIME:
                 return time_of_day_s(text)
             case Kind.SENSE:
@@ -242,7 +241,17 @@ def plain_text(text: str) -> str:
 
 def number(text: str) -> float | None:
     """The number a text is; no exponents, no names of numbers."""
-    return float(text) + 0.0 if _NUMBER.fullmatch(text) else None
+    try:
+        return decimal(text, exponent=False) + 0.0
+    except ConfigurationError:
+        return None
+
+
+def _whole(text: str) -> int | None:
+    try:
+        return whole(text)
+    except ConfigurationError:
+        return None
 
 
 def decimals(text: str) -> int:

@@ -4,6 +4,7 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal
 from textual.widgets import Input, Label
 
+from solarcal.decimals import decimal
 from solarcal.errors import ConfigurationError
 
 
@@ -44,6 +45,6 @@ class Field(Horizontal):
             It is none.
         """
         try:
-            return float(self.value.replace(",", "."))
-        except ValueError:
-            raise ConfigurationError(f"{self._label}: {self.value!r} is not a number") from None
+            return decimal(self.value, comma=True)
+        except ConfigurationError as error:
+            raise ConfigurationError(f"{self._label}: {error}") from None

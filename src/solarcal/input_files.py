@@ -1,0 +1,106 @@
+"""Files that others give us, read whole: regular ones only, and none larger than has a use.
+
+A pipe would be waited for, a device or a growing file would never end: both are refused before a
+byte is read.
+"""
+
+import os
+import stat
+from pathlib import Path
+
+from solarcal.errors import InputFileError, SolarcalError
+
+LARGEST_RECORD_BYTES = 32_000_000
+"""Of a session or points file: ten thousand points with everything about them are a third."""
+
+LARGEST_SETTINGS_BYTES = 1_000_000
+"""Of a profile, a scenario, settings, a field book: a hundred times what one has."""
+
+
+def read_bytes(
+    path: str | Path,
+    largest: int = LARGEST_RECORD_BYTES,
+    error: type[SolarcalError] = InputFileError,
+) -> bytes:
+    """The content of a regular file.
+
+    Raises
+    ------
+    SolarcalError
+        Of the class ``error``: not there, not readable, not a regular file, or larger than
+        ``largest`` bytes.
+    """
+    try:
+        # A pipe without a writer must not be waited for, nor a terminal become ours.
+        flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
+        refuse_irregular(path, error)
+        descriptor = os.open(path, flags | getattr(os, "O_BINARY", 0))
+        with os.fdopen(descriptor, "rb") as file:
+            # What was looked at may have been replaced since.
+            if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+                raise error(f"{path} cannot be read: it is not a regular file")
+            content = file.read(largest + 1)
+    except FileNotFoundError:
+        raise error(f"{path} is missing: no such file") from None
+    except (OSError, ValueError) as failure:
+        raise error(f"{path} cannot be read: {reason_of(failure)}") from None
+    if len(content) > largest:
+        raise error(_too_large(path, largest))
+    return content
+
+
+def read_utf8(path: str | Path, largest: int = LARGEST_SETTINGS_BYTES) -> str:
+    """The same as text.
+
+    Raises
+    ------
+    InputFileError
+        As for the bytes; or it is not UTF-8 text.
+    """
+    try:
+        return read_bytes(path, largest).decode("utf-8")
+    except UnicodeDecodeError:
+        raise InputFileError(f"{path} cannot be read: it is not UTF-8 text") from None
+
+
+def refuse_irregular(path: str | Path, error: type[SolarcalError] = InputFileError) -> None:
+    """Refuse what is there and is not a regular file; what is not there is left to the caller.
+
+    Raises
+    ------
+    SolarcalError
+        Of the class ``error``: a folder, a pipe, a device.
+    """
+    try:
+        mode = os.stat(path).st_mode
+    except (OSError, ValueError):
+        return
+    if stat.S_ISDIR(mode):
+        raise error(f"{path} cannot be read: it is a folder")
+    if not stat.S_ISREG(mode):
+        raise error(f"{path} cannot be read: it is a pipe or a device, not a regular file")
+
+
+def refuse_large(path: str | Path, error: type[SolarcalError] = InputFileError) -> None:
+    """Refuse a session file that is larger than is read of one.
+
+    Raises
+    ------
+    SolarcalError
+        Of the class ``error``.
+    """
+    refuse_irregular(path, error)
+    if os.path.exists(path) and os.stat(path).st_size > LARGEST_RECORD_BYTES:
+        raise error(_too_large(path, LARGEST_RECORD_BYTES))
+
+
+def _too_large(path: str | Path, largest: int) -> str:
+    return (
+        f"{path} cannot be read: it is larger than {largest / 1e6:g} MB, the most that is read of "
+        "such a file"
+    )
+
+
+def reason_of(failure: OSError | ValueError) -> str:
+    """Why, in the system's own words."""
+    return getattr(failure, "strerror", None) or str(failure)
