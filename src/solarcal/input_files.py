@@ -30,23 +30,36 @@ def read_bytes(
         Of the class ``error``: not there, not readable, not a regular file, or larger than
         ``largest`` bytes.
     """
+    content = read_beginning(path, largest + 1, error)
+    if len(content) > largest:
+        raise error(_too_large(path, largest))
+    return content
+
+
+def read_beginning(
+    path: str | Path, most: int, error: type[SolarcalError] = InputFileError
+) -> bytes:
+    """The first bytes of a regular file, ``most`` at most.
+
+    Raises
+    ------
+    SolarcalError
+        Of the class ``error``: not there, not readable, not a regular file.
+    """
     try:
+        refuse_irregular(path, error)
         # A pipe without a writer must not be waited for, nor a terminal become ours.
         flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
-        refuse_irregular(path, error)
         descriptor = os.open(path, flags | getattr(os, "O_BINARY", 0))
         with os.fdopen(descriptor, "rb") as file:
             # What was looked at may have been replaced since.
             if not stat.S_ISREG(os.fstat(descriptor).st_mode):
                 raise error(f"{path} cannot be read: it is not a regular file")
-            content = file.read(largest + 1)
+            return file.read(most)
     except FileNotFoundError:
         raise error(f"{path} is missing: no such file") from None
     except (OSError, ValueError) as failure:
         raise error(f"{path} cannot be read: {reason_of(failure)}") from None
-    if len(content) > largest:
-        raise error(_too_large(path, largest))
-    return content
 
 
 def read_utf8(path: str | Path, largest: int = LARGEST_SETTINGS_BYTES) -> str:

@@ -101,7 +101,7 @@ def test_the_session_is_keyed_in_later_and_rolled_back(
         (["calibrate", "--driver", "typed", "--site", SITE], "or give what was read with --input"),
         (["calibrate", "--input", "x.book"], "--input is for --driver typed"),
         (["calibrate", "--driver", "typed", "--input", str(BOOK)], "driver typed needs the site"),
-        ([*BY_HAND, "--input", "none.book"], "none.book cannot be read: No such file"),
+        ([*BY_HAND, "--input", "none.book"], "none.book is missing: no such file"),
         ([*BY_HAND, "--port", "/dev/null", "--input", "x"], "--input is for a unit without a line"),
     ],
 )

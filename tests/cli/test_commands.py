@@ -101,7 +101,7 @@ def test_export_import_round_trip_gives_the_same_fit(session, said_by, tmp_path)
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
-        (["fit", "nowhere.jsonl"], 2, "nowhere.jsonl cannot be read"),
+        (["fit", "nowhere.jsonl"], 2, "nowhere.jsonl is missing"),
         (["fit", "bad.csv"], 2, "bad.csv:4: column err2_deg: 'abc' is not a number"),
         (["fit", "broken.jsonl"], 2, "broken.jsonl:3"),
         (["fit", "short.dat"], 2, "short.dat:5"),
@@ -139,7 +139,7 @@ def test_a_shell_gets_the_exit_code_and_the_line(tmp_path):
     done = solarcal("fit", "nowhere.jsonl", cwd=tmp_path)
     assert done.returncode == 2
     assert done.stdout == ""
-    assert done.stderr.startswith("solarcal: nowhere.jsonl cannot be read")
+    assert done.stderr.startswith("solarcal: nowhere.jsonl is missing")
     assert done.stderr.count("\n") == 1
 
 

@@ -146,7 +146,7 @@ def test_a_file_that_extends_itself_is_refused(tmp_path):
 
 
 def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(ConfigurationError, match="cannot be read"):
+    with pytest.raises(ConfigurationError, match="is missing: no such file"):
         load_scenario(tmp_path / "none.toml")
 
 

@@ -183,11 +183,8 @@ def _tune(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
 
 
 def _scenario(args: argparse.Namespace) -> Any:
-    from solarcal.errors import ConfigurationError
     from solarcal.two_mirror.scenario import load_mirror_scenario
 
-    if args.seed < 0:
-        raise ConfigurationError(f"seed {args.seed} must not be negative")
     settings = list(args.settings)
     if args.day:
         settings.append(f'day="{args.day}"')

@@ -17,6 +17,7 @@ import msgspec
 import numpy as np
 
 from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.input_files import read_bytes
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.jack_heliostat import Jack, JackHeliostat
 from solarcal.optics.aiming import Heliostat
@@ -101,7 +102,7 @@ def read_tower(path: str | Path) -> Tower:
     InputFileError
         It is missing, or no such file.
     """
-    content = _bytes(path)
+    content = read_bytes(path)
     try:
         raw = msgspec.json.decode(content, type=dict[str, dict[str, object]])
         plant = msgspec.convert(raw["power_plant_properties"], _Plant).coordinates
@@ -123,7 +124,7 @@ def read_heliostat(path: str | Path, tower: Tower) -> JackHeliostat:
     InputFileError
         It is missing, no such file, or not of two linear actuators.
     """
-    content = _bytes(path)
+    content = read_bytes(path)
     try:
         found = _properties.decode(content)
     except (msgspec.DecodeError, msgspec.ValidationError) as error:
@@ -299,7 +300,7 @@ def paint_files(
     records = []
     for path in files:
         try:
-            records.append((path, _record.decode(_bytes(path))))
+            records.append((path, _record.decode(read_bytes(path))))
         except (msgspec.DecodeError, msgspec.ValidationError) as error:
             raise InputFileError(f"{path}: no PAINT calibration record: {_said(error)}") from None
     return PaintFiles(
@@ -376,16 +377,6 @@ def _tower_above(record: Path) -> Path:
     raise InputFileError(
         f"{record}: no *tower-measurements.json in the folders above; give it with --tower"
     )
-
-
-def _bytes(path: str | Path) -> bytes:
-    try:
-        return Path(path).read_bytes()
-    except FileNotFoundError:
-        raise InputFileError(f"{path} is missing: no such file") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputFileError(f"{path} cannot be read: {reason}") from None
 
 
 def _said(error: Exception) -> str:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.input_files import read_beginning
 from solarcal.session.interchange.csv_head import SEPARATOR_LINE
 
 _LOOKED_AT = 65536
@@ -79,14 +80,7 @@ def beginning_of(path: str | Path) -> str:
     InputFileError
         It is missing, a folder, or cannot be read.
     """
-    try:
-        with Path(path).open("rb") as file:
-            return file.read(_LOOKED_AT).decode("utf-8-sig", errors="replace")
-    except FileNotFoundError:
-        raise InputFileError(f"{path} is missing: no such file") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputFileError(f"{path} cannot be read: {reason}") from None
+    return read_beginning(path, _LOOKED_AT).decode("utf-8-sig", errors="replace")
 
 
 def recognised(text: str) -> Format | None:
