@@ -81,9 +81,10 @@ def apart_from(value: float, limit: float, digits: int = 3) -> str:
 
 def percent(probability: float, limit: float) -> str:
     """A probability in whole percent, in more digits only beside the limit it is compared with."""
-    if 0.0 < probability < 0.005:
+    # Counted in a thousand draws: none or all of them is no certainty.
+    if probability < 0.005:
         return "less than 0.5 %"
-    if 0.995 < probability < 1.0:
+    if probability > 0.995 > limit:
         return "more than 99.5 %"
     return f"{apart_from(100.0 * probability, 100.0 * limit, 0)} %"
 
