@@ -152,7 +152,7 @@ class TestRecommendation:
         day = plan(solution.posterior, context, float(points.utc_s[2]))
         times = (*day.recommended.times_utc_s, *day.second_visit_utc_s)
         both = measured(context, TRACKER, np.array(times), np.random.default_rng(4))
-        assert analyse(both, context).forecast.probability_within_tolerance > 0.9
+        assert analyse(both, context).forecast.probability_within_tolerance > 0.85
 
     def test_a_day_that_needs_denser_points_says_so(self):
         day, _ = june_morning(rule=StoppingRule(0.03, 0.95))

@@ -25,6 +25,7 @@ from solarcal.model.points import PointSet
 from solarcal.model.prior import Prior
 from solarcal.model.solution import Solution
 from solarcal.model.terms import CONTROLLER_TERMS
+from solarcal.model.unmodelled import DEFAULT_UNMODELLED, Unmodelled, widened
 from solarcal.model.verdict import BoltCircle, Verdict, assess, conclude
 
 
@@ -72,6 +73,7 @@ def analyse(
     terms: Iterable[str] = CONTROLLER_TERMS,
     solution: Solution | None = None,
     rule: StoppingRule = DEFAULT_RULE,
+    unmodelled: Unmodelled = DEFAULT_UNMODELLED,
     until_utc_s: float | None = None,
     points_left: int | None = None,
     struck: Sequence[tuple[float, float]] = (),
@@ -93,6 +95,8 @@ def analyse(
         The fit, where it is made already (merged sessions).
     rule
         When a calibration is done.
+    unmodelled
+        What may be there beside P1..P6.
     until_utc_s, points_left, struck
         As in ``plan``.
     bolt_circle
@@ -105,7 +109,7 @@ def analyse(
     """
     if solution is None:
         solution = fit(points, context, method=method, prior=prior, terms=terms)
-    expected = forecast(solution, context, rule=rule)
+    expected = forecast(solution, context, rule=rule, unmodelled=unmodelled)
     findings = findings_of(
         solution, context, evidence, prior=prior, tolerance_deg=rule.tolerance_deg
     )
@@ -127,6 +131,11 @@ def analyse(
             until_utc_s=until_utc_s,
             points=points_left,
             struck=struck,
+            beside=(
+                widened(solution, unmodelled)
+                if isinstance(solution, MechanismSolution) and solution.method == "robust"
+                else None
+            ),
         )
     verdict = conclude(assessment, expected, planned)
     return Analysis(solution, expected, planned, findings, verdict)

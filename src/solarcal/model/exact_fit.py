@@ -160,6 +160,7 @@ def _concluded(
         means=values + mixture.steps * unit,
         covariances=covariances,
         noise_deg=scales * np.sqrt(np.mean(at.sigma_deg**2)),
+        point_weights=mixture.point_weights,
     )
     return ExactFit(
         posterior=posterior,

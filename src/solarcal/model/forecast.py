@@ -18,8 +18,9 @@ from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import posterior_without_prior
 from solarcal.model.posterior import SAMPLES, SEED, MechanismPosterior
 from solarcal.model.solution import Solution
+from solarcal.model.unmodelled import DEFAULT_UNMODELLED, Unmodelled, widened, year_columns
 from solarcal.model.year_grid import SLOTS, SunGrid, sun_grid, year_grid
-from solarcal.mount.formula import Coefficients, correction_deg
+from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, correction_deg
 from solarcal.units import FloatArray, wrap_deg
 
 TOLERANCE_DEG = 0.1
@@ -201,6 +202,7 @@ def forecast(
     *,
     uploaded: Coefficients | None = None,
     rule: StoppingRule = DEFAULT_RULE,
+    unmodelled: Unmodelled = DEFAULT_UNMODELLED,
     samples: int = SAMPLES,
     seed: int = SEED,
 ) -> Forecast:
@@ -214,6 +216,8 @@ def forecast(
         What the unit really holds, after rounding; None: the solution's own numbers.
     rule
         What is asked of the year.
+    unmodelled
+        What may be there beside the six numbers; the bands of a ``robust`` fit hold it.
     samples, seed
         Draws from the posterior; the same seed gives the same forecast.
 
@@ -222,7 +226,7 @@ def forecast(
     A ``linear`` solution knows no exact mechanism: it is judged by what its points alone say of
     one, without prior.
     """
-    posterior, context = _knowledge(solution, context)
+    posterior, context = _knowledge(solution, context, unmodelled)
     coefficients = uploaded or solution.coefficients()
     grid = year_grid(context)
     return forecast_of(posterior, coefficients, grid, rule=rule, samples=samples, seed=seed)
@@ -244,9 +248,11 @@ def forecast_for_day(
 
 
 def _knowledge(
-    solution: Solution, context: SkyContext | None
+    solution: Solution, context: SkyContext | None, unmodelled: Unmodelled = DEFAULT_UNMODELLED
 ) -> tuple[MechanismPosterior, SkyContext]:
     if isinstance(solution, MechanismSolution):
+        if solution.method == "robust":
+            return widened(solution, unmodelled), solution.context
         return solution.posterior, solution.context
     if context is None:
         context = SkyContext.for_points(solution.points, limits=solution.limits)
@@ -265,7 +271,7 @@ def forecast_of(
     """What a mechanism known so far does over a grid with these coefficients uploaded."""
     known, slopes = known_and_slopes(posterior.mean, uploaded, grid)
     away = posterior.samples(samples, seed) - posterior.mean
-    errors = SkyErrors(known, slopes.reshape(6, -1), away)
+    errors = SkyErrors(known, slopes.reshape(len(slopes), -1), away)
     square = np.empty((samples, len(grid)))
     for low in range(0, samples, _DRAWS_AT_ONCE):
         part = slice(low, low + _DRAWS_AT_ONCE)
@@ -312,7 +318,7 @@ def _probability_within(
     step = thinning(known.shape[1], _SURE_MOMENTS)
     part = SkyErrors(
         known[:, ::step].copy(),
-        slopes[:, :, ::step].reshape(6, -1),
+        slopes[:, :, ::step].reshape(len(slopes), -1),
         posterior.samples(_SURE_DRAWS, seed) - posterior.mean,
     )
     held = 0
@@ -349,7 +355,13 @@ def known_and_slopes(
     values: FloatArray, uploaded: Coefficients, grid: SunGrid
 ) -> tuple[FloatArray, FloatArray]:
     """Sky error (2, g) of these coefficients on the mechanism of six numbers, and the slopes
-    (6, 2, g) of the mechanism's own sky errors."""
+    (6, 2, g) of the mechanism's own sky errors; with ``values`` of the amounts beside the six,
+    theirs too (11, 2, g)."""
+    if len(values) > len(COEFFICIENT_NAMES):
+        known, slopes = known_and_slopes(values[:6], uploaded, grid)
+        columns = year_columns(values[:6], grid)
+        known = known - np.einsum("m,mag->ag", values[6:], columns)
+        return known, np.concatenate((slopes, columns))
     sun = grid.sun
     errors, slopes = errors_and_slopes(values, grid.geometry, sun.true1_deg, sun.true2_deg)
     driven = np.stack(correction_deg(uploaded, sun.ideal1_deg, sun.ideal2_deg))

@@ -47,6 +47,8 @@ for: today's luck does not make up for more."""
 WORTH_A_POINT = 0.002
 """Part of the mean square that one more point must save to be considered at all."""
 MISSES_FOLLOWED = 2
+SECOND_VISIT_PROBABILITY = 0.99
+"""As long as only P1..P6 are not known: it leaves room for the rest."""
 NOISE_STEP = 1.15
 JUMP_S = 1800.0
 """A next point that moves by more than this needs a reason."""
@@ -241,6 +243,7 @@ def plan(
     points: int | None = None,
     struck: Sequence[tuple[float, float]] = (),
     prior: Prior | None = None,
+    beside: MechanismPosterior | None = None,
 ) -> Plan:
     """Plan the rest of the solar day that ``at_utc_s`` lies in.
 
@@ -263,11 +266,13 @@ def plan(
         Intervals (from, to) in which no point can be taken: cloud, lunch.
     prior
         Whose spreads are the units of the arithmetic; never changes the answer.
+    beside
+        The posterior with what may be there beside P1..P6: more points remove none of it.
     """
     if until_utc_s is not None and until_utc_s < at_utc_s:
         raise ConfigurationError("the plan must end after it begins")
     unit = (prior or Prior()).sigma_array()
-    year = year_ahead(posterior, context, unit)
+    year = year_ahead(posterior, context, unit, beside)
     covariance = posterior.covariance / np.outer(unit, unit)
     if standing is None:
         now = PlannedStop(at_utc_s, (), *year.expected(covariance, rule.tolerance_deg))
@@ -539,7 +544,11 @@ class _Planner:
         if not len(slots):
             return ()
         visit = replace(self, covariance=covariance, today=[], until_utc_s=None, struck=())
-        visit = replace(visit, points=None)
+        year = replace(self.year, known=self.year.plain)
+        rule = StoppingRule(
+            self.rule.tolerance_deg, max(self.rule.probability, SECOND_VISIT_PROBABILITY)
+        )
+        visit = replace(visit, points=None, year=year, rule=rule)
         ends_s = _ends(slots)
         found = visit._schedules(slots, ends_s, [visit._allowed(slots, end) for end in ends_s])
         stop = next((one[0] for one in found if visit._meets(one[0])), found[-1][0])
@@ -605,6 +614,9 @@ def come_back(
     """
     if float(np.sqrt(year.known_square)) > rule.tolerance_deg:
         return None
+    # Another day tells of what is there beside P1..P6, too; how much, nobody knows before.
+    year = replace(year, known=year.plain)
+    sure = max(rule.probability, SECOND_VISIT_PROBABILITY)
     days = len(year.day_rows)
     left = np.broadcast_to(covariance, (days, 6, 6)).copy()
     free = year.day_open.copy()
@@ -625,7 +637,7 @@ def come_back(
         # A year rms near the tolerance leaves no room for 95 %: not worth a closer look.
         if square[day] > (0.8 * rule.tolerance_deg) ** 2:
             continue
-        if year.expected(left[day], rule.tolerance_deg)[2] >= rule.probability:
+        if year.expected(left[day], rule.tolerance_deg)[2] >= sure:
             return float(next_s[day])
     return None
 

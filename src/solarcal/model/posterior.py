@@ -24,12 +24,18 @@ class MechanismPosterior:
     covariances : (q, 6, 6)
     noise_deg : (q,)
         Noise of one point on sky, per axis, that goes with each normal.
+    point_weights : (q, n)
+        Of the points fitted, where there are any.
+
+    With what may be there beside the six numbers (``unmodelled``) the normals have more than six
+    dimensions; P1..P6 come first.
     """
 
     weights: FloatArray
     means: FloatArray
     covariances: FloatArray
     noise_deg: FloatArray
+    point_weights: FloatArray | None = None
 
     @cached_property
     def mean(self) -> FloatArray:
@@ -58,11 +64,11 @@ class MechanismPosterior:
         return float(np.exp(np.interp(0.5, reached, np.log(self.noise_deg[order]))))
 
     def samples(self, count: int = SAMPLES, seed: int = SEED) -> FloatArray:
-        """Draws (count, 6), the same for the same posterior: mixture parts in proportion."""
+        """Draws (count, k), the same for the same posterior: mixture parts in proportion."""
         part = np.searchsorted(np.cumsum(self.weights), (np.arange(count) + 0.5) / count)
         part = np.minimum(part, len(self.weights) - 1)
         factors = _factors(self.covariances)
-        draws = standard_normals(count, seed)
+        draws = standard_normals(count, seed, self.means.shape[1])
         away: FloatArray = np.einsum("nij,nj->ni", factors[part], draws)
         return self.means[part] + away
 
@@ -79,15 +85,15 @@ def _factors(covariances: FloatArray) -> FloatArray:
     return factors
 
 
-_drawn: dict[tuple[int, int], FloatArray] = {}
+_drawn: dict[tuple[int, int, int], FloatArray] = {}
 
 
-def standard_normals(count: int, seed: int = SEED) -> FloatArray:
-    """Standard normals (count, 6) in random order; mean zero, unit covariance."""
-    key = (count, seed)
+def standard_normals(count: int, seed: int = SEED, dimensions: int = 6) -> FloatArray:
+    """Standard normals (count, k) in random order; mean zero, unit covariance."""
+    key = (count, seed, dimensions)
     if key not in _drawn:
         generator = np.random.default_rng(seed)
-        normals = generator.standard_normal((count, 6))
+        normals = generator.standard_normal((count, dimensions))
         # Exactly so: a forecast's rms then has no sampling error.
         normals -= normals.mean(axis=0)
         normals = normals @ np.linalg.inv(np.linalg.cholesky(normals.T @ normals / count)).T

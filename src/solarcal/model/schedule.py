@@ -18,9 +18,11 @@ from solarcal.model.forecast import SHARE_WITHIN, known_and_slopes, thinning, up
 from solarcal.model.known_physics import SkyContext, sun_directions
 from solarcal.model.posterior import MechanismPosterior, standard_normals
 from solarcal.model.prior import Prior
+from solarcal.model.unmodelled import left_over
 from solarcal.model.year_grid import (
     LOWEST_FORECAST_DEG,
     SLOTS,
+    SunGrid,
     controller_coefficients,
     year_grid,
 )
@@ -287,14 +289,16 @@ class YearAhead:
     """A year of moments, linearised about the mechanism as known now; units of the prior.
 
     ``weight`` (6, 6): mean over the year of the squared sky slopes. ``known_square``: mean square
-    of what the formula, refraction and ephemeris leave, deg^2. ``known`` (2, m), ``slopes``
-    (6, 2 m) at a sample of moments. ``day_rows`` (days, 48, 2, 6): slopes over the noise of every
-    half hour of the grid's days, zero where not ``day_open``.
+    of what the formula, refraction and ephemeris leave, deg^2; ``plain`` (1, 2, m) the same at a
+    sample of moments, ``known`` (1 or d, 2, m) with what is there beside P1..P6, of each draw;
+    ``slopes`` (6, 2 m) there. ``day_rows`` (days, 48, 2, 6): slopes over the noise of every half
+    hour of the grid's days, zero where not ``day_open``.
     """
 
     weight: FloatArray
     known_square: float
     known: FloatArray
+    plain: FloatArray
     slopes: FloatArray
     day_rows: FloatArray
     day_open: NDArray[np.bool_]
@@ -328,7 +332,12 @@ class YearAhead:
         return result
 
 
-def year_ahead(posterior: MechanismPosterior, context: SkyContext, unit: FloatArray) -> YearAhead:
+def year_ahead(
+    posterior: MechanismPosterior,
+    context: SkyContext,
+    unit: FloatArray,
+    beside: MechanismPosterior | None = None,
+) -> YearAhead:
     """The year about the posterior's mean, with the best coefficients for that mean uploaded."""
     grid = year_grid(context)
     uploaded = Coefficients(*controller_coefficients(posterior.mean, context, Prior()).tolist())
@@ -344,9 +353,20 @@ def year_ahead(posterior: MechanismPosterior, context: SkyContext, unit: FloatAr
     return YearAhead(
         weight=flat @ flat.T / len(grid),
         known_square=float(np.mean(np.sum(known**2, axis=0))),
-        known=known[:, ::step],
+        known=_known_of_draws(known, beside, grid, step),
+        plain=known[np.newaxis, :, ::step],
         slopes=slopes[:, :, ::step].reshape(6, -1),
         day_rows=rows,
         day_open=is_open,
         days_utc_s=grid.days_utc_s,
     )
+
+
+def _known_of_draws(
+    known: FloatArray, beside: MechanismPosterior | None, grid: SunGrid, step: int
+) -> FloatArray:
+    """What the formula leaves, and what is there beside the six numbers, of each draw."""
+    if beside is None:
+        return known[np.newaxis, :, ::step]
+    thin: FloatArray = known[:, ::step] - left_over(beside, grid, _DRAWS)[:, :, ::step]
+    return thin

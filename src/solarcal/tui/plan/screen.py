@@ -32,7 +32,7 @@ class PlanScreen(StationScreen):
 
     DEFAULT_CSS = """
     PlanScreen #title { background: $primary; color: $background; text-style: bold; }
-    PlanScreen #advice { height: 5; padding: 0 1; background: $boost; }
+    PlanScreen #advice { height: 6; padding: 0 1; background: $boost; }
     PlanScreen #hours { height: 1fr; padding: 0 1; }
     PlanScreen #reasons { height: 5; padding: 0 1; border-top: solid $faint; }
     """

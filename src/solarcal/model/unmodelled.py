@@ -1,0 +1,216 @@
+"""What a day cannot exclude: clock, collimation, axes not square, sag and air beside P1..P6.
+
+A mount may have a little of each, and the controller's six numbers hold none of it. The points
+say something about the amounts, mostly little; what they leave open widens the posterior, and with
+it every band and the probability a calibration is done at. The coefficients stay those of the fit.
+
+With the mechanism given the amounts nu, the points say theta ~ N(mu - G B nu, S), G = S A' W, where
+A and B are the slopes of the points with respect to mechanism and amounts; the amounts themselves
+have the information B' W B - B' W A S A' W B. Collimation and squareness are heavy-tailed: mostly
+small, now and then ten times as large, which makes a mixture of three.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solarcal.errors import ConfigurationError
+from solarcal.model.exact_errors import errors_and_slopes, mechanism_of, own_sine
+from solarcal.model.known_physics import SkyContext, true_points
+from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.posterior import MechanismPosterior
+from solarcal.model.year_grid import SunGrid
+from solarcal.mount.mechanism import Mechanism
+from solarcal.sun.refraction import apparent_zenith_deg
+from solarcal.timescale import SECONDS_PER_DAY
+from solarcal.units import FloatArray, wrap_deg
+
+NAMES = ("collimation", "squareness", "sag", "air", "clock")
+_STEP_DEG = 1e-3
+_SUN_DEG_PER_S = 360.0 / SECONDS_PER_DAY
+_LEAST_WEIGHT = 1e-5
+USUAL_SHARE = 0.7
+"""What is left of the draws without the large cross-axis terms of a day that excludes none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unmodelled:
+    """One sigma of what may be there beside the six numbers.
+
+    Attributes
+    ----------
+    cross_axis_deg, large_cross_axis_deg, large_chance
+        Of collimation and of squareness: mostly small, each with a chance large.
+    sag_deg
+        Gravity sag.
+    air
+        Refraction, as a part of the standard air's.
+    clock_s
+        The laptop's clock while the points were taken; right afterwards.
+    """
+
+    cross_axis_deg: float = 0.02
+    large_cross_axis_deg: float = 0.2
+    large_chance: float = 0.05
+    sag_deg: float = 0.02
+    air: float = 0.05
+    clock_s: float = 1.0
+
+    def __post_init__(self) -> None:
+        sigmas = (self.cross_axis_deg, self.large_cross_axis_deg, self.sag_deg, self.air)
+        if not all(sigma > 0.0 for sigma in (*sigmas, self.clock_s)):
+            raise ConfigurationError("what may be there beside P1..P6 has sigmas above zero")
+        if not 0.0 <= self.large_chance < 0.5:
+            raise ConfigurationError("the chance of a large cross-axis term is from 0 to below 0.5")
+
+    def components(self) -> list[tuple[float, FloatArray]]:
+        """(chance, sigmas (5,)) in the order of ``NAMES``."""
+        small = np.array(
+            (self.cross_axis_deg, self.cross_axis_deg, self.sag_deg, self.air, self.clock_s)
+        )
+        parts = [(1.0 - 2.0 * self.large_chance, small)]
+        for index in (0, 1):
+            large = small.copy()
+            large[index] = self.large_cross_axis_deg
+            parts.append((self.large_chance, large))
+        return [(chance, sigmas) for chance, sigmas in parts if chance > 0.0]
+
+
+DEFAULT_UNMODELLED = Unmodelled()
+
+
+def sky_columns(
+    values: FloatArray, context: SkyContext, ax1_deg: FloatArray, ax2_deg: FloatArray
+) -> FloatArray:
+    """Sky errors per unit of each amount at true directions, (5, 2, n); the clock's as measured."""
+    mechanism, geometry = mechanism_of(values), context.geometry
+    plain = np.stack(mechanism.errors_deg(geometry, ax1_deg, ax2_deg))
+    sky = np.stack((own_sine(values, ax2_deg, plain[1]), np.ones(len(ax1_deg))))
+    columns = np.zeros((len(NAMES), 2, len(ax1_deg)))
+    six = (
+        mechanism.P1, mechanism.P2, mechanism.P3, mechanism.P4, mechanism.P5, mechanism.P6,
+    )  # fmt: skip
+    for index, amounts in enumerate(
+        (
+            {"collimation_deg": _STEP_DEG},
+            {"nonperpendicularity_deg": _STEP_DEG},
+            {"sag_deg": _STEP_DEG},
+        )
+    ):
+        changed = np.stack(Mechanism(*six, **amounts).errors_deg(geometry, ax1_deg, ax2_deg))
+        columns[index] = _wrapped(changed - plain) / _STEP_DEG * sky
+    azimuth, zenith = context.sun_of_axes_deg(ax1_deg, ax2_deg)
+    bent = zenith - apparent_zenith_deg(zenith, context.refraction, context.air)
+    columns[3] = _wrapped(
+        np.stack(context.true_axes_deg(azimuth, zenith - bent)) - np.stack((ax1_deg, ax2_deg))
+    )
+    columns[3] *= sky
+    if context.heliostat is None:
+        columns[4] = _clock_column(context, ax1_deg, ax2_deg)
+    return columns
+
+
+def year_columns(values: FloatArray, grid: SunGrid) -> FloatArray:
+    """The same over a grid, (5, 2, g): the clock is right by then."""
+    columns = sky_columns(values, grid.context, grid.sun.true1_deg, grid.sun.true2_deg)
+    columns[4] = 0.0
+    return columns
+
+
+def _clock_column(context: SkyContext, ax1_deg: FloatArray, ax2_deg: FloatArray) -> FloatArray:
+    """Of a clock one second ahead: the ideal angles are those of a second later, (2, n)."""
+    geometry = context.geometry
+    one, two = np.radians(ax1_deg), np.radians(ax2_deg)
+    sine = np.sin(two)
+    s = np.stack((sine * np.cos(one), sine * np.sin(one), np.cos(two)))
+    latitude = np.radians(geometry.latitude_deg)
+    pole = geometry.basis() @ np.array((0.0, np.cos(latitude), np.sin(latitude)))
+    moved = -np.cross(pole, s, axisb=0).T * _SUN_DEG_PER_S
+    sine = np.maximum(sine, 1e-6)
+    cross = (s[0] * moved[1] - s[1] * moved[0]) / sine
+    return np.stack((-cross, moved[2] / sine))
+
+
+def _wrapped(axes: FloatArray) -> FloatArray:
+    axes[0] = wrap_deg(axes[0])
+    return axes
+
+
+def widened(solution: MechanismSolution, unmodelled: Unmodelled) -> MechanismPosterior:
+    """Posterior of P1..P6 and the five amounts (q, 11) for a ``robust`` fit."""
+    posterior, context = solution.posterior, solution.context
+    assert posterior.point_weights is not None
+    seen = true_points(solution.points, context)
+    columns = sky_columns(posterior.mean, context, seen.ax1_deg, seen.ax2_deg)
+    n = solution.n_points
+    A = solution.slopes.reshape(2 * n, 6)
+    B = np.transpose(columns, (2, 1, 0)).reshape(2 * n, len(NAMES))
+    sine = own_sine(posterior.mean, seen.ax2_deg, np.zeros(n))
+    left = np.column_stack((solution.residual1_deg * sine, solution.residual2_deg)).reshape(-1)
+    BW = B.T[np.newaxis] * np.repeat(posterior.point_weights, 2, axis=1)[:, np.newaxis, :]
+    residuals = left - (posterior.means - posterior.mean) @ A.T
+    BWA = BW @ A
+    followed = posterior.covariances @ np.swapaxes(BWA, -1, -2)
+    information = BW @ B - BWA @ followed
+    pull = np.einsum("qmi,qi->qm", BW, residuals)
+    parts = [
+        _with_amounts(posterior, followed, information, pull, chance, sigmas)
+        for chance, sigmas in unmodelled.components()
+    ]
+    logs = np.concatenate([part[0] for part in parts])
+    weights = np.exp(logs - logs.max())
+    weights /= weights.sum()
+    kept = weights > _LEAST_WEIGHT
+    return MechanismPosterior(
+        weights=weights[kept] / weights[kept].sum(),
+        means=np.concatenate([part[1] for part in parts])[kept],
+        covariances=np.concatenate([part[2] for part in parts])[kept],
+        noise_deg=np.tile(posterior.noise_deg, len(parts))[kept],
+    )
+
+
+def _with_amounts(
+    posterior: MechanismPosterior,
+    followed: FloatArray,
+    information: FloatArray,
+    pull: FloatArray,
+    chance: float,
+    sigmas: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Log weights (q,), means (q, 11) and covariances (q, 11, 11) for one width of the amounts.
+
+    ``followed`` (q, 6, m) is by how much P1..P6 of the fit follow a unit of each amount.
+    """
+    scaled = information * np.outer(sigmas, sigmas) + np.eye(len(sigmas))
+    variance = np.linalg.inv(scaled) * np.outer(sigmas, sigmas)
+    amounts = np.einsum("qmn,qn->qm", variance, pull)
+    evidence = 0.5 * np.einsum("qm,qm->q", pull, amounts) - 0.5 * np.linalg.slogdet(scaled)[1]
+    across = followed @ variance
+    means = np.concatenate(
+        (posterior.means - np.einsum("qkm,qm->qk", followed, amounts), amounts), axis=1
+    )
+    upper = np.concatenate(
+        (posterior.covariances + across @ np.swapaxes(followed, -1, -2), -across), axis=2
+    )
+    lower = np.concatenate((-np.swapaxes(across, -1, -2), variance), axis=2)
+    logs = np.log(posterior.weights + 1e-300) + np.log(chance) + evidence
+    return logs, means, np.concatenate((upper, lower), axis=1)
+
+
+def left_over(wide: MechanismPosterior, grid: SunGrid, count: int) -> FloatArray:
+    """Sky errors (count, 2, g) that draws of the amounts leave although the fit follows them.
+
+    The largest are left out, as a plan wants them: more points find or exclude those.
+    """
+    values, sun = wide.mean[:6], grid.sun
+    errors, slopes = errors_and_slopes(values, grid.geometry, sun.true1_deg, sun.true2_deg)
+    sky = np.stack((own_sine(values, sun.true2_deg, errors[1]), np.ones(len(grid))))
+    covariance = wide.covariance
+    follows = np.linalg.solve(covariance[6:, 6:], covariance[6:, :6])
+    effect = year_columns(values, grid) + np.einsum("mk,kag->mag", follows, slopes * sky)
+    draws = wide.samples(count)[:, 6:]
+    weight = np.einsum("mag,lag->ml", effect, effect)
+    order = np.argsort(np.einsum("nm,ml,nl->n", draws, weight, draws), kind="stable")
+    usual = draws[order[: round(count * USUAL_SHARE)]]
+    left: FloatArray = np.einsum("nm,mag->nag", np.resize(usual, draws.shape), effect)
+    return left

@@ -1,0 +1,110 @@
+"""What a day cannot exclude widens the posterior; the coefficients stay those of the fit."""
+
+import numpy as np
+import pytest
+from made_up_trackers import JUNE, TRACKER, context_of, day_of, measured
+
+from benchmarks.judgement_world import MOUNTS, Place, Tracker, exact_errors, sun_enu
+from solarcal.errors import ConfigurationError
+from solarcal.model.forecast import forecast
+from solarcal.model.known_physics import SkyContext
+from solarcal.model.methods import fit, fit_exact
+from solarcal.model.unmodelled import NAMES, Unmodelled, sky_columns, widened
+from solarcal.mount.geometry import MountGeometry
+from solarcal.mount.mechanism import Mechanism
+from solarcal.site import Site
+
+NOTHING = Unmodelled(1e-6, 1e-6, 0.0, 1e-6, 1e-6, 1e-6)
+
+
+@pytest.mark.parametrize("mount", MOUNTS)
+def test_what_each_amount_does_is_what_exact_rotations_say(mount):
+    place = Place(mount, 45.0)
+    context = SkyContext(Site(45.0, 0.0), MountGeometry(mount, 45.0))
+    times = 1.782e9 + 3000.0 * np.arange(-4.0, 5.0)
+    native, later = (place.native(sun_enu(45.0, times + wait)) for wait in (0.0, 1.0))
+    ax1, ax2 = place.angles(native)
+    values = np.array([0.3, 0.1, -0.2, 0.3, 0.001, -0.001])
+    columns = sky_columns(values, context, ax1, ax2)
+    plain = np.array(exact_errors(place, Tracker(values), native))
+    weight = np.stack((np.sin(np.radians(ax2)), np.ones_like(ax2)))
+    for name, amounts in (
+        ("collimation", {"collimation_deg": 0.01}),
+        ("squareness", {"squareness_deg": 0.01}),
+    ):
+        changed = np.array(exact_errors(place, Tracker(values, **amounts), native))
+        effect = (changed - plain) / 0.01 * weight
+        assert columns[NAMES.index(name)] == pytest.approx(effect, abs=0.02)
+    moved = np.array(place.angles(later)) - np.stack((ax1, ax2))
+    assert columns[NAMES.index("clock")] == pytest.approx(-moved * weight, abs=1e-4)
+
+
+def test_with_nothing_beside_the_six_numbers_the_posterior_is_the_fit_s():
+    context, points = day_of("azel", 9, JUNE)
+    solution = fit_exact(points, context)
+    wide = widened(solution, NOTHING)
+    assert wide.mean[:6] == pytest.approx(solution.posterior.mean, abs=1e-6)
+    assert wide.covariance[:6, :6] == pytest.approx(solution.posterior.covariance, rel=1e-3)
+
+
+def test_amounts_and_numbers_are_those_of_one_least_squares_problem():
+    """One noise scale and one width: the joint normal is that of eleven unknowns at once."""
+    context, points = day_of("tiltroll-ns", 10, JUNE)
+    solution = fit_exact(points, context)
+    spread = Unmodelled(0.05, 0.2, 0.0, 0.03, 0.1, 3.0)
+    wide = widened(solution, spread)
+    posterior = solution.posterior
+    columns = sky_columns(posterior.mean, context, points.ax1_deg, points.ax2_deg)
+    rows = np.concatenate(
+        (
+            solution.slopes.reshape(-1, 6),
+            np.transpose(columns, (2, 1, 0)).reshape(-1, len(NAMES)),
+        ),
+        axis=1,
+    )
+    q = int(np.argmax(posterior.weights))
+    weights = np.repeat(posterior.point_weights[q], 2)
+    information = rows.T @ (weights[:, np.newaxis] * rows)
+    prior = np.linalg.inv(posterior.covariances[q]) - information[:6, :6]
+    information[:6, :6] += prior
+    information[6:, 6:] += np.diag(spread.components()[0][1] ** -2.0)
+    same = np.argmin(np.abs(wide.noise_deg - posterior.noise_deg[q]))
+    candidates = [
+        wide.covariances[i]
+        for i in np.flatnonzero(np.isclose(wide.noise_deg, wide.noise_deg[same]))
+    ]
+    expected = np.linalg.inv(information)
+    assert any(np.allclose(found, expected, rtol=1e-4, atol=1e-10) for found in candidates)
+
+
+def test_more_that_cannot_be_excluded_makes_less_sure_and_changes_no_coefficient():
+    context, points = day_of("azel", 9, JUNE)
+    solution = fit(points, context)
+    sure = [
+        forecast(solution, unmodelled=beside).probability_within_tolerance
+        for beside in (NOTHING, Unmodelled(), Unmodelled(clock_s=20.0))
+    ]
+    assert sure[0] >= sure[1] > sure[2]
+    assert sure[2] < 0.95
+
+
+def test_a_day_that_shows_collimation_moves_the_posterior_there():
+    context = context_of("azel")
+    _, points = day_of("azel", 20, JUNE)
+    askew = Mechanism(
+        TRACKER.P1, TRACKER.P2, TRACKER.P3, TRACKER.P4, TRACKER.P5, TRACKER.P6,
+        collimation_deg=0.3,
+    )  # fmt: skip
+    seen = measured(context, askew, points.utc_s, np.random.default_rng(5), 0.01)
+    wide = widened(fit_exact(seen, context), Unmodelled())
+    sigma = np.sqrt(wide.covariance[6, 6])
+    # The rest goes to axes not square: one day hardly tells them apart.
+    assert wide.mean[6] > 0.03
+    assert abs(wide.mean[6] - 0.3) < 4.0 * sigma
+
+
+def test_sigmas_that_cannot_be_are_refused():
+    with pytest.raises(ConfigurationError, match="above zero"):
+        Unmodelled(sag_deg=0.0)
+    with pytest.raises(ConfigurationError, match="chance"):
+        Unmodelled(large_chance=0.7)
