@@ -164,8 +164,9 @@ def _taken_up(station: Station, path: Path) -> Journal:
 
 def _reopen(station: Station, lost: LinkError, clock: Clock) -> None:
     """Connect again with growing pauses; gives up after ``GIVE_UP_S``."""
-    waited_s, pause_s = 0.0, FIRST_PAUSE_S
-    while waited_s < GIVE_UP_S:
+    begun_s, waited_s, pause_s = clock.utc_s(), 0.0, FIRST_PAUSE_S
+    # Each try takes some seconds of its own where nothing answers.
+    while max(waited_s, clock.utc_s() - begun_s) < GIVE_UP_S:
         clock.wait(pause_s)
         waited_s += pause_s
         pause_s = min(2.0 * pause_s, LONGEST_PAUSE_S)

@@ -149,13 +149,16 @@ class SunTracking:
         """Open the line again and go on: the command to track still stands."""
         self._run.lines_lost += 1
         self._say(str(error))
+        begun_s = self._clock.utc_s()
         for attempt in range(1, MOST_RETRIES + 1):
             self._clock.wait(RETRY_S)
             try:
                 self._tracker.open()
                 self._tracker.set_mode(Mode.TRACK)
             except LinkError:
-                if attempt == MOST_RETRIES:
+                # Each try takes some seconds of its own where nothing answers.
+                late = self._clock.utc_s() - begun_s >= MOST_RETRIES * RETRY_S
+                if late or attempt == MOST_RETRIES:
                     raise
                 continue
             self._say("the line is open again; tracking goes on")
