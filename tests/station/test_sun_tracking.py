@@ -146,6 +146,18 @@ def test_what_ended_a_run_is_told_though_no_stop_goes_out_either():
     assert said[-1].startswith("it could not be stopped: ")
 
 
+def test_an_end_that_cannot_stop_the_unit_says_both():
+    bench = RotatorBench()
+    bench.open()
+
+    def cut_and_interrupted(line):
+        bench.cable.pulled = True
+        raise KeyboardInterrupt
+
+    with pytest.raises(LinkError, match="interrupted; the unit could NOT be stopped: the line to"):
+        tracking(bench, cut_and_interrupted).until(None, 30.0)
+
+
 def test_a_line_that_stays_away_is_given_up_after_two_minutes():
     bench = RotatorBench()
     bench.open()

@@ -81,7 +81,8 @@ class SunTracking:
         Raises
         ------
         LinkError
-            The line was lost and could not be opened again for two minutes.
+            The line was lost and could not be opened again for two minutes, or the STOP at the
+            end could not be sent.
         UnitRefused
             The unit does not track: the Sun is down, say.
         """
@@ -109,12 +110,15 @@ class SunTracking:
                 left_s = math.inf if until_utc_s is None else until_utc_s - clock.utc_s()
                 clock.wait(max(min(every_s, left_s), SHORTEST_WAIT_S))
         except KeyboardInterrupt as interrupt:
-            run.ended_by = str(interrupt) or "interrupted"
+            run.ended_by = str(interrupt).removeprefix("ended by ") or "interrupted"
         except SolarcalError:
             self._stop_if_possible()
             raise
         run.ended_utc_s = clock.utc_s()
-        self._tracker.stop()
+        try:
+            self._tracker.stop()
+        except LinkError as error:
+            raise LinkError(f"{run.ended_by}; the unit could NOT be stopped: {error}") from None
         return run
 
     def _stop_if_possible(self) -> None:

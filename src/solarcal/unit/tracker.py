@@ -59,14 +59,14 @@ class Capabilities(msgspec.Struct, frozen=True):
         kept = [
             what
             for what, own in (
-                ("follows the Sun", self.has_controller),
-                ("keeps its clock", self.has_clock),
-                ("keeps its offsets", self.has_offsets),
-                ("keeps its coefficients", self.stores_coefficients),
+                ("clock", self.has_clock),
+                ("offsets", self.has_offsets),
+                ("coefficients", self.stores_coefficients),
             )
             if not own
         ]
-        return ", ".join(kept)
+        does = [] if self.has_controller else ["follows the Sun"]
+        return "; ".join(does + ([f"keeps its {', '.join(kept)}"] if kept else []))
 
 
 TYPED = Capabilities(has_link=False)

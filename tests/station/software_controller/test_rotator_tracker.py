@@ -43,7 +43,9 @@ def test_read_outs_are_the_rotators_own_and_counts_their_nominal_ones():
     assert parameters.drive1 == RotaryDrive(250.0)
     assert parameters.limits.axis1 == AxisLimits(-128.0, 128.0)
     assert not bench.tracker.capabilities.has_switches
-    assert bench.tracker.capabilities.kept_by_station.startswith("follows the Sun, keeps its clock")
+    assert bench.tracker.capabilities.kept_by_station == (
+        "follows the Sun; keeps its clock, offsets, coefficients"
+    )
 
 
 def test_its_sun_is_a_solartraks():
