@@ -72,6 +72,7 @@ NUMBERS = [
     ("sunspot", {"edge": "5.5"}, ["+0.0573 deg", "4.5 on every side"]),
     ("sunspot-design", {}, ["resolution", "deg"]),
     ("sun", {"at": JUNE}, ["azimuth", "AX2 (azel)", "solar time"]),
+    ("sun-compare", {"from_year": "2010", "to_year": "2010"}, ["altitude", "azimuth on sky"]),
     # 120 deg of swing is about eight hours in summer (15 deg an hour of a polar mount).
     ("day", {"at": JUNE, "geometry": "polar", "limits1": "-60 60"}, ["8.001 h within", "sunrise"]),
     ("year", {"year": "2026", "collector": "tracking"}, ["2026-06-21", "whole year"]),

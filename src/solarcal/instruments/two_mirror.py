@@ -1,5 +1,7 @@
 """Two 45-degree mirrors on an altazimuth mount: axes, the diode's correction, field of view."""
 
+import math
+
 from solarcal.errors import ConfigurationError
 from solarcal.instruments.answer import Answer, Drawing, paragraph
 from solarcal.instruments.form import Form
@@ -22,6 +24,7 @@ from solarcal.two_mirror.mirrors import (
     sun_axes_deg,
     tracker_matrix,
 )
+from solarcal.units import RAD_PER_DEG
 
 
 def base_document(base: EulerBase) -> dict[str, float]:
@@ -67,6 +70,10 @@ def point(form: Form) -> Answer:
     return Answer(document, (paragraph(*lines),), Drawing("directions", draw))
 
 
+SINGULAR_BELOW = math.sin(3.0 * RAD_PER_DEG)
+"""Of sin t2: nearer to its pole axis 1 turns twenty times as far as the light moves."""
+
+
 def trace(form: Form) -> Answer:
     """The four signals as axis corrections."""
     normals = [form.numbers(row) for row in form.filled_rows("mirror")]
@@ -95,6 +102,7 @@ def trace(form: Form) -> Answer:
         "sun_t2_deg": sun2,
         "correction1_deg": turn1,
         "correction2_deg": turn2,
+        "near_zenith": abs(math.sin(t2_deg * RAD_PER_DEG)) < SINGULAR_BELOW,
     }
     lines = [
         f"e1 {e1:+.5f}  e2 {e2:+.5f}: {off_mrad:.3f} mrad off the set point"
@@ -103,6 +111,11 @@ def trace(form: Form) -> Answer:
         f"add to axis 1 {turn1:+.5f} deg",
         f"add to axis 2 {turn2:+.5f} deg",
     ]
+    if document["near_zenith"]:
+        lines.append(
+            f"warning: at t2 {t2_deg:g} deg axis 1 is near its singularity (t2 = 0 or 180): its "
+            "correction is the offset divided by sin t2; turn axis 1 in the calculated mode there"
+        )
     across = 1e3 * (e1 - diode.set_point1) / diode.gain_per_rad
     up = 1e3 * (e2 - diode.set_point2) / diode.gain_per_rad
     rings = [
