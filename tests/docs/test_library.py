@@ -1,0 +1,56 @@
+"""The page on the library: every example runs and prints what the page shows; lazily imported."""
+
+import contextlib
+import io
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import solarcal
+
+ROOT = Path(__file__).parents[2]
+EXAMPLE = re.compile(r"```python\n(.*?)```\n\n```\n(.*?)```", re.DOTALL)
+EXAMPLES = EXAMPLE.findall((ROOT / "docs" / "library.md").read_text(encoding="utf-8"))
+
+
+def test_there_are_five():
+    assert len(EXAMPLES) == 5
+
+
+@pytest.mark.parametrize(("code", "shown"), EXAMPLES, ids=range(1, len(EXAMPLES) + 1))
+def test_an_example_prints_what_the_page_shows(code, shown, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        exec(code, {})
+    assert printed.getvalue() == shown
+
+
+def test_every_name_offered_is_there_and_no_other():
+    from solarcal import library
+
+    assert set(library.__all__) == set(solarcal._OFFERED)
+    for name in solarcal._OFFERED:
+        assert getattr(solarcal, name) is getattr(library, name)
+        assert name in dir(solarcal)
+    with pytest.raises(AttributeError, match="no attribute 'calibrate'"):
+        _ = solarcal.calibrate
+
+
+def test_points_of_ones_own_are_judged_at_a_site():
+    mount = solarcal.MountGeometry("azel", 35.05)
+    ax1, ax2 = [-60.0, -20.0, 20.0, 60.0], [50.0, 25.0, 25.0, 50.0]
+    err = [0.1, 0.1, 0.1, 0.1]
+    points = solarcal.Points(geometry=mount, ax1_deg=ax1, ax2_deg=ax2, err1_deg=err, err2_deg=err)
+    with pytest.raises(Exception, match="need a site"):
+        solarcal.analyse(points)
+    assert solarcal.forecast(points, site=solarcal.Site(35.05, -106.48)).year_rms_deg > 0.0
+
+
+def test_importing_the_package_imports_nothing_else():
+    code = "import sys, solarcal; print(*(m for m in sys.modules if m in ('numpy', 'scipy')))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == ""
