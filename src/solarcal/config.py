@@ -114,10 +114,12 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     """What the program remembers.
 
     ``lines``: session file -> the choice it was taken with; ``calculators``: id of a field
-    calculator -> what was typed into its fields where it is not the default.
+    calculator -> what was typed into its fields where it is not the default. ``alerts``: bell and
+    terminal notifications.
     """
 
     theme: str = "phosphor"
+    alerts: bool = True
     profile: str = ""
     last: Choice | None = None
     lines: dict[str, Choice] = {}

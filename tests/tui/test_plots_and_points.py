@@ -115,3 +115,61 @@ async def test_every_line_of_the_checks_is_reached_by_keys_at_80x24(station):
         assert all(len(line) <= pane.scrollable_content_region.width for line in pane.lines)
         await pilot.press("home")
         await shows(pilot, pane.lines[0].strip())
+
+
+async def test_after_a_stored_point_the_parameters_then_the_plot_come_up(tmp_path):
+    """On a wide screen from the third point on; any key that is no action's goes on."""
+    station, cable = bench(tmp_path / "two.jsonl", start="2026-06-03T13:30:00Z")
+    take_points(station, 2, 40.0)
+    async with workstation(station, LARGE) as (app, pilot):
+        view = await on_workstation(app, pilot)
+        cable.emulator.advance(1800.0)
+        await pilot.press("f6")
+        await shows(pilot, "Set here")
+        await pilot.press("enter")
+        await shows(pilot, "SET and recorded")
+        await pilot.press("full_stop")
+        for question in ("1. Did", "2. Did", "3. Do"):
+            await shows(pilot, question)
+            await pilot.press("y")
+        for _ in range(40):
+            if "Counts moved" in screen_text(app):
+                break
+            cable.emulator.advance(1.0)
+            await pilot.pause(0.05)
+        await shows(pilot, "Counts moved")
+        await until(pilot, lambda: app.screen.offered("yes"))
+        await pilot.press("y")
+        await shows(pilot, "Any key: the error plot")
+        assert view.tab == "coefficients"
+        await pilot.press("space")
+        await shows(
+            pilot, "on the curve of the fit before it", f"record {station.session.points[-1].seq}"
+        )
+        await pilot.press("space")
+        await until(pilot, lambda: view.tab == "now")
+
+
+async def test_a_reason_without_room_is_not_cut(station):
+    async with workstation(station, SMALL) as (app, pilot):
+        await on_workstation(app, pilot)
+        await shows(pilot, "CONTINUE")
+        rows = screen_text(app).split("\n")[2:5]
+        assert not any("…" in row for row in rows)
+
+
+async def test_alerts_ring_and_notify_and_m_turns_them_off(station, monkeypatch):
+    async with workstation(station, SMALL) as (app, pilot):
+        await on_workstation(app, pilot)
+        written = []
+        monkeypatch.setattr(app._driver, "write", written.append)
+        app.alert("due now\x1b: point 6")
+        sent = "".join(written)
+        assert "\x1b]9;solarcal: due now" in sent
+        assert "\x1b]777;notify;solarcal;due now" in sent
+        assert "\x1b: point" not in sent, "what a unit says cannot end the sequence"
+        await pilot.press("m")
+        await until(pilot, lambda: not app.settings.alerts)
+        written.clear()
+        app.alert("due now")
+        assert "".join(written).count("\x1b]9;") == 0

@@ -70,6 +70,11 @@ def change_theme(app: Workstation) -> None:
     app.change_theme()
 
 
+def switch_alerts(app: Workstation) -> None:
+    """Bell and terminal notifications, off or on."""
+    app.switch_alerts()
+
+
 def leave(app: Workstation) -> None:
     """Out; asks first while something is going on."""
     from solarcal.station.state import Activity
@@ -144,6 +149,7 @@ ACTION_HANDLERS: dict[str, ActionHandler] = {
     "help": open_help,
     "next_plot": next_plot,
     "theme": change_theme,
+    "alerts": switch_alerts,
     "faster": faster,
     "slower": slower,
     "skip": skip,

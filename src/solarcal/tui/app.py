@@ -15,6 +15,7 @@ from textual.screen import Screen
 
 from solarcal.config import Choice, Settings, save_settings
 from solarcal.errors import ConfigurationError, SolarcalError
+from solarcal.plain_text import harmless
 from solarcal.profiles import Profile
 from solarcal.tui.action_handlers import ActionHandler
 from solarcal.tui.base import StationModal
@@ -274,6 +275,21 @@ class SolarcalApp(StationApp):
         for screen in self.screen_stack:
             if isinstance(screen, StartScreen):
                 screen.tell(sentence, error=error)
+
+    def alert(self, words: str) -> None:
+        """Bell and terminal notification, for somebody who does not look at the screen."""
+        if not self.settings.alerts or self._driver is None:
+            return
+        self.bell()
+        plain = harmless(words)
+        self._driver.write(f"\x1b]9;solarcal: {plain}\x07\x1b]777;notify;solarcal;{plain}\x07")
+        self._driver.flush()
+
+    def switch_alerts(self) -> None:
+        """Bell and notifications off, or on again; kept in the settings."""
+        on = not self.settings.alerts
+        self.remember(msgspec.structs.replace(self.settings, alerts=on))
+        self.notify(f"Bell and notifications {'on' if on else 'off'}.")
 
     def leave_soon(self) -> None:
         """Begin to leave; the screens stay until file and line are closed."""

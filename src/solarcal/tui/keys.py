@@ -77,6 +77,7 @@ ACTIONS: tuple[Action, ...] = (
         "Field calculators: Sun, day, heliostat, mirrors, screwjack, sunspot device",
     ),
     Action("theme", "Light/dark", ("h",), "h", "Black on white for the sun, and back"),
+    Action("alerts", "Alerts", ("m",), "m", "Bell and terminal notifications, off or on"),
     Action("faster", "Faster", ("plus",), "+", "Emulator: let time pass faster"),
     Action("slower", "Slower", ("minus",), "-", "Emulator: let time pass slower"),
     Action("skip", "Skip ahead", ("w",), "w", "Emulator: skip to when the next point is due"),

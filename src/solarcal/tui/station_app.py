@@ -106,6 +106,9 @@ class StationApp(App[int]):
     def on_state_changed(self, message: StateChanged) -> None:
         if message.state.generation < self.state.generation:
             return
+        lost = message.state.live.link == "lost"
+        if lost and self.state.live.link != "lost":
+            self.alert(f"link lost: {message.state.live.link_message}")
         self._state = message.state
         self._remember_file()
         self._fit_if_needed(message.state)
@@ -198,7 +201,12 @@ class StationApp(App[int]):
         for screen in self._station_screens():
             screen.step_started(message.name)
 
+    def alert(self, words: str) -> None:
+        """Call somebody who does not look at the screen."""
+
     def on_step_done(self, message: StepDone) -> None:
+        if message.name == "gather":
+            self.alert("gathered; store the point or not")
         if message.name == "speed" and isinstance(message.result, float):
             # Another one may have been asked for while this was on its way: the unit knows.
             if self.worker is not None and self.worker.busy:

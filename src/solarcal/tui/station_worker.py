@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from solarcal.station.procedure import Station
 
 POLL_S = 1.0
+RECONNECT = "reconnect"
 FIRST_RETRY_S = 1.0
 LONGEST_RETRY_S = 15.0
 TURNS_HELD = 5
@@ -169,7 +170,12 @@ class StationWorker:
 
     def _try_again(self, pause_s: float) -> float:
         """Wait, try to reopen the line, and return the next pause."""
-        self._retry_now.wait(pause_s)
+        left_s = pause_s
+        while left_s > 0.0 and not self._retry_now.is_set():
+            words = f"next try in {left_s:.0f} s; press L to try now"
+            self._post(Progress(RECONNECT, 1.0 - left_s / pause_s, words))
+            self._retry_now.wait(min(1.0, left_s))
+            left_s -= 1.0
         self._retry_now.clear()
         if self._closing.is_set():
             return pause_s

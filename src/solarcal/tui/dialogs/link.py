@@ -10,6 +10,8 @@ from solarcal.session.records import LinkLost, LinkRestored
 from solarcal.station.state import LinkState, StationState
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
+from solarcal.tui.messages import Progress
+from solarcal.tui.station_worker import RECONNECT
 from solarcal.tui.widgets.text_lines import TextLines
 from solarcal.unit.tracker import Traced
 
@@ -18,6 +20,8 @@ TRAFFIC_EVERY_S = 0.5
 
 def open_screen(app: Workstation) -> None:
     open_dialog(app, LinkDialog())
+    if app.state.live.link is LinkState.LOST:
+        app.station_worker().reconnect_now()
 
 
 class LinkDialog(Dialog):
@@ -80,6 +84,10 @@ class LinkDialog(Dialog):
             lines.append(f"Reason    {live.link_message}")
         self.query_one("#link", Static).update("\n".join(lines))
         self.offer(*(["reconnect"] if live.link is LinkState.LOST else []))
+
+    def show_progress(self, progress: Progress) -> None:
+        if progress.name == RECONNECT and self._lost:
+            self.say(f"LINK LOST: {progress.words}.", "error")
 
     def _show_traffic(self) -> None:
         tracker = self.worker.station.tracker

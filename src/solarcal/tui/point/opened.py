@@ -12,6 +12,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.content import Content
+from textual.message import Message
 from textual.widgets import Input, Static
 
 from solarcal.errors import SolarcalError
@@ -55,6 +56,14 @@ class PointScreen(StationScreen):
         Binding("escape,q", "back", "Back", show=False),
     ]
     AUTO_FOCUS = "#point"
+
+    class Computed(Message):
+        """The fits with and without the point that was asked for as ``number``."""
+
+        def __init__(self, number: int, found: PointInfluence) -> None:
+            super().__init__()
+            self.number = number
+            self.found = found
 
     def __init__(self, session: SessionView, seq: int, *, writable: bool) -> None:
         super().__init__()
@@ -173,14 +182,13 @@ class PointScreen(StationScreen):
         number = self._asked
 
         def work() -> None:
-            found = point_influence(session, point)
-            self.app.call_from_thread(self._found, number, found)
+            self.post_message(self.Computed(number, point_influence(session, point)))
 
         threading.Thread(target=work, name="point influence", daemon=True).start()
 
-    def _found(self, number: int, found: PointInfluence) -> None:
-        if number == self._asked and self.is_mounted:
-            self._influence = found
+    def on_point_screen_computed(self, message: Computed) -> None:
+        if message.number == self._asked:
+            self._influence = message.found
             self._show()
 
     def _show(self) -> None:

@@ -181,7 +181,8 @@ class ReplayScreen(StationScreen):
             judged.judgement if judged is not None else None,
             judged.reason if judged is not None else "",
         )
-        self.query_one("#verdict", HeadLine).show(words.parts())
+        width = max(self.app.size.width - 2, 20)
+        self.query_one("#verdict", HeadLine).show([words.fitted(width, 1)[0]])
         self._show_bar()
 
     @property

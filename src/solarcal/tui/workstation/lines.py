@@ -76,11 +76,7 @@ class NextLines(Static):
         width = max(self.app.size.width - 2, 20)
         lines = _with_tail(sentence.wrap(width), tail, width)[: self.ROWS - 1]
         room = self.ROWS - len(lines)
-        said = Content.assemble(*verdict.parts()).wrap(width)
-        if len(said) > room:
-            last = said[room - 1].truncate(width - 1).append("…")
-            said = [*said[: room - 1], last]
-        self.update(Content("\n").join([*lines, *said]), layout=False)
+        self.update(Content("\n").join([*lines, *verdict.fitted(width, room)]), layout=False)
 
 
 def _with_tail(lines: list[Content], tail: list[tuple[str, str]], width: int) -> list[Content]:
@@ -99,11 +95,23 @@ class VerdictWords:
     """The verdict as it is always on screen: a mark, the word, the year, the first reason."""
 
     word: str
-    told: str = ""
+    summary: str = ""
     tone: str = ""
+    reason: str = ""
 
-    def parts(self) -> list[Part]:
-        return [("■ ", f"bold {self.tone}".strip()), (self.word, "bold"), f"  {self.told}"]
+    def parts(self, reason: str = "") -> list[Part]:
+        """Mark, word and summary, with a reason or what stands for it."""
+        rest = "  ".join(text for text in (self.summary, reason) if text)
+        return [("■ ", f"bold {self.tone}".strip()), (self.word, "bold"), f"  {rest}"]
+
+    def fitted(self, width: int, rows: int) -> list[Content]:
+        """In so many rows; a reason that has no room is not cut, but said to be in its pane."""
+        for reason in (self.reason, "[3: reasons]", "[3]", "") if self.reason else ("",):
+            lines = Content.assemble(*self.parts(reason)).wrap(width)
+            if len(lines) <= rows:
+                return lines
+        last = lines[rows - 1].truncate(width - 1).append("…")
+        return [*lines[: rows - 1], last]
 
 
 TONES = {
@@ -132,5 +140,5 @@ def verdict_words(
     # The reason that is the forecast itself stands first already.
     forecast_reason = sure_sentence(expected)
     first = next((reason for reason in verdict.reasons if reason != forecast_reason), "")
-    told = f"{sure} sure of {rule.tolerance_deg:g} deg. Year 95 %: {p95} deg.  {first}"
-    return VerdictWords(f"{STATE_WORDS[verdict.state]}.", told, TONES[verdict.state])
+    summary = f"{sure} sure of {rule.tolerance_deg:g} deg. Year 95 %: {p95} deg."
+    return VerdictWords(f"{STATE_WORDS[verdict.state]}.", summary, TONES[verdict.state], first)

@@ -5,21 +5,30 @@ from typing import ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.content import Content
+from textual.events import Key
 from textual.markup import escape
 
 from solarcal.errors import SolarcalError
 from solarcal.report.session_report import record_line
+from solarcal.session.records import PointRecord
 from solarcal.station.next_step import next_step
 from solarcal.station.state import LinkState, StationState
 from solarcal.station.sun_now import sun_now
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.messages import FitReady, Progress
+from solarcal.tui.point.dialog import STORE
 from solarcal.tui.point.opened import PointScreen
+from solarcal.tui.station_worker import RECONNECT
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine, Part
 from solarcal.tui.widgets.plot import ExploredPlot
 from solarcal.tui.workstation.lines import NextLines, TitleLine, verdict_words
 from solarcal.tui.workstation.view import TABS, WorkstationView
+
+REVIEW_FROM, REVIEW_FROM_WIDE = 5, 3
+"""Accepted points from which the parameters come up after a point is stored."""
+
+WINDOW_KEYS = frozenset({"tab", "shift+tab", "f12", "ctrl+s", "ctrl+q", "ctrl+p"})
 
 FOOTER = (
     ("help", "Help"), ("link", "Link"), ("initialise", "Init"), ("plan", "Plan"),
@@ -62,6 +71,9 @@ class WorkstationScreen(StationScreen):
         super().__init__()
         self._ready = False
         self._told_records = -1
+        self._review: str | None = None
+        self._tab_before = "now"
+        self._was_due = True
 
     def compose(self) -> ComposeResult:
         app = self.workstation
@@ -105,6 +117,10 @@ class WorkstationScreen(StationScreen):
         app = self.workstation
         step = next_step(state, sun.elevation_deg if sun is not None else None, app.judgement)
         reason = app.fit.reason if app.fit is not None else ""
+        due = step.countdown_s(live.laptop_utc_s) == 0.0
+        if due and not self._was_due:
+            app.alert(f"due now: {step.sentence}")
+        self._was_due = due
         self.query_one("#next", NextLines).show_step(
             step,
             app.keys_of(step.action),
@@ -139,6 +155,9 @@ class WorkstationScreen(StationScreen):
         if state.live.link is LinkState.LOST:
             self.query_one("#log", LogLine).say(state.live.link_message, error=True)
             return
+        if self._review is not None:
+            # What the review says stays until a key goes on.
+            return
         records = state.session.records if state.session is not None else ()
         if len(records) != self._told_records:
             self._told_records = len(records)
@@ -154,10 +173,16 @@ class WorkstationScreen(StationScreen):
             self.query_one("#log", LogLine).say(fit.reason, error=True)
 
     def show_progress(self, progress: Progress) -> None:
+        if progress.name == RECONNECT:
+            message = self.workstation.state.live.link_message
+            self.query_one("#log", LogLine).say(f"{message}: {progress.words}", error=True)
+            return
         share = "" if progress.fraction is None else f"  {100.0 * progress.fraction:.0f} %"
         self.query_one("#log", LogLine).say(f"{progress.words}{share}")
 
     def step_done(self, name: str, result: object) -> None:
+        if name == STORE and isinstance(result, PointRecord) and result.status == "accepted":
+            self._review_point()
         if name == "speed":
             self._show_lines(self.workstation.state)
         if name == "stop":
@@ -176,6 +201,46 @@ class WorkstationScreen(StationScreen):
         super().on_screen_resume()
         if self._ready:
             self.query_one(WorkstationView).focus_pane()
+
+    # -- after a stored point ------------------------------------------------------------------
+
+    def _review_point(self) -> None:
+        """The parameters with what changed come up, as in the manual; any key goes on."""
+        view, session = self.query_one(WorkstationView), self.workstation.state.session
+        least = REVIEW_FROM_WIDE if view.wide else REVIEW_FROM
+        if session is None or len(session.accepted) < least:
+            return
+        if self._review is None:
+            self._tab_before = view.tab
+        self._review = "coefficients"
+        view.show_review("coefficients")
+        self.query_one("#log", LogLine).say(
+            "Point stored: the parameters, and what changed. Any key: the error plot."
+        )
+
+    def on_key(self, event: Key) -> None:
+        """A key that is no action's goes on in the review of a stored point."""
+        if self._review is None or event.key in WINDOW_KEYS:
+            return
+        if any(event.key in action.keys for action in self.workstation.actions):
+            self._end_review()
+            return
+        event.stop()
+        event.prevent_default()
+        if self._review == "coefficients":
+            self._review = "plot"
+            self.query_one(WorkstationView).show_review("plot")
+            self.query_one("#log", LogLine).say(
+                "The new point on the curve of the fit before it. Any key: back."
+            )
+        else:
+            self._end_review()
+
+    def _end_review(self) -> None:
+        self._review = None
+        self.query_one(WorkstationView).end_review(self._tab_before)
+        self._told_records = -1
+        self._log_newest(self.workstation.state)
 
     def action_alone(self) -> None:
         view = self.query_one(WorkstationView)

@@ -21,6 +21,7 @@ from solarcal.model.fit import Solution
 from solarcal.report.columns import wrapped
 from solarcal.report.forecast_map import forecast_map
 from solarcal.report.plots import convergence_plot, error_plot, residual_plot, sky_map
+from solarcal.report.scales import View
 from solarcal.report.tables import (
     checks_table,
     clocks_table,
@@ -133,6 +134,8 @@ class WorkstationView(Vertical):
         self._shown: object = None
         self._version = 0
         self._second = 1
+        self._solution_before: Solution | None = None
+        self._review = False
 
     def compose(self) -> ComposeResult:
         with Horizontal(id="tabs"):
@@ -178,6 +181,9 @@ class WorkstationView(Vertical):
         return self._solution
 
     def show_fit(self, solution: Solution | None, judgement: Analysis | None = None) -> None:
+        before = self._solution
+        if before is not None and (solution is None or solution.n_points != before.n_points):
+            self._solution_before = before
         self._solution, self._judgement = solution, judgement
         self._show_session()
 
@@ -215,8 +221,10 @@ class WorkstationView(Vertical):
             return
         first = PLOTS[0] if self.wide and self._room_for_second else PLOTS[self.plot]
         for place, kind in (("#plot", first), ("#second", PLOTS[self._second])):
-            what = (kind, self._version)
-            draw = drawing(kind, session, self._solution, self._judgement)
+            review = self._review and kind == "error"
+            what = (kind, self._version, review)
+            solution = self._solution_before if review else self._solution
+            draw = drawing(kind, session, solution, self._judgement)
             count = len(plotted_points(session)) if kind in WITH_POINTS else 0
             self.query_one(place, ExploredPlot).show_view(draw, count, what)
 
@@ -239,6 +247,23 @@ class WorkstationView(Vertical):
             name = PLOTS[self.plot]
         self._show_plots()
         return name
+
+    def show_review(self, pane: str) -> None:
+        """After a stored point: the parameters, then the point on the curve of the fit before."""
+        self._review = pane == "plot"
+        self.tab = pane
+        if not self._review or self._session is None:
+            return
+        self.plot = 0
+        self._show_plots()
+        newest = len(plotted_points(self._session)) - 1
+        self.query_one("#plot", ExploredPlot).view = View(cursor=newest)
+
+    def end_review(self, tab: str) -> None:
+        self._review = False
+        self.query_one("#plot", ExploredPlot).view = View()
+        self.tab = tab
+        self._show_plots()
 
     def show_alone(self) -> str:
         """The plot alone on the screen, or everything again; its name."""
