@@ -46,6 +46,9 @@ async def test_an_upload_is_read_back_and_rolled_back_and_each_is_recorded(
         await pilot.press("u")
         await shows(pilot, "in force", "in sigmas", "5 points", "Upload?")
         await pilot.press("y")
+        # Few points are not done: asked a second time, in other words.
+        await shows(pilot, "not DONE", "once more")
+        await pilot.press("y")
         await shows(pilot, "read back EQUAL")
         uploaded = station.session.uploads[-1].new_coefficients
         assert station.tracker.stored().permanent_coefficients == uploaded
@@ -74,6 +77,9 @@ async def test_a_read_back_that_differs_is_cried_out(monkeypatch: pytest.MonkeyP
         await pilot.press("f8")
         await shows(pilot, "Upload?")
         await pilot.press("y")
+        # Few points are not done: asked a second time, in other words.
+        await shows(pilot, "not DONE", "once more")
+        await pilot.press("y")
         await shows(pilot, "READ BACK DIFFERS", "Roll back")
     assert [u.verified for u in station.session.uploads] == [False]
 
@@ -85,12 +91,17 @@ async def test_a_link_lost_while_uploading_is_said_and_the_unit_read_anew() -> N
     async with workstation(station) as (app, pilot):
         await pilot.press("f8")
         await shows(pilot, "Upload?")
+        await pilot.press("y")
+        await shows(pilot, "once more")
         cable.pulled = True
         await pilot.press("y")
         await shows(pilot, "LINK LOST")
         cable.pulled = False
         app.station_worker().reconnect_now()
         await shows(pilot, "Upload?")
+        await pilot.press("y")
+        # Few points are not done: asked a second time, in other words.
+        await shows(pilot, "not DONE", "once more")
         await pilot.press("y")
         await shows(pilot, "read back EQUAL")
 

@@ -31,11 +31,18 @@ def run(args: argparse.Namespace) -> int:
     demand_session(args.file)
     with Journal.resume(args.file) as journal:
         judged = analyse_files(read_files([args.file], {}), method=args.method)
-        offer = offer_upload(judged.of_the_controller(), journal.header.unit)
-        forced = refuse_doubtful(offer, args.force and args.force.strip())
+        analysis = judged.of_the_controller()
+        force = args.force and args.force.strip()
+        # Before the line is opened: what does not fit needs no unit to be refused.
+        refuse_doubtful(offer_upload(analysis, journal.header.unit), force)
         with asked_tracker(args) as tracker:
             unit = UnitOnTheLine(tracker)
             unit.resume(journal)
+            stored = unit.stored()
+            offer = offer_upload(
+                analysis, journal.header.unit, (stored.coefficients, stored.offsets)
+            )
+            forced = refuse_doubtful(offer, force)
             record = unit.upload(offer.rounded, judged.solution.method, forced)
     if args.json:
         from solarcal.station.documents import offer_document, upload_document

@@ -98,7 +98,9 @@ def offer_document(offer: UploadOffer) -> dict[str, Any]:
         "forecast": {
             "fitted": offer.judgement.forecast.as_json(),
             "rounded": offer.kept.as_json(),
+            "in_force": None if offer.held is None else offer.held.as_json(),
         },
+        "probability_better": offer.better,
         "verdict": offer.judgement.verdict.as_json(),
     }
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from solarcal.model.analysis import Analysis
 from solarcal.model.fit import FEWEST_POINTS, Solution
 from solarcal.model.methods import DEFAULT_METHOD
-from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients
+from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients, Offsets
 from solarcal.station.analysing import analyse_session
 from solarcal.station.state import SessionView
 from solarcal.station.uploading import UploadOffer, offer_upload
@@ -56,7 +56,11 @@ class UploadProposal:
 
 
 def propose_upload(
-    session: SessionView, in_force: Coefficients, method: str = DEFAULT_METHOD
+    session: SessionView,
+    in_force: Coefficients,
+    method: str = DEFAULT_METHOD,
+    *,
+    offsets: Offsets | None = None,
 ) -> UploadProposal | None:
     """The upload this session's points ask for; ``None`` while there are too few."""
     if len(session.accepted) < FEWEST_POINTS:
@@ -64,7 +68,8 @@ def propose_upload(
     judgement = analyse_session(session, method)
     if judgement is None:
         return None
-    offer = offer_upload(judgement, session.header.unit)
+    held = None if offsets is None else (in_force, offsets)
+    offer = offer_upload(judgement, session.header.unit, held)
     sigma = judgement.solution.sigma_coefficients()
     sigmas = sigma.as_tuple() if sigma is not None else (None,) * 6
     changes = tuple(

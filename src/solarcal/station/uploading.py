@@ -3,52 +3,77 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from solarcal.clock import Clock, SystemClock
 from solarcal.errors import InputFileError, LinkError, ProcedureRefused
 from solarcal.model.analysis import Analysis
 from solarcal.model.forecast import Forecast, forecast
-from solarcal.mount.formula import Coefficients
+from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.journal import Journal
 from solarcal.session.points import SITE_TOLERANCE_DEG
 from solarcal.session.records import Header, UnitRecord, UploadRecord
 from solarcal.session.view import read_view
 from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.procedure import Station
+from solarcal.station.sign_off import forecast_with
 from solarcal.station.state import newest_upload
 from solarcal.unit.tracker import Stored, Tracker, UnitIdentity
+
+BETTER_PROBABILITY = 0.95
+"""With which the new coefficients must be better than those in force."""
 
 
 @dataclass(frozen=True, slots=True)
 class UploadOffer:
     """What a judged session would write, and what the unit's resolution makes of it.
 
-    ``against`` are the reasons that forbid it unless they are overruled.
+    Attributes
+    ----------
+    held
+        The year with what the unit holds now; None where that is not known.
+    better
+        Probability that the new coefficients point better over the year than those held.
+    against
+        The reasons that forbid it unless they are overruled.
     """
 
     judgement: Analysis
     fitted: Coefficients
     rounded: Coefficients
     kept: Forecast
+    held: Forecast | None
+    better: float | None
     against: tuple[str, ...]
 
 
-def offer_upload(judgement: Analysis, unit: UnitRecord) -> UploadOffer:
-    """The offer for the unit a session tells of."""
+def offer_upload(
+    judgement: Analysis, unit: UnitRecord, held: tuple[Coefficients, Offsets] | None = None
+) -> UploadOffer:
+    """The offer for the unit a session tells of; ``held`` is what that holds now, P and O."""
     fitted = judgement.solution.coefficients()
     rounded = fitted.rounded(unit.tilt_decimals, unit.scale_decimals)
     verdict = judgement.verdict
-    return UploadOffer(
-        judgement=judgement,
-        fitted=fitted,
-        rounded=rounded,
-        kept=forecast(
-            judgement.solution,
-            judgement.forecast.grid.context,
-            uploaded=rounded,
-            rule=judgement.forecast.rule,
-        ),
-        against=verdict.reasons[:1] if verdict.state == "does_not_fit" else (),
+    kept = forecast(
+        judgement.solution,
+        judgement.forecast.grid.context,
+        uploaded=rounded,
+        rule=judgement.forecast.rule,
     )
+    against = list(verdict.reasons[:1] if verdict.state == "does_not_fit" else ())
+    now: Forecast | None = None
+    better: float | None = None
+    if held is not None:
+        now = forecast_with(judgement, *held)
+        # The draws are the same ones, so each pair is one tracker with either.
+        better = float(np.mean(kept.sample_rms_deg < now.sample_rms_deg))
+        if better < BETTER_PROBABILITY:
+            against.append(
+                "not better than what is in force beyond its uncertainty: 95 % of the year "
+                f"within {now.year_p95_deg:.3f} deg as it is, {kept.year_p95_deg:.3f} deg with "
+                f"the new coefficients, better with a probability of {100.0 * better:.0f} %"
+            )
+    return UploadOffer(judgement, fitted, rounded, kept, now, better, tuple(against))
 
 
 def refuse_doubtful(offer: UploadOffer, force: str | None) -> str:
@@ -63,7 +88,7 @@ def refuse_doubtful(offer: UploadOffer, force: str | None) -> str:
         return ""
     if force is None:
         raise ProcedureRefused(
-            f"upload refused, the points do not fit: {offer.against[0]}; to upload all the same "
+            f"upload refused: {offer.against[0]}; to upload all the same "
             "say why with --force REASON"
         )
     return force

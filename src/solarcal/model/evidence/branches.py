@@ -4,10 +4,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from solarcal.model.finding import Finding
+from solarcal.model.finding import Finding, points_named
 from solarcal.mount.geometry import MountGeometry, crosses_branch
 from solarcal.mount.limits import AxisLimits, Limits
 from solarcal.optics.aiming import Heliostat
+from solarcal.session.points import PointTable
 from solarcal.session.records import Header
 from solarcal.session.view import SessionView
 from solarcal.site import Site
@@ -19,6 +20,34 @@ LOWEST_DEG = 5.0
 """Points lower than this are never taken."""
 
 _STEP_S = 60.0
+
+
+def side_evidence(table: PointTable) -> tuple[Finding, ...]:
+    """Points taken on both sides of the end of axis 1's branch: two calibrations, not one."""
+    used = table.accepted()
+    if not len(used) or not np.isfinite(used.utc_s).all():
+        return ()
+    order = np.argsort(used.utc_s, kind="stable")
+    from_centre = np.asarray(wrap_deg(used.ax1_deg - table.ax1_centre_deg), dtype=np.float64)
+    # A step of more than 270 deg along the branch is a short one across its ends.
+    if not (np.abs(np.diff(from_centre[order])) > 270.0).any():
+        return ()
+    sides = [np.flatnonzero(from_centre > 0.0), np.flatnonzero(from_centre <= 0.0)]
+    few, many = sorted(sides, key=len)
+    labels = tuple(used.labels[i] for i in few)
+    end = table.ax1_centre_deg + 180.0
+    return (
+        Finding(
+            kind="branch",
+            subject="axis 1",
+            sentence=f"{points_named(labels)} lie beyond the end of axis 1's branch at {end:g} "
+            f"deg, the other {len(many)} on this side: a scale error P5 means something else "
+            "there, so these are two calibrations; strike one side out, the forecast holds for "
+            "the other only",
+            direct=True,
+            labels=labels,
+        ),
+    )
 
 
 def branch_evidence(session: SessionView) -> tuple[Finding, ...]:

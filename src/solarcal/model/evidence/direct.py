@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from solarcal.model.evidence.branches import branch_evidence
+from solarcal.model.evidence.branches import branch_evidence, side_evidence
 from solarcal.model.evidence.clocks import clock_evidence, laptop_evidence
 from solarcal.model.evidence.counts import Loss, count_evidence, real_losses
 from solarcal.model.evidence.read_outs import offset_evidence, read_out_evidence
@@ -63,11 +63,12 @@ class Evidence:
         """Everything but the residuals; the fit dates missed counts."""
         dating = solution if self._one_session else None
         stamps: tuple[Finding, ...] = ()
+        sides = () if self.table is None else side_evidence(self.table)
         if self.table is not None:
             claimed = not self.sessions or any(s.header.unit.imported for s in self.sessions)
             stamps = stamp_evidence(self.table, context, tolerance_deg, kind_claimed=claimed)
         seen = (f for session in self.sessions for f in direct_findings(session, dating))
-        return (*stamps, *dict.fromkeys(seen), *self.between)
+        return (*stamps, *sides, *dict.fromkeys(seen), *self.between)
 
 
 NO_EVIDENCE = Evidence()

@@ -21,6 +21,7 @@ from solarcal.model.extended_mechanism import (
     SQUARENESS,
     ExtendedMechanism,
 )
+from solarcal.model.f_tests import ColumnFit, f_probability
 from solarcal.model.finding import Finding, Kind, listed
 from solarcal.model.fit import FEWEST_POINTS as LINEAR_FEWEST
 from solarcal.model.fit import fit_linear
@@ -31,10 +32,11 @@ from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
 from solarcal.model.points import PointSet
 from solarcal.model.prior import Prior
 from solarcal.model.residual_tests import BadPoint, Cause, ResidualTests, run_residual_tests
+from solarcal.model.session_changes import ZEROS
 from solarcal.model.solution import Solution
 from solarcal.model.terms import CONTROLLER_TERMS
 from solarcal.model.year_grid import year_grid
-from solarcal.units import wrap_deg
+from solarcal.units import FloatArray, wrap_deg
 
 KINDS: dict[str, Kind] = {
     COLLIMATION: "collimation",
@@ -65,6 +67,9 @@ WORTH_KNOWING = {
 NEGLIGIBLE_SHARE = 0.1
 """An effect below this part of the tolerance, added to it in squares, is half a percent of it."""
 FEWEST_POINTS = 5
+SHORTEST_RUN = 3
+"""Fewer points than this after a step are bad points."""
+STEP_LEVEL = 0.001
 
 
 def diagnose(
@@ -108,10 +113,66 @@ def diagnose(
         noise_deg=solution.noise_deg,
     )
     return (
+        *_steps(solution, tolerance_deg),
         *(_cause(cause, tests, tolerance_deg) for cause in tests.causes),
         *(_bad_point(bad, solution) for bad in tests.bad),
         *_undecided(tests),
         *doubtful,
+    )
+
+
+def _steps(solution: MechanismSolution, tolerance_deg: float) -> tuple[Finding, ...]:
+    """A change of both zeros between two runs of points in time: a reference or a clamp moved.
+
+    Each division into two runs of three points or more is an F-test of two columns beside the six
+    numbers, corrected for the number of divisions; a single smooth cause that explains more is
+    preferred.
+    """
+    points, n = solution.points, len(solution.points)
+    times = points.utc_s
+    if times is None or not np.isfinite(times).all() or n < 2 * SHORTEST_RUN + 1:
+        return ()
+    order = np.argsort(times, kind="stable")
+    rows = ExtendedMechanism.of(points, solution.context).rows(solution.posterior.mean, {})
+    base = ColumnFit(rows.six, rows.residuals)
+    place = np.empty(n, dtype=np.intp)
+    place[order] = np.arange(n)
+    tried: list[tuple[float, int, FloatArray]] = []
+    for first in range(SHORTEST_RUN, n - SHORTEST_RUN + 1):
+        later = np.repeat(place >= first, 2)[:, np.newaxis]
+        more = rows.six[:, list(ZEROS)] * later
+        wider = ColumnFit(np.hstack((rows.six, more)), rows.residuals)
+        over = base.spare - wider.spare
+        if over == 0 or wider.spare < SHORTEST_RUN:
+            continue
+        gained = (base.squares - wider.squares) / over
+        p = f_probability(gained / max(wider.squares / wider.spare, 1e-300), over, wider.spare)
+        rest = more - base.basis @ (base.basis.T @ more)
+        amount = np.linalg.lstsq(rest, base.left, rcond=None)[0]
+        tried.append((p, first, np.asarray(amount, dtype=np.float64)))
+    if not tried:
+        return ()
+    p, first, amount = min(tried, key=lambda one: one[0])
+    p *= len(tried)
+    smooth = min(base.column(column)[2] for column in rows.causes.values())
+    sine = float(np.mean(np.sin(np.radians(points.ax2_deg))))
+    size = float(np.hypot(amount[0] * sine, amount[1]))
+    if p > STEP_LEVEL or p > smooth or size < 0.5 * tolerance_deg:
+        return ()
+    before, after = (points.labels[order[i]] for i in (first - 1, first))
+    runs = (order[:first], order[first:])
+    shorter = tuple(points.labels[i] for i in min(runs, key=len))
+    return (
+        Finding(
+            kind="step",
+            subject=f"points {before} and {after}",
+            sentence=f"a step between points {before} and {after}: from there on axis 1 reads "
+            f"{amount[0]:+.3f} deg and axis 2 {amount[1]:+.3f} deg otherwise (p = {p:.1g}); a "
+            "reference, a clamp or the pointing device moved: do a reference check, and keep one "
+            "of the two runs",
+            number=size,
+            labels=shorter,
+        ),
     )
 
 

@@ -8,6 +8,14 @@ from solarcal.model.evidence.clocks import SECONDS_PER_SUN_DEG
 from solarcal.model.evidence.times import UNIT_CLOCK
 from solarcal.model.finding import Finding
 
+CAUSES = (
+    "collimation", "nonperpendicularity", "cross_axis", "sag", "refraction", "backlash",
+    "unmodelled",
+)  # fmt: skip
+"""What residuals can ask for that P1..P6 do not have."""
+CAUSE_SHARE = 0.1
+"""An effect below this part of the tolerance, added to it in squares, is half a percent of it."""
+
 
 class Weighed(NamedTuple):
     """Sentences by what they ask for.
@@ -28,12 +36,12 @@ class Weighed(NamedTuple):
 
 
 def weigh(evidence: Iterable[Finding], used: AbstractSet[int], tolerance_deg: float) -> Weighed:
-    """Sort direct findings.
+    """Sort findings.
 
     Parameters
     ----------
     evidence
-        Findings of a session; those inferred from residuals are left to the fit's own checks.
+        Everything found: seen, or asked for by the residuals.
     used
         Labels of the fitted points: points already struck out no longer matter.
     tolerance_deg
@@ -43,9 +51,16 @@ def weigh(evidence: Iterable[Finding], used: AbstractSet[int], tolerance_deg: fl
     waiting: list[str] = []
     cautions: list[str] = []
     for finding in evidence:
-        if not finding.direct or finding.certainty != "found":
+        if finding.certainty != "found":
             continue
         number = abs(finding.number or 0.0)
+        if finding.kind in CAUSES and (finding.effect_deg or 0.0) > CAUSE_SHARE * tolerance_deg:
+            # The formula cannot hold it: what the forecast makes of it is not known.
+            waiting.append(finding.sentence)
+        if finding.kind == "step" and not used.isdisjoint(finding.labels):
+            wrong.append(finding.sentence)
+        if not finding.direct:
+            continue
         match finding.kind:
             case "frozen":
                 wrong.append(finding.sentence)
@@ -59,6 +74,8 @@ def weigh(evidence: Iterable[Finding], used: AbstractSet[int], tolerance_deg: fl
             case "offsets":
                 if not used.isdisjoint(finding.labels):
                     wrong.append(finding.sentence)
+            case "branch" if not used.isdisjoint(finding.labels):
+                waiting.append(finding.sentence)
             case "not_held":
                 waiting.append(finding.sentence)
             case "unit_sun" if number > tolerance_deg:

@@ -14,7 +14,7 @@ from solarcal.report.tables import checks_table
 from solarcal.session.records import UploadRecord
 from solarcal.station.procedure import Station
 from solarcal.station.sign_off import sign_off
-from solarcal.station.state import StationState
+from solarcal.station.state import SessionView, StationState
 from solarcal.station.upload_proposal import UploadProposal, propose_upload, too_few_points
 from solarcal.station.uploading import refuse_doubtful
 from solarcal.tui.base import Workstation, is_typed
@@ -35,6 +35,7 @@ class UploadDialog(Dialog):
     HEADING = "Upload coefficients"
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
         DialogKey("upload", "Write, store, read back", "y", "y"),
+        DialogKey("again", "Upload again", "a", "a"),
         DialogKey("rollback", "Roll back", "b", "b"),
         DialogKey("track", "Track", "t", "t"),
     )
@@ -46,6 +47,7 @@ class UploadDialog(Dialog):
     def __init__(self) -> None:
         super().__init__()
         self._proposal: UploadProposal | None = None
+        self._sure = False
 
     def body(self) -> Iterable[Widget]:
         yield Static("", id="table", markup=False)
@@ -58,6 +60,7 @@ class UploadDialog(Dialog):
         self._propose()
 
     def _propose(self) -> None:
+        self._sure = False
         self.offer()
         self.say("Reading what the unit holds ...")
         self.submit(PROPOSE, _propose)
@@ -74,7 +77,15 @@ class UploadDialog(Dialog):
             field.input.focus()
             self.say("Type the reason and press Enter; it is kept in the session file.")
             return
+        if proposal.judgement.verdict.state != "done" and not self._sure:
+            self._sure = True
+            self.say(_sure(proposal), "warning")
+            return
         self._upload(proposal, "")
+
+    def action_again(self) -> None:
+        self.offer()
+        self.submit(UPLOAD, lambda station: station.upload_again())
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         reason = event.value.strip()
@@ -138,6 +149,7 @@ class UploadDialog(Dialog):
         uploaded = session is not None and any(not u.rollback for u in session.uploads)
         self.offer(
             *(["upload"] if self._proposal is not None else []),
+            *(["again"] if uploaded and _to_repeat(session) else []),
             *(["rollback", "track"] if uploaded else []),
         )
 
@@ -152,8 +164,7 @@ class UploadDialog(Dialog):
             self.say(too_few_points(session), "warning")
         elif proposal.doubts:
             self.say(
-                f"REFUSED, the points do not fit: {'; '.join(proposal.doubts)}. "
-                "Only with a reason.",
+                f"REFUSED: {'; '.join(proposal.doubts)}. Only with a reason.",
                 "warning",
             )
         else:
@@ -197,8 +208,27 @@ class UploadDialog(Dialog):
             )
 
 
+def _to_repeat(session: SessionView | None) -> bool:
+    """Whether the newest upload is not what the unit holds, or may not be."""
+    return session is not None and not (session.holds_upload and session.uploads[-1].verified)
+
+
 def _propose(station: Station) -> UploadProposal | None:
-    return propose_upload(station.session, station.coefficients_in_force)
+    status = station.state.live.status
+    return propose_upload(
+        station.session,
+        station.coefficients_in_force,
+        offsets=None if status is None else status.offsets,
+    )
+
+
+def _sure(proposal: UploadProposal) -> str:
+    """The question where the verdict is not done."""
+    state = STATE_WORDS[proposal.judgement.verdict.state].split(":")[0]
+    return (
+        f"The verdict is {state}, not DONE: 95 % of the year is expected within "
+        f"{proposal.offer.kept.year_p95_deg:.3f} deg only. Press y once more to write it now."
+    )
 
 
 def proposal_table(proposal: UploadProposal) -> str:
@@ -231,5 +261,10 @@ def proposal_table(proposal: UploadProposal) -> str:
         f"{percent(kept.probability_within_tolerance, kept.rule.probability)} sure of "
         f"{kept.rule.tolerance_deg:g}"
     )
+    if proposal.offer.held is not None and proposal.offer.better is not None:
+        lines.append(
+            f"in force now, 95 %: {proposal.offer.held.year_p95_deg:.4f} deg; the new ones are "
+            f"better with a probability of {100.0 * proposal.offer.better:.0f} %"
+        )
     lines.append(STATE_WORDS[proposal.judgement.verdict.state])
     return "\n".join(lines)
