@@ -263,8 +263,8 @@ def proposal_table(proposal: UploadProposal) -> str:
     )
     if proposal.offer.held is not None and proposal.offer.better is not None:
         lines.append(
-            f"in force now, 95 %: {proposal.offer.held.year_p95_deg:.4f} deg; the new ones are "
-            f"better with a probability of {100.0 * proposal.offer.better:.0f} %"
+            f"in force now, 95 %: {proposal.offer.held.year_p95_deg:.4f} deg; the new are better "
+            f"(P {100.0 * proposal.offer.better:.0f} %)"
         )
     lines.append(STATE_WORDS[proposal.judgement.verdict.state])
     return "\n".join(lines)
