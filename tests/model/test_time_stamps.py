@@ -165,6 +165,8 @@ def test_the_report_and_the_replay_of_an_import_say_it_too(doors, capsys, tmp_pa
     _, document = documents(capsys, "replay", session)
     assert document["findings"][0]["number"] == 3600.0
     assert document["verdict"]["state"] == "does_not_fit"
+    assert run_command(["replay", session, "--headless"]) == 0
+    assert "3600 s late" in " ".join(capsys.readouterr().out.split())
     run_command(["report", session, "-o", str(tmp_path / "out.txt")])
     assert "3600 s late" in " ".join((tmp_path / "out.txt").read_text().split())
 

@@ -299,7 +299,10 @@ def session_plot_data(
         ),
         solution,
         limits=header.unit.limits,
-        sun=SunModel(header.sun_model, header.refraction, header.weather),
+        # An import names the kind of its ideal angles there, which is no model of the Sun.
+        sun=SunModel("precise", header.refraction, header.weather)
+        if header.sun_model in ("apparent", "airless")
+        else SunModel(header.sun_model, header.refraction, header.weather),
         empty_day_utc_s=parse_utc(header.utc),
         tolerance_deg=header.tolerance_deg,
         heliostat=header.unit.heliostat,
