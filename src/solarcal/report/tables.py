@@ -96,7 +96,7 @@ def points_table(
     header: Header, points: Sequence[PointRecord], solution: Solution | None = None
 ) -> str:
     """All attempts of a session; residuals on sky where there is a solution. Angles in degrees."""
-    sun = SunModel(header.sun_model)
+    sun = SunModel.of_session(header)
     rows = []
     for point in points:
         # An imported point may have no time of its own; that of its record is the import's.

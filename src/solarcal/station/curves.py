@@ -299,10 +299,7 @@ def session_plot_data(
         ),
         solution,
         limits=header.unit.limits,
-        # An import names the kind of its ideal angles there, which is no model of the Sun.
-        sun=SunModel("precise", header.refraction, header.weather)
-        if header.sun_model in ("apparent", "airless")
-        else SunModel(header.sun_model, header.refraction, header.weather),
+        sun=SunModel.of_session(header),
         empty_day_utc_s=parse_utc(header.utc),
         tolerance_deg=header.tolerance_deg,
         heliostat=header.unit.heliostat,

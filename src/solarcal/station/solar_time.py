@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solarcal.session.records import Header
 from solarcal.site import Site, Weather
 from solarcal.sun import SunPosition, sun_position
 from solarcal.timescale import SECONDS_PER_DAY
@@ -26,6 +27,12 @@ class SunModel:
     name: str = "solartrak"
     refraction: str = "none"
     weather: Weather | None = None
+
+    @classmethod
+    def of_session(cls, header: Header) -> "SunModel":
+        """The Sun of a session; an import names the kind of its ideal angles, which is none."""
+        name = "precise" if header.sun_model in ("apparent", "airless") else header.sun_model
+        return cls(name, header.refraction, header.weather)
 
     def position(self, utc_s: FloatArray, site: Site) -> SunPosition[FloatArray]:
         """The Sun over a site at instants of any shape."""
