@@ -84,7 +84,7 @@ def test_what_is_misspelt_in_the_mount_is_not_passed_over(tmp_path, capsys):
 
 def test_a_site_file_that_is_not_there_and_a_driver_that_is_none(tmp_path, capsys):
     assert run_command(["rollback", "--port", "x", "--site", str(tmp_path / "no.toml")]) == 2
-    assert "no.toml cannot be read" in capsys.readouterr().err
+    assert "no.toml is missing" in capsys.readouterr().err
     assert run_command(["rollback", "--port", "x", "--driver", "belt"]) == 2
     assert "no driver 'belt'; there is: solartrak" in capsys.readouterr().err
 

@@ -254,7 +254,7 @@ def test_the_command_says_what_it_did(fit_file, capsys):
         (["--scenario", "tijeras-azel", "--every", "0"], 2, "seconds between 1 and 3600"),
         (["--scenario", "tijeras-azel", "--until", "noon"], 2, "HH:MM"),
         (["--scenario", "tijeras-azel", "--start", "2026-06-05T08:00:00Z"], 1, "horizon"),
-        (["--scenario", "tijeras-azel", "--coefficients", "no.json"], 2, "cannot be read"),
+        (["--scenario", "tijeras-azel", "--coefficients", "no.json"], 2, "is missing"),
     ],
 )
 def test_what_the_command_refuses_is_one_line(words, code, said, capsys):

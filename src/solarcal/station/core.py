@@ -279,7 +279,12 @@ class StationCore:
             self._record_restored()
         self._connected(identity)
         if self._journal is not None:
-            self.compare_in_force()
+            try:
+                self.compare_in_force()
+            except LinkError as error:
+                # Lost again at once: known before the next try restores it.
+                self.link_lost(error)
+                raise
         return identity
 
     def _record_restored(self) -> None:

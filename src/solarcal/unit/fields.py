@@ -36,14 +36,14 @@ def identity_to_fields(identity: UnitIdentity) -> list[str]:
     """Reply to ``ID``. Spaces within the names are written as underscores."""
     names = (identity.model, identity.serial, identity.firmware)
     model, serial, firmware = ("_".join(name.split()) for name in names)
-    told = {
+    content = {
         "model": model,
         "serial": serial,
         "firmware": firmware,
         "protocol": identity.protocol,
         "extensions": "".join(sorted(identity.extensions)) or "-",
     }
-    return write(verb("ID").reply, told)
+    return write(verb("ID").reply, content)
 
 
 def identity_from_fields(fields: Sequence[str]) -> UnitIdentity:
@@ -67,7 +67,7 @@ def clock_from_fields(fields: Sequence[str]) -> tuple[float, float]:
 def site_to_fields(unit_site: UnitSite) -> list[str]:
     """Reply to ``SITE`` and ``SITE SET``."""
     site = unit_site.site
-    told = {
+    content = {
         "latitude": site.latitude_deg,
         "longitude": site.longitude_deg,
         "elevation_m": site.elevation_m,
@@ -75,7 +75,7 @@ def site_to_fields(unit_site: UnitSite) -> list[str]:
         "geometry": unit_site.geometry,
         "ax1_centre": unit_site.ax1_centre_deg,
     }
-    return write(verb("SITE").reply, told)
+    return write(verb("SITE").reply, content)
 
 
 def site_from_fields(fields: Sequence[str]) -> UnitSite:
@@ -98,7 +98,7 @@ def status_to_fields(
 ) -> list[str]:
     """Reply to ``STATUS`` and ``OFFSET SET``."""
     flags = _REFERENCED * status.referenced + _MEMORIES_DIFFER * status.memories_differ
-    told = {
+    content = {
         "mode": status.mode.value,
         "local_time": values.local_time_text(status.unit_utc_s, zone_west_h),
         "ideal1": status.ideal1_deg,
@@ -117,7 +117,7 @@ def status_to_fields(
         "flags": f"{flags:02X}",
         "unlocked": max(0, int(status.unlocked_s)),
     }
-    return write(verb("STATUS").reply, told, (tilt_decimals, SCALE_DECIMALS))
+    return write(verb("STATUS").reply, content, (tilt_decimals, SCALE_DECIMALS))
 
 
 def status_from_fields(fields: Sequence[str], zone_west_h: float) -> Status:
@@ -162,13 +162,13 @@ def ref_check_to_fields(result: RefCheckResult) -> list[str]:
         state = "RUNNING"
     else:
         state = "BROKEN" if result.number else "NONE"
-    told = {
+    content = {
         "number": result.number,
         "state": state,
         "difference1": result.difference1,
         "difference2": result.difference2,
     }
-    return write(verb("REF").reply, told)
+    return write(verb("REF").reply, content)
 
 
 def ref_check_from_fields(fields: Sequence[str]) -> RefCheckResult:
@@ -192,9 +192,9 @@ def coefficients_to_fields(
     scale_decimals: int = SCALE_DECIMALS,
 ) -> list[str]:
     """Arguments of ``COEF SET``, and the reply to it and to ``COEF`` and ``COEF STORED``."""
-    told = dict(zip(COEFFICIENT_NAMES, coefficients.as_tuple(), strict=True))
-    told |= {"O1": offsets.O1, "O2": offsets.O2}
-    return write(verb("COEF").reply, told, (tilt_decimals, scale_decimals))
+    content = dict(zip(COEFFICIENT_NAMES, coefficients.as_tuple(), strict=True))
+    content |= {"O1": offsets.O1, "O2": offsets.O2}
+    return write(verb("COEF").reply, content, (tilt_decimals, scale_decimals))
 
 
 def coefficients_from_fields(fields: Sequence[str]) -> tuple[Coefficients, Offsets]:
@@ -207,8 +207,8 @@ def coefficients_from_fields(fields: Sequence[str]) -> tuple[Coefficients, Offse
 
 def times_to_fields(true_utc_s: float, laptop_utc_s: float) -> list[str]:
     """Reply to ``X ADVANCE``, and the first two fields of the reply to ``X TIME``."""
-    told = {"true_utc": format_utc(true_utc_s), "laptop_utc": format_utc(laptop_utc_s)}
-    return write(verb("X ADVANCE").reply, told)
+    content = {"true_utc": format_utc(true_utc_s), "laptop_utc": format_utc(laptop_utc_s)}
+    return write(verb("X ADVANCE").reply, content)
 
 
 def times_from_fields(fields: Sequence[str]) -> tuple[float, float]:
@@ -243,12 +243,12 @@ def advance_from_fields(fields: Sequence[str]) -> float:
 def sky_to_fields(sky: EmulatedSky) -> list[str]:
     """Reply to ``X SKY``."""
     weather = sky.weather
-    told = {
+    content = {
         "sun": sky.sun,
         "pressure": weather.pressure_hpa,
         "temperature": weather.temperature_c,
     }
-    return write(verb("X SKY").reply, told)
+    return write(verb("X SKY").reply, content)
 
 
 def sky_from_fields(fields: Sequence[str]) -> EmulatedSky:
@@ -271,12 +271,12 @@ def speed_from_fields(fields: Sequence[str]) -> float:
 
 def spot_to_fields(spot: Spot) -> list[str]:
     """Reply to ``X SPOT``."""
-    told = {
+    content = {
         "visible": "1" if spot.visible else "0",
         "error1": spot.error1_deg,
         "error2": spot.error2_deg,
     }
-    return write(verb("X SPOT").reply, told)
+    return write(verb("X SPOT").reply, content)
 
 
 def spot_from_fields(fields: Sequence[str]) -> Spot:
@@ -286,13 +286,13 @@ def spot_from_fields(fields: Sequence[str]) -> Spot:
 
 def truth_to_fields(truth: Truth) -> list[str]:
     """Reply to ``X TRUTH``."""
-    told = dict(zip(COEFFICIENT_NAMES, truth.coefficients.as_tuple(), strict=True))
-    told |= {
+    content = dict(zip(COEFFICIENT_NAMES, truth.coefficients.as_tuple(), strict=True))
+    content |= {
         "day_rms": truth.day_rms_deg,
         "day_max": truth.day_max_deg,
         "year_rms": truth.year_rms_deg,
     }
-    return write(verb("X TRUTH").reply, told)
+    return write(verb("X TRUTH").reply, content)
 
 
 def truth_from_fields(fields: Sequence[str]) -> Truth:

@@ -156,16 +156,16 @@ class EasyCommRotator:
         ProtocolError
             Something answers, but never with a position.
         """
-        heard: list[bytes] = []
+        strays: list[bytes] = []
         for attempt in range(ASKED_AT_MOST):
             wait_s = self._boot_s if first and attempt == 0 else self._answer_s
-            found = self._one_position(wait_s, heard)
+            found = self._one_position(wait_s, strays)
             if found is not None:
                 return found
-        if heard:
+        if strays:
             raise self._gave_up(
                 ProtocolError(
-                    f"{self.where} answers {_shown(heard[-1])}, which is no EasyComm position; "
+                    f"{self.where} answers {_shown(strays[-1])}, which is no EasyComm position; "
                     "check driver, port and baud rate"
                 )
             )
@@ -176,7 +176,7 @@ class EasyCommRotator:
             )
         )
 
-    def _one_position(self, wait_s: float, heard: list[bytes]) -> Direction | None:
+    def _one_position(self, wait_s: float, strays: list[bytes]) -> Direction | None:
         self._discard()
         self._send("AZ EL")
         found: dict[str, float] = {}
@@ -194,7 +194,7 @@ class EasyCommRotator:
                     shown = min(len(match[3] or ""), MOST_DECIMALS)
                     self._decimals = max(self._decimals, shown)
                 elif not word.startswith(("AL", "VE")):
-                    heard.append(line)
+                    strays.append(line)
         return found["AZ"], found["EL"]
 
     def _version(self) -> str:
