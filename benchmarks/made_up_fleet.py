@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import msgspec
 import numpy as np
 
 from benchmarks.judgement_trackers import daylight_s, measured, random_mechanism
@@ -23,6 +22,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import AxisLimits, Limits
 from solarcal.mount.mechanism import Mechanism
+from solarcal.session.lines import encode_record
 from solarcal.session.records import (
     Answers,
     ClockSet,
@@ -60,12 +60,11 @@ class _Plant:
 def write_fleet(folder: Path, sessions: int = SESSIONS, seed: int = SEED) -> None:
     """Write so many session files, some hundreds a folder."""
     plants = _plants(np.random.default_rng([seed, 1]))
-    encoder = msgspec.json.Encoder()
     for number in range(sessions):
         rng = np.random.default_rng([seed, 2, number])
         # One plant after the other: its Sun is prepared once.
         plant = plants[number * len(plants) // sessions]
-        content = b"".join(encoder.encode(r) + b"\n" for r in _session(number, plant, rng))
+        content = b"".join(encode_record(r) for r in _session(number, plant, rng))
         path = folder / f"{number // IN_A_FOLDER:03d}" / f"unit-{number:05d}.jsonl"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from fuzzing.calls import CALLS, sweep
 from fuzzing.doors import DOORS
+from fuzzing.session_damage import SAVED, Unnoticed, try_cuts, try_flips
 from fuzzing.trying import attempt
 
 CASES = 1_000_000
@@ -46,6 +47,7 @@ def main(cases: int) -> int:
             flush=True,
         )
     broken += _bad_calls(min(CALLS, cases // 1000))
+    broken += _every_bit_and_cut()
     minutes = (time.perf_counter() - started) / 60.0
     print(f"{cases} cases in {minutes:.1f} min: " + (f"BROKEN: {broken}" if broken else "all well"))
     return 1 if broken else 0
@@ -69,6 +71,26 @@ def _bad_calls(count: int) -> list[str]:
         flush=True,
     )
     return ["bad calls"] if faults else []
+
+
+def _every_bit_and_cut() -> list[str]:
+    """The saved sessions with every bit flipped, and cut at every offset."""
+    broken = []
+    for path in SAVED:
+        size = path.stat().st_size
+        try:
+            refused, reported = try_flips(path, range(8 * size))
+            cut_refused, cut_reported = try_cuts(path, range(size))
+        except Unnoticed as error:
+            broken.append(path.name)
+            print(f"{path.name}: BROKEN: {error}", flush=True)
+            continue
+        print(
+            f"{path.name}: {8 * size} flipped bits, {refused} refused and {reported} reported; "
+            f"{size} cuts, {cut_refused} refused and {cut_reported} reported",
+            flush=True,
+        )
+    return broken
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ A door takes bytes; it may raise nothing but ``SolarcalError``: one line without
 that names a place (the file, the option, the port). ``Door.enter`` holds it to that.
 """
 
+import re
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ from solarcal.profile_form import profile_from_form
 from solarcal.profiles import Profile
 from solarcal.session.interchange import read_table
 from solarcal.session.interchange.tpoint_model import read_tpoint_model
+from solarcal.session.lines import sealed, torn_marker
 from solarcal.session.reader import live_records, read_session
 from solarcal.station.state import view_session
 from solarcal.tui.keys import checked_keymap
@@ -211,11 +213,25 @@ def _into_driver(content: bytes) -> None:
 def _sessions() -> tuple[bytes, ...]:
     folder = Path(__file__).parent.parent / "sessions"
     lines = (folder / "azel-aborted-and-rejected.jsonl").read_bytes().splitlines(keepends=True)
-    torn = b"".join(lines[:3]) + b'{"type":"no\n{"type":"torn","bytes":12}\n' + b"".join(lines[3:6])
+    torn = b"".join(lines[:3]) + b'{"type":"no\n' + torn_marker(12) + b"".join(lines[3:6])
     # Short ones: damage then meets headers and every kind of record.
     kinds = {line.partition(b",")[0]: line for line in lines[1:]}
-    first = lines[0] + b"".join(line for line in lines if line in kinds.values())
-    return (b"".join(lines[:9]), b"".join(lines[:2] + lines[-4:]), first, torn)
+    first = lines[0] + b"".join(
+        _numbered(line, seq)
+        for seq, line in enumerate((line for line in lines if line in kinds.values()), start=1)
+    )
+    whole = (b"".join(lines[:9]), b"".join((*lines[:3], _numbered(lines[-1], 3))), first, torn)
+    return (*whole, *map(_of_format_1, whole))
+
+
+def _numbered(line: bytes, seq: int) -> bytes:
+    return sealed(re.sub(rb'"seq":\d+', b'"seq":%d' % seq, line))
+
+
+def _of_format_1(content: bytes) -> bytes:
+    """Without checksums: damage then reaches the records."""
+    older = re.sub(rb',"crc32c":"[0-9a-f]{8}"', b"", content)
+    return older.replace(b'"format":2', b'"format":1')
 
 
 def _into_session(content: bytes) -> None:

@@ -11,6 +11,7 @@ from benchmarks.made_up_fleet import write_fleet
 from solarcal.cli import run_command
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.mount.formula import COEFFICIENT_NAMES
+from solarcal.session.lines import sealed
 from solarcal.session.points import table_from_session
 from solarcal.session.points_only import NeedsFirstReader, read_points_only
 from solarcal.session.reader import read_session
@@ -84,7 +85,7 @@ def test_a_heliostat_goes_the_ordinary_way(tmp_path: Path) -> None:
     header = json.loads(head)
     header["unit"]["heliostat"] = {"target": {"azimuth_deg": 10, "zenith_deg": 80, "distance": 99}}
     path = tmp_path / "heliostat.jsonl"
-    path.write_bytes(json.dumps(header).encode() + b"\n" + rest)
+    path.write_bytes(sealed(json.dumps(header).encode()) + rest)
     assert read_session(path).header.unit.heliostat is not None
     (member,) = fit_fleet([path]).members
     assert_answered_as_by_the_ordinary_fit(member)

@@ -8,6 +8,7 @@ from soak.journal_writer import HEADER, note, text_of
 from soak.kills import LostRecord, kill_writers, read_back
 from solarcal.errors import SessionFileError
 from solarcal.session.journal import Journal
+from solarcal.session.lines import sealed
 from solarcal.session.reader import read_session
 
 
@@ -35,6 +36,9 @@ def test_the_measure_sees_a_record_that_is_missing_or_another(tmp_path):
     with pytest.raises(LostRecord, match="4 records were acknowledged, 3 are there"):
         read_back(path, begun=True, promised=4)
     path.write_bytes(path.read_bytes().replace(b"2:xx", b"2:xy"))
+    with pytest.raises(SessionFileError, match=r":3: the line was changed"):
+        read_back(path, begun=True, promised=3)
+    path.write_bytes(b"".join(map(sealed, path.read_bytes().splitlines())))
     with pytest.raises(LostRecord, match="record 2 is not what was written"):
         read_back(path, begun=True, promised=3)
     path.write_bytes(b'{"type":"hea')

@@ -19,6 +19,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.plain_text import is_harmless
 from solarcal.profiles import Profile, load_profile, save_profile
 from solarcal.session.journal import Journal
+from solarcal.session.lines import sealed
 from solarcal.session.reader import read_session
 from solarcal.session.records import Answers, Note, PointRecord
 from solarcal.unit.conversation import Timing
@@ -168,7 +169,7 @@ def hostile_session(path: Path) -> str:
         header[field] = evil
     header["unit"] |= {"model": evil, "serial": evil, "firmware": evil}
     header["site"]["name"] = evil
-    path.write_bytes(msgspec.json.encode(header) + b"\n" + b"".join(lines[1:-1]))
+    path.write_bytes(sealed(msgspec.json.encode(header)) + b"".join(lines[1:-1]))
     with Journal.resume(path) as journal:
         utc = journal.records[-1].utc
         journal.append(Note(seq=journal.next_seq, utc=utc, text=evil))

@@ -12,7 +12,7 @@ from session_samples import HEADER, UTC, note, point
 
 from solarcal.errors import SessionFileError, SolarcalError
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.session.lines import decode_record, encode_record, parse_session
+from solarcal.session.lines import decode_record, encode_record, parse_session, sealed
 from solarcal.session.reader import live_records, points, read_session, refuse_void
 from solarcal.session.records import (
     Answers,
@@ -70,7 +70,7 @@ def parse(*records: Record) -> tuple[Record, ...]:
 
 
 def lines(*documents: dict[str, Any]) -> bytes:
-    return HEAD + b"".join(json.dumps(d).encode() + b"\n" for d in documents)
+    return HEAD + b"".join(sealed(json.dumps(d).encode()) for d in documents)
 
 
 def test_every_kind_of_record_survives_the_file() -> None:
@@ -92,14 +92,14 @@ def test_an_unknown_record_still_needs_a_place_in_the_sequence() -> None:
 
 def test_a_future_format_is_refused_by_its_number(tmp_path: Path) -> None:
     path = tmp_path / "future.jsonl"
-    path.write_text('{"type":"header","format":2,"other":"fields"}\n{"seq":"new"}\n')
-    with pytest.raises(SessionFileError, match=r"newer solarcal \(format 2; this one knows 1\)"):
+    path.write_text('{"type":"header","format":3,"other":"fields"}\n{"seq":"new"}\n')
+    with pytest.raises(SessionFileError, match=r"newer solarcal \(format 3; this one knows 2\)"):
         read_session(path)
 
 
 @pytest.mark.parametrize("version", ["0", "-1", "null", '"1"', "1.5"])
 def test_a_format_that_never_was_is_refused(version: str) -> None:
-    content = HEAD.replace(b'"format":1', b'"format":' + version.encode())
+    content = sealed(HEAD.replace(b'"format":2', b'"format":' + version.encode()))
     with pytest.raises(SessionFileError, match=r"day\.jsonl:1: .* is no session format"):
         parse_session(content, "day.jsonl")
 
@@ -108,7 +108,7 @@ def test_a_header_without_the_later_fields_is_read() -> None:
     document = json.loads(HEAD)
     for name in ("unknown", "continues", "weather", "operator", "tolerance_deg", "offsets"):
         del document[name]
-    header = parse_session(json.dumps(document).encode(), "old.jsonl").header
+    header = parse_session(sealed(json.dumps(document).encode()), "old.jsonl").header
     assert header.tolerance_deg == 0.1
     assert header.unknown == ()
 
@@ -142,15 +142,17 @@ def test_a_bad_record_is_named_by_line_and_by_what_is_wrong(
 
 
 def test_a_bad_site_in_the_header_is_named_too() -> None:
-    content = HEAD.replace(b'"latitude_deg":35.05', b'"latitude_deg":95.0')
+    content = sealed(HEAD.replace(b'"latitude_deg":35.05', b'"latitude_deg":95.0'))
     with pytest.raises(SessionFileError, match=r"^day\.jsonl:1: latitude 95 is not between"):
         parse_session(content, "day.jsonl")
 
 
-def test_sequence_numbers_grow() -> None:
-    assert [r.seq for r in parse(note(1), note(5))] == [1, 5]
-    with pytest.raises(SessionFileError, match=r"day\.jsonl:3: sequence number 5 after 5"):
-        parse(note(5), note(5))
+def test_sequence_numbers_follow() -> None:
+    assert [r.seq for r in parse(note(1), note(2))] == [1, 2]
+    with pytest.raises(SessionFileError, match=r"day\.jsonl:3: sequence number 5 after 1: lines"):
+        parse(note(1), note(5))
+    with pytest.raises(SessionFileError, match=r"day\.jsonl:3: sequence number 1 after 1: lines"):
+        parse(note(1), note(1))
 
 
 @pytest.mark.parametrize("content", [b"", b"\n\n", b"hello\n", b'{"type":"note"}\n', b"\xff\xfe"])
@@ -169,9 +171,8 @@ def test_missing_files_and_folders(tmp_path: Path) -> None:
 
 def test_a_hundred_thousand_records_are_read() -> None:
     body = b"".join(encode_record(point(seq)) for seq in range(1, 1001))
-    many = HEAD + b"".join(body.replace(b'"seq":', b'"seq":%d' % block) for block in range(1, 101))
     with pytest.raises(SessionFileError, match="sequence number"):
-        parse_session(many, "day.jsonl")  # ...and their order is checked
+        parse_session(HEAD + 100 * body, "day.jsonl")  # ...and their order is checked
     ordered = HEAD + b"".join(encode_record(point(seq)) for seq in range(1, 100_001))
     assert len(parse_session(ordered, "day.jsonl").records) == 100_000
 

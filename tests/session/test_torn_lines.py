@@ -80,7 +80,7 @@ def test_the_warning_names_the_line() -> None:
 @pytest.mark.parametrize("offset", [1, 20, 60])
 def test_a_broken_line_in_the_middle_is_an_error_that_names_it(offset: int) -> None:
     broken = HEAD + FIRST[:offset] + b"\n" + LAST
-    with pytest.raises(SessionFileError, match=r"^day\.jsonl:2: not a JSON object"):
+    with pytest.raises(SessionFileError, match=r"^day\.jsonl:2: cut or changed"):
         parse(broken)
 
 

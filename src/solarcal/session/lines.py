@@ -1,11 +1,15 @@
 """Session files line by line: records to bytes, bytes to records, and what a torn line is.
 
-A line is one JSON object and a newline. Nothing is ever rewritten, so an unfinished line (power
-cut, full disk) stays in the file for good. Whoever appends next closes it with a newline and a
-``{"type":"torn","bytes":K}`` line: the K bytes before that line are not a record.
+A line is one JSON object and a newline; its last field is the CRC-32C of the bytes before that
+field. Nothing is ever rewritten, so an unfinished line (power cut, full disk) stays in the file for
+good. Whoever appends next closes it with a newline and a ``{"type":"torn","bytes":K}`` line: the K
+bytes before that line are not a record.
+
+Format 1 is the same without checksums, and its sequence numbers may leave gaps.
 """
 
 import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, get_args
 
@@ -13,6 +17,7 @@ import msgspec
 
 from solarcal.errors import ConfigurationError, SessionFileError
 from solarcal.plain_text import harmless_tree, one_line
+from solarcal.session.checksum import checksums, crc32c
 from solarcal.session.records import (
     FORMAT_VERSION,
     CheckRecord,
@@ -26,12 +31,21 @@ from solarcal.session.records import (
 from solarcal.timescale import parse_utc
 
 _TORN_START = b'{"type":"torn","bytes":'
+_CHECKSUM_LENGTH = len(b',"crc32c":"01234567"}')
+_CHECKSUM_START = b',"crc32c":"'
+_CHECKSUM = re.compile(rb',"crc32c":"([0-9a-f]{8})"\}')
 _KNOWN_TYPES = {kind.__struct_config__.tag for kind in get_args(KnownRecord)}
 
 # Escapes of JSON, and the first bytes of what UTF-8 has to say to a terminal.
 _SUSPICIOUS = re.compile(
     rb"\\[ubfr]|\xc2[\x80-\x9f]|\xd8\x9c|\xe2\x80[\x80-\xbf]|\xe2\x81|\x7f|\xef\xbb\xbf"
 )
+
+MISSING = "cut or changed: no checksum at the end of the line"
+# What a power cut leaves where a block of the file was never written.
+_UNWRITTEN = b"\0\0"
+
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 _encoder = msgspec.json.Encoder()
 _decoder = msgspec.json.Decoder(KnownRecord)
@@ -63,11 +77,11 @@ def encode_record(record: Record) -> bytes:
         raise SessionFileError(f"this record cannot be written: {error}") from error
     if not same:
         raise SessionFileError("this record cannot be written: it would not read back as itself")
-    return line + b"\n"
+    return sealed(line)
 
 
 def decode_record(line: bytes) -> Record:
-    """One line to its record.
+    """One line to its record; its checksum is not looked at (``parse_session`` does that).
 
     Raises
     ------
@@ -75,7 +89,7 @@ def decode_record(line: bytes) -> Record:
         Not JSON, or not a record; the message says what is wrong.
     """
     try:
-        record = _decode(line)
+        record = _decode(_opened(line))
         _check_meaning(record)
     except ConfigurationError as error:
         raise msgspec.ValidationError(str(error)) from None
@@ -86,7 +100,42 @@ def decode_record(line: bytes) -> Record:
 
 def torn_marker(torn_bytes: int) -> bytes:
     """The line that declares the ``torn_bytes`` bytes before it to be no record."""
-    return _TORN_START + str(torn_bytes).encode() + b"}\n"
+    return sealed(_TORN_START + str(torn_bytes).encode() + b"}")
+
+
+def sealed(line: bytes) -> bytes:
+    """A JSON object as a line of the file: with its checksum, whatever it had, and a newline."""
+    body = _opened(line.rstrip())[:-1]
+    return body + _CHECKSUM_START + b'%08x"}\n' % crc32c(body)
+
+
+def _opened(line: bytes) -> bytes:
+    """The JSON object without its checksum; a line that has none as it is."""
+    line = line.rstrip(b"\r\n")
+    if _CHECKSUM.match(line, len(line) - _CHECKSUM_LENGTH):
+        return line[:-_CHECKSUM_LENGTH] + b"}"
+    return line
+
+
+def damaged_lines(lines: Sequence[bytes]) -> Iterator[str | None]:
+    """For each line what is wrong with its checksum: nothing, not what it says, or ``missing``."""
+    plain = [line.removesuffix(b"\r") for line in lines]
+    sums = checksums([line[:-_CHECKSUM_LENGTH] for line in plain])
+    for line, found in zip(plain, sums, strict=True):
+        own = _CHECKSUM.match(line, max(0, len(line) - _CHECKSUM_LENGTH))
+        if own is None:
+            yield MISSING
+        elif int(own[1], 16) != found:
+            yield f"the line was changed: its checksum is {own[1].decode()}, not {found:08x}"
+        else:
+            yield None
+
+
+def _nearly_sealed(line: bytes) -> bool:
+    """Whether a line without a checksum ends in a damaged one: no cut line ends like that."""
+    tail = line[-_CHECKSUM_LENGTH:]
+    whole = _CHECKSUM_START + tail[len(_CHECKSUM_START) : -2] + b'"}'
+    return len(tail) == len(whole) and sum(a != b for a, b in zip(tail, whole, strict=True)) < 2
 
 
 @dataclass(slots=True)
@@ -114,8 +163,11 @@ def parse_session(content: bytes, name: str) -> SessionText:
         A bad line (named), no header, a format of the future.
     """
     reading = _Reading(name, content)
-    for line in content.split(b"\n"):
-        reading.take(line)
+    # An editor's byte order mark is no part of the header.
+    lines = content.removeprefix(_BYTE_ORDER_MARK).split(b"\n")
+    reading.offset = len(content) - len(content.removeprefix(_BYTE_ORDER_MARK))
+    for line, damage in zip(lines, damaged_lines(lines), strict=True):
+        reading.take(line, damage)
     return reading.finish()
 
 
@@ -133,27 +185,37 @@ class _Reading:
     offsets: list[int] = field(default_factory=list)
     lines: list[int] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    # Whether the header has no checksum: format 1.
+    unsealed: bool = False
     # First line that is no JSON, not declared torn so far: its number, offset and complaint.
     bad: tuple[int, int, str] | None = None
 
-    def take(self, line: bytes) -> None:
+    def take(self, line: bytes, damage: str | None) -> None:
+        """The next line, and what is wrong with its checksum."""
         self.number += 1
         start = self.offset
         self.offset += len(line) + 1
-        if self.number == 1:
-            # An editor's byte order mark is no part of the header.
-            line = line.removeprefix(b"\xef\xbb\xbf")
         if not line.strip():
+            return
+        if _UNWRITTEN in line:
+            damage = MISSING
+        if damage not in (None, MISSING):
+            raise self._error(self.number, str(damage))
+        if self.header is None:
+            self.header = self._read_header(line)
+            self.header_end = self.offset
+            if damage == MISSING and self._checksums_due:
+                raise self._error(self.number, MISSING)
+            self.unsealed = damage == MISSING
+            return
+        if damage == MISSING and self._checksums_due:
+            self._take_unsealed(line, start)
             return
         if line.startswith(_TORN_START) and self._declare_torn(line, start):
             return
         if self.bad is not None:
             if not _TORN_START.startswith(line) and not line.startswith(_TORN_START):
                 raise self._error(self.bad[0], self.bad[2])
-            return
-        if self.header is None:
-            self.header = self._read_header(line)
-            self.header_end = self.offset
             return
         try:
             record = decode_record(_harmless(line))
@@ -170,10 +232,29 @@ class _Reading:
         self.offsets.append(start)
         self.lines.append(self.number)
 
+    @property
+    def _checksums_due(self) -> bool:
+        return self.header is not None and self.header.format >= 2
+
+    def _take_unsealed(self, line: bytes, start: int) -> None:
+        """A line that should end in a checksum and does not: cut, or changed."""
+        if _nearly_sealed(line) or _is_json(line):
+            raise self._error(self.number, MISSING)
+        if self.bad is None:
+            self.bad = (self.number, start, MISSING)
+        elif not _TORN_START.startswith(line) and not line.startswith(_TORN_START):
+            raise self._error(self.bad[0], self.bad[2])
+
     def finish(self) -> SessionText:
         if self.header is None:
             raise SessionFileError(f"{self.name} is empty: no session was begun in it")
         self._check_sequence()
+        if self.unsealed:
+            self.warnings.insert(
+                0,
+                f"{self.name} is of format {self.header.format}, without checksums: a changed "
+                "byte in it can go unnoticed",
+            )
         if self.bad is not None:
             self.warnings.append(
                 f"{self.name}:{self.bad[0]}: the last line is torn and was ignored "
@@ -190,7 +271,7 @@ class _Reading:
 
     def _declare_torn(self, line: bytes, start: int) -> bool:
         try:
-            torn_start = start - _torn_decoder.decode(line).bytes
+            torn_start = start - _torn_decoder.decode(_opened(line)).bytes
         except ValueError:
             return False
         fits = self.header_end <= torn_start < start and self.content[torn_start - 1] == 0x0A
@@ -208,6 +289,8 @@ class _Reading:
         try:
             raw: Any = msgspec.json.decode(line)
         except (ValueError, RecursionError):
+            if _nearly_sealed(line):
+                raise self._error(self.number, MISSING) from None
             raise self._error(
                 self.number, "no complete session header; nothing was recorded in this file"
             ) from None
@@ -234,10 +317,9 @@ class _Reading:
         last = self.header.seq
         seen = set()
         for record, number in zip(self.records, self.lines, strict=True):
-            if record.seq <= last:
-                raise self._error(
-                    number, f"sequence number {record.seq} after {last}: lines mixed or repeated"
-                )
+            if record.seq <= last or (self._checksums_due and record.seq != last + 1):
+                what = "lines mixed or repeated" if record.seq <= last else "lines are missing"
+                raise self._error(number, f"sequence number {record.seq} after {last}: {what}")
             if isinstance(record, Void) and record.voids not in seen:
                 raise self._error(number, f"voids {record.voids}, which is no earlier record")
             last = record.seq

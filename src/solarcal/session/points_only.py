@@ -1,11 +1,10 @@
 """The second reader: of a session file only its header and its live, accepted points, fast.
 
-It is for those who read thousands of files and want nothing but what a fit is made of. The first
-reader (``reader.read_session``) proves every line; this one looks only at the header, at points
-and at voids, in the order of their lines, and does not decode the rest. Of a file it cannot take at
-its word (a torn line, a line it does not understand, numbers out of order) it says so, and the
-first reader decides. So both give the same points of every file the first one accepts; what this
-one lets pass is damage inside records that are no points.
+It is for those who read thousands of files and want nothing but what a fit is made of. It looks at
+the checksum of every line, decodes only the header, points and voids, and expects each sequence
+number in its place. Of a file it cannot take at its word (an old format, a wrong checksum, a torn
+line, a session that is still open) it says so, and the first reader (``reader.read_session``)
+decides. So both give the same points of every file the first one accepts.
 """
 
 from dataclasses import dataclass
@@ -15,9 +14,9 @@ import msgspec
 
 from solarcal.errors import ConfigurationError, SessionFileError
 from solarcal.input_files import read_bytes
-from solarcal.session.lines import decode_record
+from solarcal.session.lines import damaged_lines, decode_record
 from solarcal.session.points import ideal_kind
-from solarcal.session.records import Header, Pair, PointStatus
+from solarcal.session.records import FORMAT_VERSION, Header, Pair, PointStatus
 from solarcal.timescale import parse_utc
 
 _WANTED = (b'"point"', b'"void"')
@@ -82,21 +81,24 @@ def read_points_only(path: str | Path) -> PointsOnly:
 def _points_of(content: bytes) -> PointsOnly:
     head, _, rest = content.partition(b"\n")
     header = decode_record(head)
-    if not isinstance(header, Header) or header.format != 1 or not content.endswith(b"\n"):
-        raise NeedsFirstReader("no plain session header, or a torn end")
+    if not isinstance(header, Header) or header.format != FORMAT_VERSION:
+        raise NeedsFirstReader("no plain session header")
+    lines = content.split(b"\n")
+    if lines.pop() or any(damaged_lines(lines)):
+        raise NeedsFirstReader("a line that is torn or was changed")
+    if b'\n{"type":"closed"' not in content:
+        raise NeedsFirstReader("not closed: the first reader says so")
     if b'"torn"' in rest or b"\\u" in rest:
         # An escaped type name would escape this reader.
         raise NeedsFirstReader("torn or escaped lines")
     points: list[_Point] = []
     voids: list[_Void] = []
-    last = header.seq
-    for line in rest.split(b"\n"):
+    for seq, line in enumerate(lines[1:], start=header.seq + 1):
         if _WANTED[0] not in line and _WANTED[1] not in line:
             continue
         record = _decoder.decode(line)
-        if record.seq <= last:
-            raise NeedsFirstReader("sequence numbers out of order")
-        last = record.seq
+        if record.seq != seq:
+            raise NeedsFirstReader("sequence numbers that do not follow")
         if isinstance(record, _Point):
             points.append(record)
         elif record.voids < record.seq:

@@ -1,12 +1,17 @@
 """A session file read, whether or not a program is still writing it."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from solarcal.errors import SessionFileError
 from solarcal.input_files import read_bytes
 from solarcal.session.lines import parse_session
-from solarcal.session.records import Header, PointRecord, Record, Void
+from solarcal.session.records import Closed, Header, PointRecord, Record, SunOffset, Void
+from solarcal.units import wrap_deg
+
+_SAME_DEG = 1e-4
+"""Numbers rounded to 1e-5 deg or to the read-out's digits, of which one follows from the others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +25,8 @@ class Session:
 
 
 def read_session(path: str | Path) -> Session:
-    """Read a session file. A torn last line is ignored and reported in ``warnings``.
+    """Read a session file. What is wrong with it and can be lived with is in ``warnings``: a torn
+    line, an end that is missing, a record that contradicts itself.
 
     Raises
     ------
@@ -28,8 +34,46 @@ def read_session(path: str | Path) -> Session:
         Missing, unreadable, a bad line (named), or a format of the future.
     """
     content = read_bytes(path, error=SessionFileError)
-    text = parse_session(content, str(path))
-    return Session(str(path), text.header, tuple(text.records), tuple(text.warnings))
+    return session_of(content, str(path))
+
+
+def session_of(content: bytes, name: str) -> Session:
+    """The session a file's bytes hold; ``name`` is what messages call the file.
+
+    Raises
+    ------
+    SessionFileError
+        A bad line (named), or a format of the future.
+    """
+    text = parse_session(content, name)
+    warnings = [*text.warnings, *contradictions(text.header, text.records, name)]
+    if not any(isinstance(record, Closed) for record in text.records):
+        warnings.append(f"{name} was not closed: the session goes on, or its end is missing")
+    return Session(name, text.header, tuple(text.records), tuple(warnings))
+
+
+def contradictions(header: Header, records: Sequence[Record], name: str) -> Iterator[str]:
+    """Records in which a number does not agree with the others it can be had from."""
+    offsets = {r.instant: r for r in records if isinstance(r, SunOffset)}
+    for record in records:
+        if not isinstance(record, PointRecord):
+            continue
+        if record.reading_deg and record.ideal_deg and record.error_deg and not header.unit.typed:
+            pairs = zip(record.reading_deg, record.ideal_deg, record.error_deg, strict=True)
+            for axis, (reading, ideal, error) in enumerate(pairs, start=1):
+                if abs(wrap_deg(reading - ideal - error)) > _SAME_DEG:
+                    yield (
+                        f"{name}: point {record.seq}: reading {reading:.5f} - ideal {ideal:.5f} of "
+                        f"axis {axis} is not the recorded error {error:.5f} deg"
+                    )
+        offset = offsets.get(record.read_utc or "")
+        if record.basis == "sun_offset" and offset is not None:
+            for what in ("ideal_deg", "reading_deg", "counts", "offsets"):
+                if getattr(record, what) != getattr(offset, what):
+                    yield (
+                        f"{name}: point {record.seq}: its {what} are not those of the Set Sun "
+                        f"Offset it was taken on, record {offset.seq}"
+                    )
 
 
 def live_records(source: Session | tuple[Record, ...] | list[Record]) -> tuple[Record, ...]:

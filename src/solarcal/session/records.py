@@ -16,7 +16,8 @@ from solarcal.mount.limits import Limits
 from solarcal.optics.aiming import Heliostat
 from solarcal.site import Site, Weather
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+"""Format 2: a checksum on every line, sequence numbers without gaps."""
 
 TYPED_FIRMWARE = "typed"
 IMPORTED_MODEL = "imported"

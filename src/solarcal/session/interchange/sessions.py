@@ -13,7 +13,15 @@ from solarcal.session.journal import Journal
 from solarcal.session.points import PointTable
 from solarcal.session.points_only import PointsOnly
 from solarcal.session.reader import Session
-from solarcal.session.records import IMPORTED_MODEL, Answers, Header, PointRecord, UnitRecord
+from solarcal.session.records import (
+    IMPORTED_MODEL,
+    Answers,
+    Closed,
+    Header,
+    PointRecord,
+    Record,
+    UnitRecord,
+)
 from solarcal.site import Site
 from solarcal.timescale import format_utc
 
@@ -33,7 +41,9 @@ def session_from_table(table: PointTable, path: str | Path, *, utc_s: float) -> 
         The file exists or cannot be written.
     """
     header = imported_header(table, utc_s)
-    records = imported_points(table, header)
+    points = imported_points(table, header)
+    end = Closed(seq=header.seq + len(points) + 1, utc=header.utc, reason="imported")
+    records: tuple[Record, ...] = (*points, end)
     with Journal.create(path, header) as journal:
         try:
             journal.append_all(records)
@@ -41,7 +51,7 @@ def session_from_table(table: PointTable, path: str | Path, *, utc_s: float) -> 
             # Half an import must not pass for a session; nobody was told of the file yet.
             Path(path).unlink(missing_ok=True)
             raise
-    return Session(str(path), header, tuple(records))
+    return Session(str(path), header, records)
 
 
 def imported_header(table: PointTable, utc_s: float) -> Header:
