@@ -160,6 +160,18 @@ class TestRecommendation:
         assert day.sentence.startswith("denser than usual: ")
         assert day.reaches
 
+    @pytest.mark.parametrize("tolerance_deg", [0.02, 0.1, 0.3])
+    def test_an_end_always_has_a_point_however_little_it_adds(self, tolerance_deg):
+        context, points = day_of("tiltroll-ew", 40, day=1)
+        for n in (20, 30, 36, 39):
+            day = analyse(
+                points.subset(list(range(n))),
+                context,
+                rule=StoppingRule(tolerance_deg),
+                at_utc_s=float(points.utc_s[n - 1]),
+            ).plan
+            assert all(stop.points for stop in day.stops)
+
     def test_before_the_first_point(self):
         context, points = day_of("azel", 2, JUNE)
         day = plan(prior_knowledge(Prior()), context, float(points.utc_s[0]))

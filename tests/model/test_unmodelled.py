@@ -6,8 +6,10 @@ from made_up_trackers import JUNE, TRACKER, context_of, day_of, measured
 
 from benchmarks.judgement_world import MOUNTS, Place, Tracker, exact_errors, sun_enu
 from solarcal.errors import ConfigurationError
+from solarcal.model.analysis import analyse
 from solarcal.model.forecast import forecast
 from solarcal.model.known_physics import SkyContext
+from solarcal.model.merging import merge_sessions
 from solarcal.model.methods import fit, fit_exact
 from solarcal.model.unmodelled import NAMES, Unmodelled, sky_columns, widened
 from solarcal.mount.geometry import MountGeometry
@@ -101,6 +103,25 @@ def test_a_day_that_shows_collimation_moves_the_posterior_there():
     # The rest goes to axes not square: one day hardly tells them apart.
     assert wide.mean[6] > 0.03
     assert abs(wide.mean[6] - 0.3) < 4.0 * sigma
+
+
+def test_sessions_between_which_something_moved_are_widened_too():
+    context, first = day_of("azel", 8, JUNE)
+    moved = Mechanism(TRACKER.P1, 0.6, TRACKER.P3, TRACKER.P4, TRACKER.P5, TRACKER.P6)
+    _, second = day_of("azel", 9, JUNE + 20, mechanism=moved, seed=2)
+    merged = merge_sessions([first, second], context)
+    assert merged.findings
+    whole = analyse(
+        merged.solution.points,
+        context,
+        at_utc_s=float(second.utc_s[-1]) - 9000.0,
+        solution=merged.solution,
+    )
+    wide = widened(merged.solution, Unmodelled())
+    assert 0.0 <= whole.forecast.probability_within_tolerance <= 1.0
+    assert (np.linalg.eigvalsh(wide.covariance[:6, :6]) > 0.0).all()
+    assert (np.diag(wide.covariance)[:6] >= 0.999 * np.diag(merged.solution.posterior.covariance)
+            ).sum() >= 4  # fmt: skip
 
 
 def test_sigmas_that_cannot_be_are_refused():

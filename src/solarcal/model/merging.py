@@ -271,6 +271,7 @@ def _widened(
         means=old.means,
         covariances=stretch @ old.covariances @ stretch.T,
         noise_deg=old.noise_deg,
+        point_weights=old.point_weights,
     )
     grid = year_grid(solution.context)
     _, slopes = errors_and_slopes(

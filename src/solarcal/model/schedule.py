@@ -142,12 +142,14 @@ def greedy_for_each(
     free = slots.utc_s <= ends_s[:, np.newaxis]
     left = np.broadcast_to(covariance, (len(ends_s), *covariance.shape)).copy()
     going = np.arange(len(ends_s))
-    for _ in range(most):
+    for turn in range(most):
         going = going[free[going].any(axis=1)]
         gain = np.where(free[going], gains(slots.rows, left[going], weight), -np.inf)
         best = np.argmax(gain, axis=1)
         square = np.sum(weight * left[going], axis=(1, 2)) + floor
         worth = gain[np.arange(len(going)), best] >= least_gain * square
+        # One point is worth taking however much is known: it may tell of more than P1..P6.
+        worth |= turn == 0
         going, best = going[worth], best[worth]
         if not going.size:
             break

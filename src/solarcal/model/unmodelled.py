@@ -151,7 +151,7 @@ def widened(solution: MechanismSolution, unmodelled: Unmodelled) -> MechanismPos
     residuals = left - (posterior.means - posterior.mean) @ A.T
     BWA = BW @ A
     followed = posterior.covariances @ np.swapaxes(BWA, -1, -2)
-    information = BW @ B - BWA @ followed
+    information = _without_negative(BW @ B - BWA @ followed)
     pull = np.einsum("qmi,qi->qm", BW, residuals)
     parts = [
         _with_amounts(posterior, followed, information, pull, chance, sigmas)
@@ -167,6 +167,15 @@ def widened(solution: MechanismSolution, unmodelled: Unmodelled) -> MechanismPos
         covariances=np.concatenate([part[2] for part in parts])[kept],
         noise_deg=np.tile(posterior.noise_deg, len(parts))[kept],
     )
+
+
+def _without_negative(information: FloatArray) -> FloatArray:
+    """Points of sessions between which something moved say less of P1..P6 than their slopes do; of
+    the amounts they never say less than nothing."""
+    values, vectors = np.linalg.eigh(0.5 * (information + np.swapaxes(information, -1, -2)))
+    scaled = vectors * np.maximum(values, 0.0)[:, np.newaxis, :]
+    least: FloatArray = scaled @ np.swapaxes(vectors, -1, -2)
+    return least
 
 
 def _with_amounts(
