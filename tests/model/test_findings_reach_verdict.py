@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 from made_up_trackers import day_of
@@ -120,7 +121,11 @@ def test_an_upload_must_be_better_than_what_is_in_force():
     from_zero = offer_upload(analysis, unit, (Coefficients(), Offsets()))
     assert from_zero.better > 0.95
     assert refuse_doubtful(from_zero, None) == ""
-    again = offer_upload(analysis, unit, (from_zero.rounded, Offsets()))
+    # The very numbers the unit holds change nothing: no reason is asked for.
+    held = from_zero.rounded
+    assert offer_upload(analysis, unit, (held, Offsets())).against == ()
+    nearly = msgspec.structs.replace(held, P1=held.P1 + 1e-4)
+    again = offer_upload(analysis, unit, (nearly, Offsets()))
     assert again.better < 0.95
     with pytest.raises(ProcedureRefused, match="not better than what is in force"):
         refuse_doubtful(again, None)

@@ -7,7 +7,7 @@ import pytest
 from emulated_station import emulated_station
 
 from solarcal.errors import ProcedureRefused
-from solarcal.mount.formula import Coefficients
+from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import CheckRecord, PointRecord
 from solarcal.station.guards import GuardRefused
 from solarcal.station.point_judgement import judge_check, judge_point
@@ -105,7 +105,14 @@ def test_too_few_points_propose_nothing_and_say_so(taken: SessionView) -> None:
 
 def test_absurd_coefficients_are_doubted(taken: SessionView) -> None:
     absurd = tuple(
-        msgspec.structs.replace(r, error_deg=(40.0, 20.0)) if isinstance(r, PointRecord) else r
+        msgspec.structs.replace(
+            r,
+            error_deg=(40.0, 20.0),
+            reading_deg=(r.ideal_deg[0] + 40.0, r.ideal_deg[1] + 20.0),
+            offsets=Offsets(40.0, 20.0),
+        )
+        if isinstance(r, PointRecord) and r.ideal_deg is not None
+        else r
         for r in taken.records
     )
     points = tuple(r for r in absurd if isinstance(r, PointRecord))

@@ -67,7 +67,8 @@ def offer_upload(
         now = forecast_with(judgement, *held)
         # The draws are the same ones, so each pair is one tracker with either.
         better = float(np.mean(kept.sample_rms_deg < now.sample_rms_deg))
-        if better < BETTER_PROBABILITY:
+        # What the unit holds already changes nothing: it may be stored once more.
+        if better < BETTER_PROBABILITY and held != (rounded, Offsets()):
             against.append(
                 "not better than what is in force beyond its uncertainty: 95 % of the year "
                 f"within {now.year_p95_deg:.3f} deg as it is, {kept.year_p95_deg:.3f} deg with "
@@ -114,9 +115,9 @@ class UnitOnTheLine:
         ProcedureRefused
             The unit is not the session's, or is set up otherwise than it was.
         """
-        self.station.resume_session(journal)
-        self._journal = journal
+        # First: a unit that is refused leaves nothing in the file.
         self._refuse_another_setup(journal.header)
+        self.station.resume_session(journal)
 
     def _refuse_another_setup(self, header: Header) -> None:
         told, ours = self.station.unit_site, header.unit
