@@ -158,3 +158,10 @@ def test_a_key_that_resembles_nothing_is_pointed_to_the_list(capsys):
 def test_now_is_an_instant_for_the_sun_too(capsys):
     assert run_command(["sun", "--lat", "35", "--lon", "-106", "--at", "now", "--json"]) == 0
     assert '"utc"' in capsys.readouterr().out
+
+
+def test_a_file_name_longer_than_the_system_allows_is_one_line(capsys):
+    assert run_command(["export", "sessions/azel-good-day.jsonl", "A" * 5000 + ".csv"]) == 2
+    err = capsys.readouterr().err
+    assert "has 5004 characters" in err
+    assert err.count("\n") == 1

@@ -115,8 +115,16 @@ def run_command(argv: Sequence[str]) -> int:
         sys.stderr.close()
         return 0
     except OSError as error:
-        if args.debug or error.errno not in _NOT_WRITTEN:
+        if args.debug or error.errno not in (*_NOT_WRITTEN, errno.ENAMETOOLONG):
             raise
+        if error.errno == errno.ENAMETOOLONG:
+            name = str(error.filename)
+            print(
+                f"solarcal: the file name {name[:30]}... has {len(name)} characters; this system "
+                "allows fewer",
+                file=sys.stderr,
+            )
+            return 2
         print(f"solarcal: the output cannot be written: {error.strerror}", file=sys.stderr)
         _abandon_stdout()
         return 2
