@@ -1,12 +1,20 @@
-"""The mechanism behind the points: exact geometry, known physics, a prior, and doubt.
+"""The mechanism behind the points: exact geometry, known physics, a prior, and possible blunders.
 
-Gauss-Newton about the exact mechanism; at each step the robust mixture of ``noisy_points``. All
-parameters are in units of their prior sigmas, so that lean, zeros and scales weigh alike.
+Non-linear least squares by scipy, the prior as six pseudo-observations, inside the robust mixture
+of ``noisy_points``: the mixture at a place weighs the points, least squares of the weighted points
+finds the next place, and the mixture's own mean there is the answer. All parameters are in units
+of their prior sigmas, so that lean, zeros and scales weigh alike.
+
+References
+----------
+Dempster, Laird and Rubin (1977), J. R. Stat. Soc. B 39, 1: expectation-maximisation, of which the
+alternation is an instance.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from solarcal.model.exact_errors import errors_and_slopes, own_sine
 from solarcal.model.known_physics import TruePoints
@@ -28,7 +36,8 @@ FREE_PRECISION = 1e-6
 """Weight of the prior in a fit 'without prior': it only chooses where the points leave a choice."""
 
 FIRST_NOISE_DEG = 0.1
-PLAIN_STEPS = 3
+PLACE_SETTLED = 1e-10
+"""Of the place, relative: where least squares ends."""
 MOST_STEPS = 12
 SETTLED = 2e-3
 """In units of the prior: the curvature over so small a step is below a thousandth of the noise."""
@@ -102,39 +111,47 @@ def fit_mechanism(
             sky,
         )
 
-    values = mean
-    for _ in range(PLAIN_STEPS):
-        step = _plain_step(linearised(values)[0])
-        values = values + _trusted(step, unit)
-        if np.abs(step).max() < 10.0 * SETTLED:
-            break
+    def nearest(start: FloatArray, weights: FloatArray, pull: FloatArray) -> FloatArray:
+        """Weighted least squares of the points (n,) and the prior (6,), from ``start``."""
+        place: list[FloatArray] = []
+        found: list[Linearised] = []
+        root, prior_root = np.sqrt(np.repeat(weights, 2)), np.sqrt(pull)
+
+        def at_place(scaled: FloatArray) -> Linearised:
+            if not place or not np.array_equal(place[0], scaled):
+                place[:], found[:] = [scaled.copy()], [linearised(scaled * unit)[0]]
+            return found[0]
+
+        def residuals(scaled: FloatArray) -> FloatArray:
+            here = at_place(scaled)
+            return np.concatenate(
+                (here.residuals.reshape(-1) * root, here.offset * prior_root), axis=None
+            )
+
+        def slopes(scaled: FloatArray) -> FloatArray:
+            rows = at_place(scaled).slopes.reshape(2 * n, 6) * root[:, np.newaxis]
+            return np.concatenate((-rows, -np.diag(prior_root)))
+
+        solved = least_squares(residuals, start / unit, slopes, method="lm", xtol=PLACE_SETTLED)
+        return np.asarray(solved.x * unit, dtype=np.float64)
+
+    values = nearest(mean, np.full(n, FIRST_NOISE_DEG**-2.0), np.maximum(precision, FREE_PRECISION))
     at, left, sky = linearised(values)
     mixture = solve_mixture(at)
-    for _ in range(MOST_STEPS):
+    for turn in range(MOST_STEPS):
         if np.abs(mixture.mean_step).max() < SETTLED:
             break
-        values = values + _trusted(mixture.mean_step, unit)
+        if turn == 0:
+            weighted = mixture.weights @ mixture.point_weights
+            pull = precision * (mixture.weights @ mixture.widths**-2.0)
+            values = nearest(values, weighted, pull)
+        else:
+            # The mean of the mixture is not quite where its mean weights lead: with few points the
+            # noise is hardly known and the mixture wide.
+            values = values + mixture.mean_step * unit
         at, left, sky = linearised(values)
         mixture = solve_mixture(at, mixture)
     return _concluded(at, mixture, values, unit, left, sky)
-
-
-def _plain_step(at: Linearised) -> FloatArray:
-    """Ridge regression with a generous noise: only to come near."""
-    n = len(at.residuals)
-    rows = at.slopes.reshape(2 * n, -1) / FIRST_NOISE_DEG
-    normal = rows.T @ rows + np.diag(np.maximum(at.precision, 1e-6))
-    pull = rows.T @ (at.residuals.reshape(-1) / FIRST_NOISE_DEG) + at.precision * at.offset
-    step: FloatArray = np.linalg.solve(normal, pull)
-    return step
-
-
-def _trusted(step: FloatArray, unit: FloatArray) -> FloatArray:
-    """The step in parameters, held to a lean for which the linearisation means something."""
-    full = step * unit
-    lean = float(np.hypot(full[0], full[2]))
-    held: FloatArray = full * min(1.0, LEAN_TRUSTED_DEG / max(lean, 1e-12))
-    return held
 
 
 def _concluded(

@@ -16,6 +16,7 @@ from solarcal.model.noisy_points import GIVEN_NOISE_LOG_SD, NOISE_LOG_SD, TYPICA
 from solarcal.model.prior import Prior
 from solarcal.units import RAD_PER_DEG, FloatArray, wrap_deg
 
+PLAIN_STEPS = 3
 AT_ONCE = 160
 """Sessions a batch: its arrays stay in the processor's cache."""
 
@@ -78,7 +79,7 @@ def fit_many(
     """
     values = points.prior_mean.copy()
     active: Indices = np.arange(len(points))
-    for _ in range(alone.PLAIN_STEPS):
+    for _ in range(PLAIN_STEPS):
         at, _, _ = _linearised(points.take(active), values[active], widths)
         step = _plain_steps(at)
         values[active] += _trusted(step, points.prior_sigma[active])

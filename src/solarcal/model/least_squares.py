@@ -9,6 +9,7 @@ sigmas, and the covariance carries the prior itself, because nothing else is kno
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import linalg
 
 from solarcal.units import FloatArray
 
@@ -60,7 +61,9 @@ def solve(
     if absent.any():
         rows = np.where(absent[:, np.newaxis], 0.0, rows)
         norms = np.where(absent, 1.0 / prior_sigma, norms)
-    left, singular, right = np.linalg.svd(rows / norms[:, np.newaxis], full_matrices=m < k)
+    left, singular, right = linalg.svd(
+        rows / norms[:, np.newaxis], full_matrices=m < k, check_finite=False
+    )
     rank = int(np.count_nonzero(singular >= RANK_LIMIT))
     fixed = left[:, :rank] / norms[:, np.newaxis]
     values = fixed @ ((right[:rank] @ measured) / singular[:rank])
@@ -69,7 +72,7 @@ def solve(
     prior_covariance = None
     if rank < k:
         # In prior units the free directions are projected out of the values and of their scatter.
-        free, _ = np.linalg.qr(null / (norms * prior_sigma)[:, np.newaxis])
+        free, _ = linalg.qr(null / (norms * prior_sigma)[:, np.newaxis], mode="economic")
         free_share = free @ free.T
         keep = np.eye(k) - free_share
         values = prior_sigma * (keep @ (values / prior_sigma))

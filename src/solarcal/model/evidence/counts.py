@@ -24,6 +24,8 @@ FEWEST_COUNTS = 5
 """A switch is found again to a few counts."""
 SMALLEST_LOSS_DEG = 0.01
 
+TIE = 1e-9
+"""Relative: nearer than this two sums of squares differ by rounding only."""
 CLEARLY_WORSE = 9.0
 """By so much of the noise's square another moment must explain the points worse."""
 
@@ -66,7 +68,8 @@ def undo_losses(
         between = [place[label] for label in loss.labels if label in place]
         trials = [_shifted(points, loss, between[k:]) for k in range(len(between) + 1)]
         squares = np.array([_squares(trial, context, values) for trial in trials])
-        best = int(np.argmin(squares))
+        # A loss before all points is a zero like another, and explains as much as one after them.
+        best = int(np.flatnonzero(squares <= squares.min() * (1.0 + TIE))[-1])
         points = trials[best]
         label = points.labels[between[best]] if best < len(between) else None
         variance = squares[best] / max(2 * len(points) - 6, 1)
