@@ -307,6 +307,38 @@ def _into_offsets(content: bytes) -> None:
     read_table(_file("spoilt.tsv", content))
 
 
+PAINT_TOWER = b"""{"power_plant_properties": {"ID": "X", "coordinates": [50.9, 6.4, 88.0]},
+ "upper": {"coordinates": {"center": [50.9, 6.4, 130.0]}}}"""
+PAINT_HELIOSTAT = b"""{"heliostat_position": [50.9007, 6.4002, 89.0], "kinematic_properties": {
+ "actuators": [
+  {"type_axis": "linear", "clockwise_axis_movement": false, "increment": 154166.7,
+   "initial_stroke_length": 0.075, "offset": 0.34061, "pivot_radius": 0.3204,
+   "initial_angle": -1.570796},
+  {"type_axis": "linear", "clockwise_axis_movement": true, "increment": 154166.7,
+   "initial_stroke_length": 0.075, "offset": 0.3479, "pivot_radius": 0.309,
+   "initial_angle": 0.959931}]}}"""
+PAINT_RECORD = b"""{"motor_position": {"Axis1MotorPosition": 31521, "Axis2MotorPosition": 48000},
+ "target_name": "upper", "Sun_elevation": 41.5, "Sun_azimuth": -22.1,
+ "focal_spot": {"HeliOS": [50.9, 6.4, 129.9], "UTIS": [50.9, 6.4, 130.1]}}"""
+
+
+def _into_paint(content: bytes) -> None:
+    """The bytes as each of the three files that belong together."""
+    files = {"spoilt-record.json": PAINT_RECORD, "spoilt-heliostat.json": PAINT_HELIOSTAT,
+             "spoilt-tower.json": PAINT_TOWER}  # fmt: skip
+    refusals = []
+    for spoilt in files:
+        record, heliostat, tower = (
+            _file(name, content if name == spoilt else good) for name, good in files.items()
+        )
+        try:
+            read_table(record, heliostat=heliostat, tower=tower)
+        except SolarcalError as refusal:
+            refusals.append(refusal)
+    if len(refusals) == len(files):
+        raise refusals[0]
+
+
 def _into_model(content: bytes) -> None:
     read_tpoint_model(_file("spoilt.mod", content))
 
@@ -448,7 +480,7 @@ def _into_mirror_scenario(content: bytes) -> None:
 
 
 DOORS: tuple[Door, ...] = (
-    Door("frames", 24, _requests, _into_frames),
+    Door("frames", 22, _requests, _into_frames),
     Door("unit", 2, _requests, _into_unit),
     Door("driver", 4, _answers, _into_driver, (PORT, "the unit refused")),
     Door("session", 15, _sessions, _into_session, ("spoilt.jsonl",)),
@@ -456,6 +488,13 @@ DOORS: tuple[Door, ...] = (
     Door("tpoint", 10, lambda: (TPOINT, SEXAGESIMAL), _into_tpoint, ("spoilt.dat",)),
     Door("pmfit", 2, lambda: (PMFIT,), _into_tpoint, ("spoilt.dat",)),
     Door("offsets", 3, lambda: (OFFSETS,), _into_offsets, ("spoilt.tsv",)),
+    Door(
+        "paint",
+        2,
+        lambda: (PAINT_RECORD, PAINT_HELIOSTAT, PAINT_TOWER),
+        _into_paint,
+        ("spoilt-",),
+    ),
     Door("model", 1, lambda: (MODEL,), _into_model, ("spoilt.mod",)),
     Door("profile", 8, lambda: (PROFILE,), _into_profile, ("spoilt.toml",)),
     Door("profile form", 6, lambda: (FORM,), _into_form, (":",)),

@@ -75,3 +75,25 @@ def test_a_model_holds_tpoint_terms_only(
     assert run_command(["fit", str(path), "--method", "linear", "--write-model", str(model)]) == 2
     assert "a TPOINT model cannot hold P1" in capsys.readouterr().err
     assert not model.exists()
+
+
+def test_of_a_large_file_a_part_is_tested_and_that_is_reported(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    generator = np.random.default_rng(8)
+    rows = "".join(
+        f",{ax1:.3f},{ax2:.3f},{0.3 + noise / np.sin(np.radians(ax2)):.5f},{0.1 - noise:.5f}\n"
+        for ax1, ax2, noise in zip(
+            generator.uniform(-90, 90, 700),
+            generator.uniform(20, 70, 700),
+            generator.normal(0.0, 0.02, 700),
+            strict=True,
+        )
+    )
+    path = tmp_path / "many.csv"
+    head = "# geometry=azel\n# lat_deg=35\n# lon_deg=-106\n"
+    path.write_text(head + "utc,ax1_deg,ax2_deg,err1_deg,err2_deg\n" + rows)
+    document = fitted(capsys, path, "--terms", "P2,P4")
+    assert document["coefficients"]["P2"]["value"] == pytest.approx(0.3, abs=0.01)
+    sentences = [finding["sentence"] for finding in document["findings"]]
+    assert any("looked at 500 of 700 points" in sentence for sentence in sentences)

@@ -156,6 +156,10 @@ def test_dialects_of_one_night(tmp_path: Path, rows: str) -> None:
             r"dat:4: columns of whole degrees and minutes are not read",
         ),
         (
+            "085 40 62.2 +54 29 25.1 085 38 22.2 +54 32 45.1\n",
+            r"dat:4: .* minutes and seconds below 60",
+        ),
+        (
             "05 42 40.1 +54 29 25.1 085 38 22.2 +54 32 45.1\n",
             r"dat:4: read as degrees minutes seconds the encoders are 80 deg from the true place",
         ),

@@ -8,7 +8,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from solarcal.model.evidence.direct import NO_EVIDENCE, Evidence
-from solarcal.model.evidence.residuals import diagnose, solution_to_test
+from solarcal.model.evidence.residuals import (
+    MOST_TESTED,
+    diagnose,
+    solution_to_test,
+    thinned,
+    thinning,
+)
 from solarcal.model.finding import Finding
 from solarcal.model.forecast import (
     DEFAULT_RULE,
@@ -150,7 +156,11 @@ def findings_of(
     tolerance_deg: float = TOLERANCE_DEG,
 ) -> tuple[Finding, ...]:
     """Direct evidence first, then what the residuals ask for once missed counts are undone."""
-    tested = solution_to_test(solution, context, prior)
+    count = len(solution.points)
+    many = count > MOST_TESTED
+    tested = (
+        thinned(solution, context, prior) if many else solution_to_test(solution, context, prior)
+    )
     return (
         *evidence.findings(context, tested, tolerance_deg),
         *diagnose(
@@ -159,4 +169,5 @@ def findings_of(
             losses=evidence.losses,
             tolerance_deg=tolerance_deg,
         ),
+        *((thinning(count),) if many else ()),
     )

@@ -32,8 +32,6 @@ SEARCH_ITERATIONS = 6
 SEARCH_SCALES = (0.0, 2 * COARSE_STEP)
 SETTLED = 1e-3
 ROUNDING = 1e-14
-MANY_POINTS = 500
-"""Among more, one or two blunders cannot bend the fit: they are found without a search."""
 MOST_SUSPECTS = 8
 MOST_NUMBERS = 2_000_000
 """Of one array of starts by points; beyond it the starts take turns."""

@@ -176,6 +176,28 @@ def _steps(solution: MechanismSolution, tolerance_deg: float) -> tuple[Finding, 
     )
 
 
+MOST_TESTED = 500
+"""Points the residual tests look at: a division of a night into two is a fit of its own."""
+
+
+def thinned(solution: Solution, context: SkyContext, prior: Prior) -> MechanismSolution:
+    """A robust fit of evenly spread points of a large file, for the tests."""
+    n = len(solution.points)
+    chosen = np.linspace(0, n - 1, MOST_TESTED).astype(np.intp)
+    return fit_exact(solution.points.subset(chosen.tolist()), context, prior=prior)
+
+
+def thinning(points: int) -> Finding:
+    """Says that not all points were tested."""
+    return Finding(
+        kind="unmodelled",
+        subject="residuals",
+        sentence=f"the residual tests looked at {MOST_TESTED} of {points} points, evenly spread; "
+        "single bad points among the others cannot be told",
+        certainty="cannot_be_told",
+    )
+
+
 def solution_to_test(
     solution: Solution, context: SkyContext, prior: Prior = DEFAULT_PRIOR
 ) -> MechanismSolution:

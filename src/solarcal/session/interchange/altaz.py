@@ -22,7 +22,9 @@ DECIMAL, SPACED, COLONS = "decimal degrees", "degrees minutes seconds", "degrees
 
 # Bounded, so that no line can ask for a number of a million digits.
 _NUMBER = re.compile(r"[+-]?(?=\.?[0-9])[0-9]{0,30}(\.[0-9]{0,400})?([eE][+-]?[0-9]{1,2})?")
-_WHOLE = re.compile(r"[+-]?[0-9]{1,3}")
+_SIXTIETHS, _LAST = r"[0-5]?[0-9]", r"[0-5]?[0-9](?:\.[0-9]{0,400})?"
+_SPACED = re.compile(" ".join([rf"[+-]?[0-9]{{1,3}} {_SIXTIETHS} {_LAST}"] * 4))
+_TWO_COLUMNS = re.compile(" ".join([rf"[+-]?[0-9]{{1,3}} {_LAST}"] * 4))
 _COLONS = re.compile(r"[+-]?[0-9]{1,3}:[0-9]{1,2}(:[0-9]{1,2}(\.[0-9]{0,20})?)?")
 _FURTHEST_APART_DEG = 10.0
 _FEWEST_TO_JUDGE = 3
@@ -53,9 +55,15 @@ def layout_of(cells: Sequence[str]) -> str | None:
     """
     if any(":" in cell for cell in cells[:4]):
         return COLONS
-    if len(cells) >= 12 and _sexagesimal(cells[:12], 3):
+    # A first cell with a point is a decimal degree: nothing else has to be looked at.
+    if "." in cells[0] or len(cells) < 8:
+        return DECIMAL
+    if len(cells) >= 12 and _SPACED.fullmatch(" ".join(cells[:12])):
         return SPACED
-    if len(cells) >= 8 and _sexagesimal(cells[:8], 2):
+    if _TWO_COLUMNS.fullmatch(" ".join(cells[:8])):
+        return None
+    # Twelve columns of degrees minutes seconds with a slip in one of them are no decimal degrees.
+    if len(cells) >= 12 and all(cells[at].lstrip("+-").isdigit() for at in (0, 1, 3, 4)):
         return None
     return DECIMAL
 
@@ -70,31 +78,17 @@ def sexagesimal_row(cells: Sequence[str], layout: str, where: str) -> Row:
         place that the columns must mean something else.
     """
     if layout == COLONS:
-        for number, cell in enumerate(cells[:4], start=1):
-            if not _COLONS.fullmatch(cell):
-                raise InputFileError(
-                    f"{where}: {cell[:20]!r} (number {number} of the line) is not "
-                    "degrees:minutes:seconds"
-                )
-        parts = [cell.split(":") for cell in cells[:4]]
+        angles = _colon_angles(cells[:4], where)
     else:
-        parts = [list(cells[at : at + 3]) for at in range(0, 12, 3)]
-    if len(parts) < 4:
-        raise InputFileError(
-            f"{where}: {len(parts)} angles where an observation has four "
-            "(azimuth, elevation, and both encoders)"
-        )
-    angles = []
-    for degrees, *smaller in parts:
-        sixtieths = [float(text) for text in smaller]
-        if any(value >= 60.0 for value in sixtieths):
-            raise InputFileError(f"{where}: minutes or seconds are not below 60")
-        size = abs(float(degrees)) + sum(
-            value / 60.0**place for place, value in enumerate(sixtieths, start=1)
-        )
-        angles.append(-size if degrees.startswith("-") else size)
+        values = list(map(float, cells[:12]))
+        angles = [
+            -size if cells[at].startswith("-") else size
+            for at in range(0, 12, 3)
+            for size in (abs(values[at]) + values[at + 1] / 60.0 + values[at + 2] / 3600.0,)
+        ]
     row = (angles[0], angles[1], angles[2], angles[3])
-    apart = max(abs(wrap_deg(row[0] - row[2])), abs(row[1] - row[3]))
+    around = abs(row[0] - row[2]) % 360.0
+    apart = max(min(around, 360.0 - around), abs(row[1] - row[3]))
     if apart > _FURTHEST_APART_DEG:
         raise InputFileError(
             f"{where}: read as {layout} the encoders are {apart:.0f} deg from the true place; "
@@ -181,12 +175,26 @@ def altaz_table(
     )
 
 
-def _sexagesimal(cells: Sequence[str], parts: int) -> bool:
-    """Whether whole degrees (and minutes) come before a last part, all parts below 60."""
-    for at in range(0, len(cells), parts):
-        *whole, last = cells[at : at + parts]
-        if not all(_WHOLE.fullmatch(cell) for cell in whole) or not _NUMBER.fullmatch(last):
-            return False
-        if not all(0.0 <= float(cell) < 60.0 for cell in (*whole[1:], last)):
-            return False
-    return True
+def _colon_angles(cells: Sequence[str], where: str) -> list[float]:
+    """Four angles written d:m:s or d:m, degrees."""
+    angles = []
+    for number, cell in enumerate(cells, start=1):
+        if not _COLONS.fullmatch(cell):
+            raise InputFileError(
+                f"{where}: {cell[:20]!r} (number {number} of the line) is not "
+                "degrees:minutes:seconds"
+            )
+        degrees, *smaller = cell.split(":")
+        sixtieths = [float(text) for text in smaller]
+        if any(value >= 60.0 for value in sixtieths):
+            raise InputFileError(f"{where}: minutes or seconds are not below 60")
+        size = abs(float(degrees)) + sum(
+            value / 60.0**place for place, value in enumerate(sixtieths, start=1)
+        )
+        angles.append(-size if degrees.startswith("-") else size)
+    if len(angles) < 4:
+        raise InputFileError(
+            f"{where}: {len(angles)} angles where an observation has four "
+            "(azimuth, elevation, and both encoders)"
+        )
+    return angles

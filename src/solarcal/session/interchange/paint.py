@@ -11,7 +11,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 import numpy as np
@@ -23,6 +23,7 @@ from solarcal.mount.jack_heliostat import Jack, JackHeliostat
 from solarcal.optics.aiming import Heliostat
 from solarcal.optics.heliostat import Target
 from solarcal.optics.reflection import bisector, direction_enu, horizontal_deg, reflected, unit
+from solarcal.plain_text import one_line
 from solarcal.session.points import PointTable
 from solarcal.units import RAD_PER_DEG, FloatArray, wrap_deg
 
@@ -32,12 +33,20 @@ SPOTS: tuple[Spot, ...] = ("UTIS", "HeliOS")
 GEOMETRY = "tiltroll-ew"
 _WGS84_A_M, _WGS84_E2 = 6378137.0, 6.69437999014e-3
 _FARTHEST_M = 20_000.0
-Place = tuple[float, float, float]
+Place = tuple[
+    Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)],
+    Annotated[float, msgspec.Meta(ge=-360.0, le=360.0)],
+    Annotated[float, msgspec.Meta(ge=-500.0, le=9000.0)],
+]
+"""Latitude, longitude, height; degrees and metres."""
+_Steps = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]
+_Metres = Annotated[float, msgspec.Meta(ge=-1e3, le=1e3)]
+_Angle = Annotated[float, msgspec.Meta(ge=-360.0, le=360.0)]
 
 
 class _Motors(msgspec.Struct):
-    Axis1MotorPosition: float
-    Axis2MotorPosition: float
+    Axis1MotorPosition: _Steps
+    Axis2MotorPosition: _Steps
 
 
 class Record(msgspec.Struct):
@@ -46,31 +55,31 @@ class Record(msgspec.Struct):
     motor_position: _Motors
     target_name: str
     focal_spot: dict[str, Place | None]
-    Sun_elevation: float
-    Sun_azimuth: float
+    Sun_elevation: _Angle
+    Sun_azimuth: _Angle
 
 
 class _Actuator(msgspec.Struct):
-    increment: float
-    initial_stroke_length: float
-    offset: float
-    pivot_radius: float
-    initial_angle: float
+    increment: Annotated[float, msgspec.Meta(ge=1.0, le=1e9)]
+    initial_stroke_length: _Metres
+    offset: _Metres
+    pivot_radius: _Metres
+    initial_angle: _Angle
     clockwise_axis_movement: bool | int
     type_axis: str = "linear"
 
 
 class _Kinematics(msgspec.Struct):
     actuators: list[_Actuator]
-    first_joint_translation_e: float = 0.0
-    first_joint_translation_n: float = 0.0
-    first_joint_translation_u: float = 0.0
-    second_joint_translation_e: float = 0.0
-    second_joint_translation_n: float = 0.0
-    second_joint_translation_u: float = 0.0
-    concentrator_translation_e: float = 0.0
-    concentrator_translation_n: float = 0.0
-    concentrator_translation_u: float = 0.0
+    first_joint_translation_e: _Metres = 0.0
+    first_joint_translation_n: _Metres = 0.0
+    first_joint_translation_u: _Metres = 0.0
+    second_joint_translation_e: _Metres = 0.0
+    second_joint_translation_n: _Metres = 0.0
+    second_joint_translation_u: _Metres = 0.0
+    concentrator_translation_e: _Metres = 0.0
+    concentrator_translation_n: _Metres = 0.0
+    concentrator_translation_u: _Metres = 0.0
 
 
 class _Properties(msgspec.Struct):
@@ -92,6 +101,9 @@ class Tower:
 
 _record = msgspec.json.Decoder(Record)
 _properties = msgspec.json.Decoder(_Properties)
+_tower = msgspec.json.Decoder(dict[str, dict[str, object]])
+# Bytes that are no UTF-8 come as a ValueError of their own.
+_UNREADABLE = (msgspec.MsgspecError, UnicodeDecodeError, RecursionError)
 
 
 def read_tower(path: str | Path) -> Tower:
@@ -104,15 +116,17 @@ def read_tower(path: str | Path) -> Tower:
     """
     content = read_bytes(path)
     try:
-        raw = msgspec.json.decode(content, type=dict[str, dict[str, object]])
+        raw = _tower.decode(content)
         plant = msgspec.convert(raw["power_plant_properties"], _Plant).coordinates
         targets = {
             name: enu_m(plant, msgspec.convert(_centre(entry), Place))
             for name, entry in raw.items()
             if name != "power_plant_properties"
         }
-    except (msgspec.DecodeError, msgspec.ValidationError, KeyError, TypeError) as error:
+    except (*_UNREADABLE, KeyError, TypeError) as error:
         raise InputFileError(f"{path}: no PAINT tower measurements: {_said(error)}") from None
+    if not targets:
+        raise InputFileError(f"{path}: no PAINT tower measurements: no target is in it")
     return Tower(plant, targets)
 
 
@@ -127,7 +141,7 @@ def read_heliostat(path: str | Path, tower: Tower) -> JackHeliostat:
     content = read_bytes(path)
     try:
         found = _properties.decode(content)
-    except (msgspec.DecodeError, msgspec.ValidationError) as error:
+    except _UNREADABLE as error:
         raise InputFileError(f"{path}: no PAINT heliostat properties: {_said(error)}") from None
     kinematics = found.kinematic_properties
     if len(kinematics.actuators) != 2 or any(a.type_axis != "linear" for a in kinematics.actuators):
@@ -209,7 +223,7 @@ def shots_of(
             others = [name for name, value in record.focal_spot.items() if value is not None]
             raise InputFileError(
                 f"{path}: no focal spot by {spot}"
-                + (f"; --spot {others[0]} is there" if others else "")
+                + (f"; --spot {one_line(others[0])} is there" if others else "")
             )
         if not 0.0 < record.Sun_elevation <= 90.0:
             raise InputFileError(
@@ -301,7 +315,7 @@ def paint_files(
     for path in files:
         try:
             records.append((path, _record.decode(read_bytes(path))))
-        except (msgspec.DecodeError, msgspec.ValidationError) as error:
+        except _UNREADABLE as error:
             raise InputFileError(f"{path}: no PAINT calibration record: {_said(error)}") from None
     return PaintFiles(
         records=tuple(records),
@@ -322,7 +336,7 @@ def paint_table(files: PaintFiles, *, unit: str | None = None) -> PointTable:
     n = len(files.records)
     targets = {record.target_name for _, record in files.records}
     unknown = sorted(targets - set(files.tower.targets))
-    warnings = [f"the tower's file has no target {name}" for name in unknown]
+    warnings = [f"the tower's file has no target {one_line(name)}" for name in unknown]
     line = next(iter(files.tower.targets.values())) - np.array(files.heliostat.position_enu)
     azimuth, zenith = horizontal_deg(line)
     latitude, longitude, height = files.tower.plant
@@ -342,7 +356,7 @@ def paint_table(files: PaintFiles, *, unit: str | None = None) -> PointTable:
         sigma_deg=None,
         status=("accepted",) * n,
         approach=((0, 0),) * n,
-        note=tuple(record.target_name for _, record in files.records),
+        note=tuple(one_line(record.target_name) for _, record in files.records),
         labels=tuple(_number(path, at) for at, (path, _) in enumerate(files.records, start=1)),
         sources=tuple(str(path) for path, _ in files.records),
         warnings=tuple(warnings),
@@ -380,4 +394,4 @@ def _tower_above(record: Path) -> Path:
 
 
 def _said(error: Exception) -> str:
-    return " ".join(str(error).split())[:200]
+    return one_line(" ".join(str(error).split()))[:200]

@@ -254,7 +254,7 @@ class _Reading:
             raise InputFileError(
                 f"{where}: columns of whole degrees and minutes are not read, because they could "
                 "be decimal degrees; write decimal degrees, or degrees minutes seconds in twelve "
-                "columns"
+                "columns, minutes and seconds below 60"
             )
         if self.layout is None:
             self.layout = layout
