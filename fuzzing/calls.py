@@ -7,6 +7,7 @@ contract, use no more than 300 MB, and answer in words: no traceback, no page of
 import argparse
 import os
 import random
+import resource
 import subprocess
 import sys
 import threading
@@ -192,7 +193,10 @@ def call(words: tuple[str, ...], home: Path) -> Outcome:
         error.seek(0)
         text = error.read(100_000).decode("utf-8", "replace")
     seconds = time.perf_counter() - started
-    megabytes = usage.ru_maxrss / (1e3 if sys.platform != "darwin" else 1e6)
+    # A process begins with the largest size of the one that started it; below that it is unknown.
+    here = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    largest = usage.ru_maxrss if usage.ru_maxrss > 1.01 * here else 0
+    megabytes = largest / (1e3 if sys.platform != "darwin" else 1e6)
     overdue = code < 0 and seconds >= LONGEST_S
     return Outcome(words, None if overdue else code, seconds, megabytes, text)
 

@@ -105,7 +105,7 @@ def test_export_import_round_trip_gives_the_same_fit(session, said_by, tmp_path)
         (["fit", "bad.csv"], 2, "bad.csv:4: column err2_deg: 'abc' is not a number"),
         (["fit", "broken.jsonl"], 2, "broken.jsonl:3"),
         (["fit", "short.dat"], 2, "short.dat:5"),
-        (["fit", "points.xyz"], 2, ".jsonl (session), .csv and .dat"),
+        (["fit", "points.xyz"], 2, "points are read from files ending in"),
         (["calibrate", "--scenario", "nosuch"], 2, "no scenario 'nosuch'"),
         (["calibrate", "--set", "truth.leen_deg=1"], 2, "did you mean truth.lean_deg"),
         (["calibrate", "--points", "2"], 2, "three points are the least"),

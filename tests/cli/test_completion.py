@@ -40,7 +40,12 @@ def test_every_command_is_offered(tmp_path):
 
 def test_options_and_their_values_are_offered(tmp_path):
     assert {"--method", "--terms", "--json"} <= offered("solarcal fit --", tmp_path)
-    assert offered("solarcal fit --method ", tmp_path) == {"linear", "robust", "exact"}
+    assert offered("solarcal fit --method ", tmp_path) == {
+        "linear",
+        "robust",
+        "exact",
+        "iterated",
+    }
 
 
 def test_scenarios_and_scenario_files_are_offered(tmp_path):

@@ -231,7 +231,10 @@ def test_going_on_with_a_hostile_session_keeps_to_its_folder(tmp_path):
 
 def test_a_scenario_reads_no_device_and_says_what_it_extends(tmp_path):
     path = tmp_path / "s.toml"
-    for target, said in (("/dev/zero", "is not a file"), ("../nowhere", "cannot be read")):
+    for target, said in (
+        ("/dev/zero", "cannot be read: it is"),
+        ("../nowhere", "is missing: no such file"),
+    ):
         path.write_text(f'extends = "{target}"\n')
         with pytest.raises(ConfigurationError, match=said) as refusal:
             load_scenario(path)

@@ -71,7 +71,7 @@ async def test_opening_and_leaving_every_screen_commands_the_unit_nothing() -> N
             at = len(app.screen_stack)
             await pilot.press(action.keys[0])
             await pilot.pause()
-            if action.id not in ("next_plot", "theme"):
+            if action.id not in ("next_plot", "theme", "alerts"):
                 await until(pilot, lambda at=at: len(app.screen_stack) > at)
             station.poll()
             while len(app.screen_stack) > at:

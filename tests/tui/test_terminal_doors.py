@@ -80,7 +80,7 @@ def test_continuing_a_session_of_an_unknown_line_says_where_to_choose_it(tmp_pat
     from solarcal.cli.run import _continued
     from solarcal.errors import ConfigurationError
 
-    with pytest.raises(ConfigurationError, match="cannot be read"):
+    with pytest.raises(ConfigurationError, match="is missing: no such file"):
         _continued(tmp_path / "none.jsonl")
 
 

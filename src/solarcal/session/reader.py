@@ -14,6 +14,9 @@ _SAME_DEG = 1e-4
 """Numbers rounded to 1e-5 deg or to the read-out's digits, of which one follows from the others."""
 
 
+UNCLOSED = "was not closed: the session goes on, or its end is missing"
+
+
 @dataclass(frozen=True, slots=True)
 class Session:
     """A session as its file tells it. ``records`` are all of them, without the header."""
@@ -48,7 +51,7 @@ def session_of(content: bytes, name: str) -> Session:
     text = parse_session(content, name)
     warnings = [*text.warnings, *contradictions(text.header, text.records, name)]
     if not any(isinstance(record, Closed) for record in text.records):
-        warnings.append(f"{name} was not closed: the session goes on, or its end is missing")
+        warnings.append(f"{name} {UNCLOSED}")
     return Session(name, text.header, tuple(text.records), tuple(warnings))
 
 

@@ -7,7 +7,7 @@ what the live station showed when it had written them.
 from dataclasses import dataclass
 from pathlib import Path
 
-from solarcal.session.reader import read_session
+from solarcal.session.reader import UNCLOSED, read_session
 from solarcal.session.records import Header, PointRecord, Record
 from solarcal.station.state import SessionView, view_session
 from solarcal.timescale import parse_utc
@@ -25,7 +25,9 @@ class Replay:
     @classmethod
     def open(cls, path: Path) -> "Replay":
         session = read_session(path)
-        return cls(session.header, session.records, session.warnings)
+        # Where the records end is what a replay shows anyway.
+        warnings = tuple(line for line in session.warnings if not line.endswith(UNCLOSED))
+        return cls(session.header, session.records, warnings)
 
     def __len__(self) -> int:
         return len(self.records)
