@@ -1,5 +1,8 @@
 """What a day cannot exclude widens the posterior; the coefficients stay those of the fit."""
 
+from pathlib import Path
+
+import msgspec
 import numpy as np
 import pytest
 from made_up_trackers import JUNE, TRACKER, context_of, day_of, measured
@@ -14,7 +17,13 @@ from solarcal.model.methods import fit, fit_exact
 from solarcal.model.unmodelled import NAMES, Unmodelled, sky_columns, widened
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
+from solarcal.session.reader import read_session
+from solarcal.session.records import ClockSet
+from solarcal.session.view import view_session
 from solarcal.site import Site
+from solarcal.station.analysing import analyse_session
+
+SESSION = Path(__file__).parents[2] / "sessions" / "azel-good-day.jsonl"
 
 NOTHING = Unmodelled(1e-6, 1e-6, 0.0, 1e-6, 1e-6, 1e-6)
 
@@ -129,3 +138,23 @@ def test_sigmas_that_cannot_be_are_refused():
         Unmodelled(sag_deg=0.0)
     with pytest.raises(ConfigurationError, match="chance"):
         Unmodelled(large_chance=0.7)
+
+
+@pytest.mark.parametrize("sigma_s", [None, 20.0])
+def test_the_clock_is_known_as_well_as_the_time_signal_it_was_compared_with(sigma_s):
+    saved = read_session(SESSION)
+    records = [
+        msgspec.structs.replace(record, tick_minus_laptop_s=0.0, tick_sigma_s=sigma_s)
+        if isinstance(record, ClockSet)
+        else record
+        for record in saved.records
+    ]
+    analysis = analyse_session(view_session(saved.header, records))
+    assert analysis is not None
+    probability = analysis.forecast.probability_within_tolerance
+    if sigma_s is None:
+        assert probability > 0.9
+    else:
+        # 24 s are the tolerance of 0.1 deg: beyond 1.2 sigma a clock this bad spoils the year.
+        assert 0.6 < probability < 0.8
+        assert analysis.verdict.state != "done"

@@ -361,3 +361,14 @@ async def test_another_units_unfinished_session_is_not_offered():
         async with app.run_test(size=(100, 40)) as pilot:
             await until(pilot, lambda: isinstance(app.screen, WorkstationScreen))
             await app.leave()
+
+
+async def test_a_session_that_was_chosen_is_not_asked_for_again():
+    """The line remembered with a session is that of ``run --port``, which asks."""
+    path = unfinished_session()
+    with serve_pty(Emulator(load_scenario("tijeras-azel", []))) as port:
+        app = app_with(start=Choice(port=port, session=str(path), offers_unfinished=True))
+        async with app.run_test(size=(100, 40)) as pilot:
+            await until(pilot, lambda: isinstance(app.screen, WorkstationScreen))
+            assert app.session_name == path.name
+            await app.leave()

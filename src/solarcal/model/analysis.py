@@ -4,7 +4,7 @@ Live sessions, replays, files, certificates and screens all come through ``analy
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from solarcal.model.evidence.direct import NO_EVIDENCE, Evidence
@@ -79,7 +79,7 @@ def analyse(
     terms: Iterable[str] = CONTROLLER_TERMS,
     solution: Solution | None = None,
     rule: StoppingRule = DEFAULT_RULE,
-    unmodelled: Unmodelled = DEFAULT_UNMODELLED,
+    unmodelled: Unmodelled | None = None,
     until_utc_s: float | None = None,
     points_left: int | None = None,
     struck: Sequence[tuple[float, float]] = (),
@@ -102,7 +102,8 @@ def analyse(
     rule
         When a calibration is done.
     unmodelled
-        What may be there beside P1..P6.
+        What may be there beside P1..P6; None: the usual, with the laptop's clock as well known as
+        the time signal it was compared with.
     until_utc_s, points_left, struck
         As in ``plan``.
     bolt_circle
@@ -115,6 +116,9 @@ def analyse(
     """
     if solution is None:
         solution = fit(points, context, method=method, prior=prior, terms=terms)
+    if unmodelled is None:
+        clock_s = evidence.clock_sigma_s or DEFAULT_UNMODELLED.clock_s
+        unmodelled = replace(DEFAULT_UNMODELLED, clock_s=clock_s)
     expected = forecast(solution, context, rule=rule, unmodelled=unmodelled)
     findings = findings_of(
         solution, context, evidence, prior=prior, tolerance_deg=rule.tolerance_deg

@@ -132,7 +132,7 @@ def open_line(
             inclinometer=None if emulated else profile.inclinometer,
         )
         identity = station.connect()
-        if choice.offers_unfinished and output is None:
+        if choice.offers_unfinished and not choice.session and output is None:
             _offer_unfinished(choice, identity)
         create = _journal_creator(choice, station, output)
         if choice.session:
