@@ -10,7 +10,6 @@ FloatArray: TypeAlias = NDArray[np.float64]
 
 RAD_PER_DEG = np.pi / 180.0
 ARCSEC_PER_DEG = 3600.0
-RAD_PER_ARCSEC = RAD_PER_DEG / ARCSEC_PER_DEG
 
 
 Angles = TypeVar("Angles", float, FloatArray)

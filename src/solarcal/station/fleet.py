@@ -9,7 +9,7 @@ fails with the words it has there.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
 
@@ -27,7 +27,6 @@ from solarcal.station.fleet_points import PlainSession, plain_session, seen_poin
 from solarcal.units import FloatArray
 
 WorstBy = Literal["rms", "lean", "sigma", "noise"]
-WORST_BY: tuple[WorstBy, ...] = get_args(WorstBy)
 
 Progress = Callable[[str, int, int], None]
 """Told what is being done, how many are done, of how many."""

@@ -99,11 +99,6 @@ QUIT_EVERYWHERE = Binding("ctrl+q", "perform('quit')", "Quit", priority=True, sh
 """On modal screens too; asks where something is going on."""
 
 
-def action_for_key(key: str) -> Action | None:
-    """Which action a key would be, for ``solarcal keys`` and the help screen."""
-    return next((action for action in ACTIONS if key in action.keys), None)
-
-
 SHIFT, ALT, CTRL = 1, 2, 4
 _LOCKS = 64 | 128
 _NAMES = {"full_stop": ".", "question_mark": "?", "plus": "+", "minus": "-", "decimal": "keypad ."}

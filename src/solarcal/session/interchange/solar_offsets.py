@@ -24,7 +24,6 @@ from solarcal.session.points import PointTable
 from solarcal.units import RAD_PER_DEG, FloatArray, wrap_deg
 
 Offsets = Literal["plain", "on-sky"]
-OFFSET_KINDS: tuple[Offsets, ...] = ("plain", "on-sky")
 
 COLUMNS = ("timestamp", "azimuth", "elevation", "offset_az", "offset_el")
 _SITE_KEYS = {
