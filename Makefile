@@ -44,7 +44,7 @@ man: .venv/.installed-dev
 dist-check: .venv/.installed-dev
 	$(BIN)/python -m tools.dist_check
 
-# How good the answers are, on thousands of made-up trackers: three quarters of an hour. Fewer days
+# How good the answers are, on thousands of made-up trackers: some two hours. Fewer days
 # and single cells: `python -m benchmarks.judgement_stopping --help`.
 bench-judgement: .venv/.installed-dev
 	$(BIN)/python -m benchmarks judgement

@@ -1,7 +1,7 @@
 """Run benchmarks: those of speed, or those whose names are given, or ``judgement`` for the studies.
 
 The studies (``judgement_*``, ``diagnosis``) are of made-up trackers by the thousand and measure how
-good the answers are; they take three quarters of an hour.
+good the answers are; they take some two hours.
 """
 
 import importlib
