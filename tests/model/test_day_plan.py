@@ -15,7 +15,6 @@ from solarcal.model.methods import fit_exact
 from solarcal.model.plan import STOP_STEP_S, Plan, Standing, plan, prior_knowledge, times_of
 from solarcal.model.prior import PLAIN, Prior
 from solarcal.model.schedule import (
-    GAP_S,
     best_schedule,
     cost,
     day_slots,
@@ -29,6 +28,8 @@ from solarcal.mount.limits import AxisLimits, Limits
 
 UNIT = Prior().sigma_array()
 DAY_S = 86400.0
+POINT_S = 600.0
+"""A point takes ten minutes: the documents promise that no two are planned closer."""
 
 
 @cache
@@ -58,7 +59,7 @@ class TestArithmetic:
         until = float(slots.utc_s[0]) + window_s
         times = slots.utc_s[best_schedule(slots, np.eye(6), year.weight, 20, until_s=until)]
         assert len(times) >= 2
-        assert np.diff(times).min() >= GAP_S - 1.0
+        assert np.diff(times).min() >= POINT_S - 1.0
 
     @pytest.mark.parametrize("geometry", ["azel", "tiltroll-ew"])
     @pytest.mark.parametrize("count", [4, 7])
@@ -76,7 +77,7 @@ class TestArithmetic:
     def test_points_keep_their_distance(self):
         _, slots, year = _first_light("azel")
         times = slots.utc_s[best_schedule(slots, np.eye(6), year.weight, 12)]
-        assert np.diff(times).min() >= GAP_S - 1.0
+        assert np.diff(times).min() >= POINT_S - 1.0
 
 
 def _first_light(geometry: str):
@@ -159,6 +160,8 @@ class TestRecommendation:
         assert not day.hopeless
         assert day.sentence.startswith("denser than usual: ")
         assert day.reaches
+        # As dense as points can be taken, where it has to be.
+        assert np.diff(day.recommended.times_utc_s).min() == pytest.approx(POINT_S)
 
     @pytest.mark.parametrize("tolerance_deg", [0.02, 0.1, 0.3])
     def test_an_end_always_has_a_point_however_little_it_adds(self, tolerance_deg):
@@ -234,10 +237,10 @@ class TestSteadiness:
 
     def test_time_alone_changes_nothing(self):
         _, points = day_of("azel", 24, JUNE)
-        first = self.made(float(points.utc_s[2]) + GAP_S)
+        first = self.made(float(points.utc_s[2]) + POINT_S)
         due = first.next_point_utc_s
         assert due is not None
-        for at in np.linspace(float(points.utc_s[2]) + GAP_S, due, 5):
+        for at in np.linspace(float(points.utc_s[2]) + POINT_S, due, 5):
             later = self.made(float(at))
             assert later.recommended.times_utc_s == first.recommended.times_utc_s
 
@@ -253,14 +256,14 @@ class TestSteadiness:
 
     def test_a_struck_half_hour_moves_the_point_out_of_it(self):
         _, points = day_of("azel", 24, JUNE)
-        at = float(points.utc_s[2]) + GAP_S
+        at = float(points.utc_s[2]) + POINT_S
         due = self.made(at).next_point_utc_s
         struck = self.made(at, struck=((due - 60.0, due + 1740.0),))
         assert not any(due - 60.0 <= t <= due + 1740.0 for t in struck.recommended.times_utc_s)
 
     def test_a_change_of_more_than_half_an_hour_says_why(self):
         _, points = day_of("azel", 24, JUNE)
-        at = float(points.utc_s[2]) + GAP_S
+        at = float(points.utc_s[2]) + POINT_S
         before = self.made(at)
         assert self.made(at + 60.0).compared_with(before).sentence == before.sentence
         end = before.recommended.times_utc_s[-1]
@@ -270,10 +273,21 @@ class TestSteadiness:
         rough = analyse(noisy.subset([0, 1, 2, 3, 4]), context, at_utc_s=float(noisy.utc_s[4])).plan
         assert "later than planned: the last point" in rough.compared_with(before).sentence
 
+    def test_points_of_another_day_do_not_hold_up_todays(self):
+        context, points = day_of("azel", 24, JUNE)
+        solution = fit_exact(points, context)
+        today = float(points.utc_s[0]) + DAY_S
+        alone, after_yesterday = (
+            plan(solution.posterior, context, today, taken_utc_s=taken)
+            for taken in ((), times_of(points))
+        )
+        assert after_yesterday.next_point_utc_s == alone.next_point_utc_s
+        assert after_yesterday.recommended.times_utc_s == alone.recommended.times_utc_s
+
     def test_no_point_closer_to_the_last_than_one_takes(self):
         _, points = day_of("azel", 24, JUNE)
         at = float(points.utc_s[2])
-        assert self.made(at).next_point_utc_s >= at + GAP_S
+        assert self.made(at).next_point_utc_s >= at + POINT_S
 
 
 class TestWishes:

@@ -143,6 +143,28 @@ def test_a_degeneracy_is_named_with_its_cure_and_the_cure_cures() -> None:
     assert not cured & {f.subject for f in diagnose(with_it) if f.kind == "degeneracy"}
 
 
+def test_a_cure_of_today_is_beside_the_points_of_today() -> None:
+    """Points of the afternoon before are of another day: a morning's cure may be before them."""
+    day = made_up_day("azel", (EQUINOX,), 5)
+    morning = day.points.subset(range(2, 8))
+    assert morning.utc_s is not None
+    yesterday = morning.subset([5]).replace(utc_s=morning.utc_s[5:] - 86400.0 + 3600.0)
+    both = fit_exact(
+        morning.replace(
+            **{
+                name: np.concatenate((getattr(yesterday, name), getattr(morning, name)))
+                for name in ("ax1_deg", "ax2_deg", "err1_deg", "err2_deg", "utc_s")
+            },
+            labels=(99, *morning.labels),
+        ),
+        day.context,
+    )
+    for solution in (fit_exact(morning, day.context), both):
+        lean = [f for f in diagnose(solution) if "north lean (P1) and azimuth scale" in f.sentence]
+        assert len(lean) == 1
+        assert "a point before " in lean[0].sentence
+
+
 def test_counts_missed_after_the_last_point_change_nothing() -> None:
     day = made_up_day("azel", (EQUINOX,), 6)
     place = fit_exact(day.points, day.context).posterior.mean

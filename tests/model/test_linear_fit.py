@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from solarcal.errors import FitError
 from solarcal.model.fit import fit_linear
+from solarcal.model.least_squares import solve
 from solarcal.model.points import PointSet
 from solarcal.model.terms import CONTROLLER_TERMS, TERMS
 from solarcal.mount.formula import Coefficients, correction_deg
@@ -328,3 +329,22 @@ def test_one_noisy_day_predicts_that_day() -> None:
         np.array(correction_deg(TRUTH, year1, year2)),
     )
     assert sky_rms_deg(year2, *(found - true)) < 0.1
+
+
+@pytest.mark.parametrize(("share", "is_a_column"), [(0.5e-9, False), (2e-9, True)])
+def test_a_column_that_is_rounding_is_no_parameter(share: float, is_a_column: bool) -> None:
+    """Below a thousand millionth of the data's weight at one prior sigma nothing is measured:
+    cos 90 deg is 6e-17, and dividing by it would make a tracker turn by a million degrees."""
+    weights, prior_sigma = np.ones(8), np.array([2.0, 5.0])
+    data_weight = float(np.sqrt(weights @ weights))
+    slight = share / prior_sigma[1] * np.array([1.0, -1.0] * 4)
+    rows = np.array((weights, slight))
+    solved = solve(rows, 0.3 * weights + 7.0 * slight, prior_sigma, data_weight)
+    assert solved.values[0] == pytest.approx(0.3)
+    assert solved.rank == (2 if is_a_column else 1)
+    if is_a_column:
+        assert solved.values[1] == pytest.approx(7.0, rel=1e-4)
+    else:
+        assert solved.values[1] == 0.0
+        assert solved.prior_covariance is not None
+        assert solved.prior_covariance[1, 1] == pytest.approx(prior_sigma[1] ** 2)

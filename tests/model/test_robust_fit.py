@@ -7,8 +7,10 @@ from made_up_trackers import JUNE, MARCH, TRACKER, context_of, day_of, true_year
 from solarcal.errors import ConfigurationError, FitError
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import fit, fit_exact
+from solarcal.model.noisy_points import Linearised, solve_mixture
 from solarcal.model.points import PointSet
 from solarcal.model.prior import PLAIN, Prior
+from solarcal.model.year_grid import controller_coefficients
 from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import GEOMETRIES
 from solarcal.mount.mechanism import Mechanism
@@ -145,6 +147,29 @@ class TestBlunders:
                 assert left < max(1.5 * clean, 0.06)
                 assert any(f"point {points.labels[i]} is off" in note for note in spoiled.notes)
 
+    def test_a_point_that_either_kind_explains_as_well_is_a_blunder_in_two_of_a_hundred(self):
+        """Where both densities are equal only what is known beforehand tells."""
+        noise_deg, thrown_deg = 0.03, 0.7
+        good, bad = noise_deg**2, noise_deg**2 + thrown_deg**2
+        # Normal in two dimensions: exp(-d^2/2g)/g = exp(-d^2/2b)/b.
+        equal_deg = np.sqrt(2.0 * np.log(bad / good) / (1.0 / good - 1.0 / bad))
+        at = Linearised(
+            residuals=np.array([[equal_deg, 0.0], [0.0, equal_deg], [0.0, 0.0]]),
+            slopes=np.zeros((3, 2, 1)),
+            offset=np.zeros(1),
+            precision=np.ones(1),
+            widths=((1.0, 1.0),),
+            sigma_deg=np.full(3, noise_deg),
+            log_scale_mean=0.0,
+            log_scale_sd=1e-6,
+        )
+        mixture = solve_mixture(at)
+        of_scale_one = int(np.argmin(np.abs(mixture.log_scales)))
+        assert abs(mixture.log_scales[of_scale_one]) < 1e-9
+        blunder = mixture.blunder[of_scale_one]
+        assert blunder[:2] == pytest.approx([0.02, 0.02], rel=1e-3)
+        assert blunder[2] < 1e-4
+
     def test_clean_days_name_nobody(self):
         named = 0
         for seed in range(40):
@@ -173,6 +198,29 @@ class TestNoise:
         context, points = day_of("azel", 9)
         turned = points.subset([4, 2, 8, 0, 6, 1, 7, 3, 5])
         assert fit(turned, context).values == pytest.approx(fit(points, context).values, abs=1e-6)
+
+
+class TestUploadedNumbers:
+    @pytest.mark.parametrize("method", ["robust", "exact"])
+    def test_their_covariance_is_that_of_the_numbers_themselves(self, method):
+        """The six to upload follow from the mechanism; so does what is not known of them."""
+        leaning = Mechanism(P1=3.0, P2=-0.5, P3=-2.0, P4=1.2, P5=0.001, P6=-0.0005)
+        context, points = day_of("azel", 14, mechanism=leaning)
+        solution = fit_exact(points, context, use_prior=method == "robust")
+        mean, known = solution.posterior.mean, solution.posterior.covariance
+        steps = 1e-4 * np.diag(solution.prior.sigma_array())
+        jacobian = np.array(
+            [
+                controller_coefficients(mean + step, context, solution.prior)
+                - controller_coefficients(mean - step, context, solution.prior)
+                for step in steps
+            ]
+        ).T / (2.0 * np.diag(steps))
+        there = jacobian @ known @ jacobian.T
+        unit = np.sqrt(np.outer(np.diag(there), np.diag(there)))
+        assert solution.covariance / unit == pytest.approx(there / unit, abs=1e-4)
+        # Not that of the mechanism, from which the formula differs by the lean.
+        assert np.abs((solution.covariance - known) / unit).max() > 0.01
 
 
 class TestMechanism:

@@ -19,6 +19,7 @@ from solarcal.model.plan import plan
 from solarcal.model.points import PointSet
 from solarcal.model.shims import base_tilt, shim_heights, wind
 from solarcal.model.verdict import BoltCircle, Verdict, judge
+from solarcal.model.year_grid import year_grid
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
 
@@ -46,6 +47,15 @@ class TestStates:
         verdict = judge(solution, forecast(solution, rule=StoppingRule(20.0)))
         assert verdict.state == "continue"
         assert "only 2 points" in verdict.reasons[0]
+
+    def test_four_points_can_contradict_each_other_three_cannot(self):
+        context, points = day_of("azel", 14, noise_deg=0.01)
+        for chosen, state in (([0, 6, 13], "continue"), ([0, 4, 9, 13], "done")):
+            solution = fit_exact(points.subset(chosen), context)
+            verdict = judge(solution, forecast(solution, rule=StoppingRule(5.0)))
+            assert verdict.state == state
+            too_few = any("at least 4 points are needed" in reason for reason in verdict.reasons)
+            assert too_few == (state == "continue")
 
     def test_hopeless_is_what_the_plan_says(self):
         context, points = day_of("tiltroll-ew", 6, day=1)
@@ -213,6 +223,31 @@ class TestCrossChecks:
                 points.err2_deg[index] - e2,
             )
             assert checks.left_out_deg[index] == pytest.approx(missed, rel=0.25, abs=0.004)
+
+    def test_the_last_two_points_are_those_whose_absence_is_looked_at(self):
+        context, points = day_of("azel", 9, noise_deg=0.03, seed=6)
+        solution = fit_exact(points, context)
+
+        def moved_deg(without: int) -> float:
+            fewer = fit_exact(points.subset(list(range(9 - without))), context)
+            grid = year_grid(context)
+            seen = grid.sun.true1_deg, grid.sun.true2_deg
+            with_all = solution.exact_mechanism().errors_deg(context.geometry, *seen)
+            with_fewer = fewer.exact_mechanism().errors_deg(context.geometry, *seen)
+            cross = (with_all[0] - with_fewer[0]) * np.sin(np.radians(seen[1]))
+            return float(np.sqrt(np.mean(cross**2 + (with_all[1] - with_fewer[1]) ** 2)))
+
+        one, two, three = (moved_deg(without) for without in (1, 2, 3))
+        assert cross_check(solution).last_moved_deg == pytest.approx(two, rel=0.2)
+        assert abs(one / two - 1.0) > 0.3
+        assert abs(three / two - 1.0) > 0.3
+
+    def test_nothing_before_the_last_two_is_nothing_to_compare(self):
+        context, points = day_of("azel", 9)
+        two = cross_check(fit_exact(points.subset([0, 8]), context))
+        three = cross_check(fit_exact(points.subset([0, 4, 8]), context))
+        assert two.last_moved_deg is None
+        assert three.last_moved_deg is not None
 
     def test_noise_looks_random(self):
         low = 0

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from session_samples import HEADER, UTC, assert_same_points, note, point, table
@@ -11,12 +12,13 @@ from solarcal.session.interchange import read_table, write_table
 from solarcal.session.interchange.sessions import session_from_table
 from solarcal.session.points import (
     PointTable,
+    ideal_kind,
     merge_tables,
     table_from_session,
 )
 from solarcal.session.reader import Session, read_session
 from solarcal.session.records import Answers, Header, PointRecord, Record, Void
-from solarcal.site import Site
+from solarcal.site import Site, Weather
 from solarcal.timescale import parse_utc
 
 
@@ -170,3 +172,23 @@ def test_a_file_given_twice_and_no_file_at_all() -> None:
         merge_tables([table(), table()])
     with pytest.raises(InputFileError, match="no points file"):
         merge_tables([])
+
+
+@pytest.mark.parametrize(
+    ("changes", "kind"),
+    [
+        ({}, "solartrak"),
+        ({"sun_model": "solartrak+"}, "solartrak"),
+        ({"sun_model": "noaa"}, "airless"),
+        ({"sun_model": "airless"}, "airless"),
+        ({"sun_model": "apparent"}, "apparent"),
+        ({"sun_model": "precise", "refraction": "bennett"}, "apparent"),
+        # An emulated world whose Sun is the controller's own: only the air is between them,
+        ({"true_sun": "solartrak"}, "airless"),
+        # and where there is none, nothing is.
+        ({"true_sun": "solartrak", "weather": Weather(pressure_hpa=0.0)}, "apparent"),
+        ({"weather": Weather(pressure_hpa=0.0)}, "solartrak"),
+    ],
+)
+def test_what_the_ideal_angles_of_a_session_leave_out(changes: dict, kind: str) -> None:
+    assert ideal_kind(msgspec.structs.replace(HEADER, **changes)) == kind

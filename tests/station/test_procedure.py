@@ -1,5 +1,6 @@
 """The procedure as the manual tells it, and what it does not allow."""
 
+import msgspec
 import pytest
 
 from solarcal.errors import LinkError, ProcedureRefused, SolarcalError
@@ -14,6 +15,7 @@ from solarcal.session.records import (
     PointRecord,
     RefCheck,
 )
+from solarcal.station.gathering import READINGS
 from solarcal.station.state import Activity, LinkState
 from solarcal.unit.tracker import Mode
 
@@ -369,3 +371,53 @@ def test_an_upload_that_got_through_unrecorded_still_rolls_back_to_what_was_befo
     assert upload.old_offsets == before.offsets
     b.station.rollback()
     assert b.unit.stored().coefficients == before.coefficients
+
+
+@pytest.mark.parametrize("at_reading", [1, 4])
+def test_offsets_changed_at_the_unit_while_gathering_spoil_the_point(bench, at_reading):
+    b = bench()
+    b.on_sun()
+    b.station.begin_point()
+    for _ in range(3):
+        b.station.answer(True)
+    shown = b.unit.status().offsets
+
+    def at_the_keys(fraction: float) -> None:
+        if fraction == pytest.approx(at_reading / READINGS):
+            b.unit.write_coefficients(Coefficients(), Offsets(shown.O1 + 0.001, shown.O2))
+
+    with pytest.raises(ProcedureRefused, match="offsets changed while gathering"):
+        b.station.gather_point(at_the_keys)
+    assert b.station.session.points[-1].status == "aborted"
+    assert b.station.session.accepted == ()
+
+
+@pytest.mark.parametrize(
+    "wrong", ["coefficients", "permanent_coefficients", "offsets", "permanent_offsets"]
+)
+def test_an_upload_is_verified_only_if_both_memories_hold_all_of_it(bench, monkeypatch, wrong):
+    b = bench()
+    b.on_sun()
+    write = b.unit.write_coefficients
+    other = Offsets(O2=0.0001) if "offsets" in wrong else Coefficients(P6=0.000001)
+
+    def kept_otherwise(coefficients, offsets):
+        return msgspec.structs.replace(write(coefficients, offsets), **{wrong: other})
+
+    with monkeypatch.context() as patch:
+        patch.setattr(b.unit, "write_coefficients", kept_otherwise)
+        upload = b.station.upload(Coefficients(P1=0.5), method="linear")
+    assert not upload.verified
+    assert not read_session(b.path).records[-1].verified
+    assert b.station.upload(Coefficients(P1=0.5), method="linear").verified
+
+
+def test_no_point_stands_on_a_set_sun_offset_from_before_an_upload(bench):
+    """The upload clears O: where the collector was centred then says nothing of the new P."""
+    b = bench()
+    b.on_sun()
+    assert b.station.session.fresh_sun_offset is not None
+    b.station.upload(Coefficients(P1=0.1), method="linear")
+    assert b.station.session.fresh_sun_offset is None
+    b.on_sun()
+    assert b.station.session.fresh_sun_offset == b.station.session.sun_offsets[-1]

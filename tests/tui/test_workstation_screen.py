@@ -1,5 +1,7 @@
 """The screen of the day: panes and tabs, footer, palette, link, fit, emulated time, leaving."""
 
+from dataclasses import replace
+
 import pytest
 from procedure_bench import (
     LARGE,
@@ -14,7 +16,9 @@ from procedure_bench import (
 )
 
 from solarcal.session.records import FitRecord, LinkLost, LinkRestored
+from solarcal.station.state import LiveView
 from solarcal.tui.keys import ACTIONS
+from solarcal.tui.messages import FitReady, StateChanged
 from solarcal.tui.palette import ActionProvider
 from solarcal.tui.widgets.footer import ActionFooter, FooterKey, StopKey
 from solarcal.tui.widgets.plot import strips_of_ansi
@@ -261,3 +265,31 @@ def test_a_plots_ansi_becomes_strips_of_full_width_in_its_colours():
     assert segments[1].style.color == base.color
     assert next(iter(second)).style.bold
     assert all(segment.style.bgcolor == base.bgcolor for segment in segments)
+
+
+async def test_a_state_older_than_the_one_shown_is_dropped():
+    """States come from the worker's thread: a late one must not take the screen back in time."""
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        station.poll()
+        await until(pilot, lambda: app.state.generation == station.state.generation)
+        shown = app.state
+        older = replace(shown, generation=shown.generation - 1, live=LiveView())
+        app.on_state_changed(StateChanged(older))
+        assert app.state is shown
+        newer = replace(shown, generation=shown.generation + 1)
+        app.on_state_changed(StateChanged(newer))
+        assert app.state is newer
+
+
+async def test_a_fit_of_fewer_points_that_comes_late_is_dropped():
+    station, _ = bench()
+    async with workstation(station) as (app, _):
+        session = station.session
+        newest = FitReady(10_001, session, None, reason="of the newest points")
+        app.on_fit_ready(newest)
+        app.on_fit_ready(FitReady(10_000, session, None, reason="late"))
+        assert app.fit is newest
+        as_new = FitReady(10_001, session, None, reason="planned anew")
+        app.on_fit_ready(as_new)
+        assert app.fit is as_new

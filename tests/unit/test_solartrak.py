@@ -7,6 +7,7 @@ from test_fields import PARAMETERS, STATUS, STATUS_TEXT
 from solarcal.errors import ConfigurationError, LinkError, ProtocolError, UnitRefused
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.station.connect import open_tracker
+from solarcal.unit import fields
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.parameters import parameters_to_texts
 from solarcal.unit.tracker import Mode, RefCheckResult, Spot, Truth
@@ -95,6 +96,46 @@ def test_status_asks_the_zone_once():
     )
     assert unit.status() == STATUS
     assert unit.status() == STATUS
+    link.assert_finished()
+
+
+@pytest.mark.parametrize(
+    ("flags", "referenced", "memories_differ"),
+    [("00", False, False), ("01", True, False), ("02", False, True), ("03", True, True)],
+)
+@pytest.mark.parametrize(
+    ("request_", "ask"),
+    [("STATUS", SolarTrakUnit.status), ("OFFSET SET", SolarTrakUnit.set_sun_offset)],
+)
+def test_each_bit_of_the_flags_has_its_own_meaning(
+    request_, ask, flags, referenced, memories_differ
+):
+    """As the protocol page has them: 1 referenced since power-up, 2 the memories differ."""
+    text = STATUS_TEXT.replace(" 03 55", f" {flags} 55")
+    unit, link = connected(("0003 SITE", f"0003 {SITE}"), (f"0004 {request_}", f"0004 OK {text}"))
+    unit.site()
+    status = ask(unit)
+    assert (status.referenced, status.memories_differ) == (referenced, memories_differ)
+    assert fields.status_to_fields(status, 7.0) == text.split()
+    link.assert_finished()
+
+
+@pytest.mark.parametrize(
+    ("texts", "moving", "approach"),
+    [
+        (".. ..", (0, 0), (0, 0)),
+        ("+. ..", (1, 0), (0, 0)),
+        (".- ..", (0, -1), (0, 0)),
+        (".. -.", (0, 0), (-1, 0)),
+        (".. .+", (0, 0), (0, 1)),
+    ],
+)
+def test_each_axis_moves_and_approached_by_its_own_sign(texts, moving, approach):
+    text = STATUS_TEXT.replace(".+ +-", texts)
+    unit, link = connected(("0003 SITE", f"0003 {SITE}"), ("0004 STATUS", f"0004 OK {text}"))
+    unit.site()
+    status = unit.status()
+    assert (status.moving, status.approach) == (moving, approach)
     link.assert_finished()
 
 

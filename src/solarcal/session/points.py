@@ -240,12 +240,13 @@ def _require_same_unit(first: PointTable, other: PointTable) -> None:
 
 def ideal_kind(header: Header) -> str:
     """What the ideal angles of a session are: one of `IDEALS`."""
-    if header.sun_model in IDEALS and header.refraction == "none":
-        return header.sun_model
     if header.refraction != "none":
         return "apparent"
+    # Before the word of an import: an emulated world may have the controller's own Sun.
     if header.true_sun == header.sun_model:
         return "airless" if header.weather.pressure_hpa else "apparent"
+    if header.sun_model in IDEALS:
+        return header.sun_model
     return "solartrak" if header.sun_model.startswith("solartrak") else "airless"
 
 

@@ -1,5 +1,6 @@
 """A slip of typing is noticed and named; an honest reading never is."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import pytest
@@ -11,7 +12,7 @@ from msgspec.structs import replace as with_fields
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.station.typed.controller_model import TypedControllerModel as Model
 from solarcal.station.typed.plausibility import clock_doubts, key_in_doubts, reading_sheet_doubts
-from solarcal.station.typed.typo_hints import difference_named
+from solarcal.station.typed.typo_hints import Fit, difference_named, reading_doubts
 
 IN_FORCE = Coefficients(0.2, -0.35, 0.5, 0.2, 0.0008, -0.0006)
 O1, O2 = -0.812, 0.357
@@ -197,3 +198,19 @@ def test_how_a_value_came_to_differ(typed: str, wanted: str, what: str) -> None:
     sentence = difference_named("O1", typed, wanted)
     assert f"{wanted} belongs there" in sentence
     assert what in sentence
+
+
+@pytest.mark.parametrize(("tolerances", "named"), [(2.9, False), (3.1, True)])
+def test_a_wrong_digit_is_looked_for_where_it_moves_the_reading_by_three_tolerances(
+    tolerances: float, named: bool
+) -> None:
+    """Where a unit of it is worth less, some digit or other explains any error."""
+    tolerance_deg = 1.0 / tolerances
+    texts = {"ax1": "42.0", "ax2": "10.0", "o1": "0.0", "o2": "0.0"}
+
+    def off_deg(tried: Mapping[str, str], shift_s: float) -> tuple[float, float]:
+        return float(tried["ax1"]) - 45.0 + 90.0 * (shift_s != 0.0), 0.0
+
+    (doubt,) = reading_doubts(Fit(off_deg, (tolerance_deg, 1.0)), texts)
+    assert ("AX1 typed 42.0, a digit wrong: 45.0?" in doubt.sentence) == named
+    assert ("no single slip explains it" in doubt.sentence) != named
