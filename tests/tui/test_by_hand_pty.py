@@ -26,7 +26,8 @@ class Tracker:
 
     def __init__(self) -> None:
         hours = time.time() % 86400.0 / 3600.0
-        site = Site(15.0, (11.0 - hours) * 15.0)
+        # In the last hour of the UTC day that is across the date line.
+        site = Site(15.0, ((11.0 - hours) * 15.0 + 180.0) % 360.0 - 180.0)
         self.zone_west_h = float(round(-site.longitude_deg / 15.0))
         mount = replace(MOUNT, zone_west_h=self.zone_west_h)
         self.profile = Profile(name="by-hand", driver="typed", site=site, mount=mount)
