@@ -1,7 +1,7 @@
 # Every target sets up what it needs from nothing but Python 3.11+, venv, make and git.
 PYTHON ?= python3
 BIN := .venv/bin
-.PHONY: demo test check bench bench-judgement fuzz soak pictures man dist-check clean
+.PHONY: demo test check bench bench-judgement mutants fuzz soak pictures man dist-check clean
 .DELETE_ON_ERROR:
 
 $(BIN)/python:
@@ -48,6 +48,11 @@ dist-check: .venv/.installed-dev
 # and single cells: `python -m benchmarks.judgement_stopping --help`.
 bench-judgement: .venv/.installed-dev
 	$(BIN)/python -m benchmarks judgement
+
+# Three hundred small changes of the source, one at a time: the share that the neighbouring tests
+# notice, and those they do not. Half an hour on two cores, in copies of the checkout.
+mutants: .venv/.installed-dev
+	$(BIN)/python -m tools.mutants
 
 # A million cases of nonsense at every door a file or a line comes in by.
 fuzz: .venv/.installed-dev

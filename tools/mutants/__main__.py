@@ -1,0 +1,186 @@
+"""Run it: ``python -m tools.mutants --help``."""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from queue import SimpleQueue
+
+from tools.mutants.candidates import Mutant, chosen_mutants
+from tools.mutants.reach import VARIABLE, Reach
+from tools.mutants.worker import Worker
+
+ROOT = Path(__file__).resolve().parents[2]
+SUBJECTS = ("model", "mount", "session", "unit", "station")
+COUNT, SEED, WORKERS = 300, 20260621, 2
+TESTS_S = 20.0
+"""So long a mutant is looked for: by its own folder's tests first, the fastest of them first."""
+MOST_TESTS = 1500
+
+KILLED, SURVIVED, UNREACHED = "killed", "survived", "not reached"
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    mutant: Mutant
+    state: str
+    by: str = ""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m tools.mutants", description=__doc__)
+    parser.add_argument("--count", type=int, default=COUNT, help="mutants to draw")
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--workers", type=int, default=WORKERS)
+    parser.add_argument("--part", default="1/1", help="i/n: the i-th of n parts of the draw")
+    parser.add_argument("--only", default="", help="only mutants whose file has this in its path")
+    parser.add_argument("--tests-s", type=float, default=TESTS_S, help="of tests for a mutant")
+    parser.add_argument("--reach", type=Path, help="folder to keep and reuse the measured reach in")
+    args = parser.parse_args()
+    begun_s = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
+        trees = [_copy(Path(folder) / str(i)) for i in range(max(args.workers, 2))]
+        folders = tuple(f"src/solarcal/{subject}" for subject in SUBJECTS)
+        # The mutants are drawn while the tests of the untouched trees run.
+        with ThreadPoolExecutor(1) as pool:
+            measured = pool.submit(_measured, trees, args.reach or Path(folder))
+            mutants = chosen_mutants(trees[0], folders, args.count, args.seed)
+            reach = measured.result()
+        part, parts = map(int, args.part.split("/"))
+        mutants = [m for m in mutants[part - 1 :: parts] if args.only in m.path]
+        print(f"reach of {len(reach.durations)} tests known after {_minutes(begun_s)}", flush=True)
+        outcomes = _tried(mutants, trees[: args.workers], reach, args.tests_s)
+    _report(outcomes, begun_s)
+
+
+def _copy(tree: Path) -> Path:
+    """The files of the checkout as they are, tracked or new, without what is ignored."""
+    listed = subprocess.run(
+        ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        cwd=ROOT, check=True, capture_output=True, text=True,
+    ).stdout  # fmt: skip
+    for name in filter(None, listed.split("\0")):
+        if (ROOT / name).is_file():
+            (tree / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(ROOT / name, tree / name)
+    return tree
+
+
+def _environment(tree: Path) -> dict[str, str]:
+    return {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join((str(tree / "src"), str(tree))),
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "OPENBLAS_NUM_THREADS": "1",
+    }
+
+
+def _pytest(tests: list[str], *options: str) -> list[str]:
+    return [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *options, *tests]
+
+
+def _measured(trees: list[Path], folder: Path) -> Reach:
+    """Each folder's tests once, under coverage, on the untouched trees."""
+    folder.mkdir(parents=True, exist_ok=True)
+    documents = {subject: folder / f"{subject}.json" for subject in SUBJECTS}
+    free: SimpleQueue[Path] = SimpleQueue()
+    for tree in trees[:2]:
+        free.put(tree)
+
+    def measure(subject: str) -> None:
+        if documents[subject].exists():
+            return
+        tree = free.get()
+        environment = {**_environment(tree), VARIABLE: str(documents[subject])}
+        run = subprocess.run(
+            _pytest([f"tests/{subject}"], "-p", "tools.mutants.reach"),
+            cwd=tree, env=environment, capture_output=True, text=True,
+        )  # fmt: skip
+        free.put(tree)
+        if run.returncode:
+            raise SystemExit(
+                f"the tests of {subject} fail without any mutant:\n{run.stdout[-3000:]}"
+            )
+
+    with ThreadPoolExecutor(2) as pool:
+        list(pool.map(measure, SUBJECTS))
+    return Reach(list(documents.values()), trees[0])
+
+
+def _tried(mutants: list[Mutant], trees: list[Path], reach: Reach, tests_s: float) -> list[Outcome]:
+    free: SimpleQueue[Worker] = SimpleQueue()
+    workers = [Worker(tree) for tree in trees]
+    for worker in workers:
+        free.put(worker)
+
+    def attempt(mutant: Mutant) -> Outcome:
+        tests = _in_order(mutant, reach, tests_s)
+        if not tests:
+            return Outcome(mutant, UNREACHED)
+        worker = free.get()
+        cpu_s = round(4.0 * sum(reach.durations[test] for test in tests) + 20.0)
+        killer = worker.tries(mutant.path, mutant.text, tests, cpu_s)
+        free.put(worker)
+        print("." if killer else "S", end="", flush=True)
+        return Outcome(mutant, KILLED if killer else SURVIVED, killer)
+
+    with ThreadPoolExecutor(len(trees)) as pool:
+        outcomes = list(pool.map(attempt, mutants))
+    for worker in workers:
+        worker.close()
+    print()
+    return outcomes
+
+
+def _in_order(mutant: Mutant, reach: Reach, tests_s: float) -> list[str]:
+    """The tests that reach a mutant, as many as their time allows."""
+    subject = mutant.path.split("/")[2]
+    reached = reach.tests(mutant.path, mutant.first_line, mutant.last_line)
+    order = sorted(
+        reached, key=lambda test: (not test.startswith(f"tests/{subject}/"), reach.durations[test])
+    )
+    chosen: list[str] = []
+    spent_s = 0.0
+    for test in order[:MOST_TESTS]:
+        spent_s += reach.durations[test]
+        if chosen and spent_s > tests_s:
+            break
+        chosen.append(test)
+    return chosen
+
+
+def _report(outcomes: list[Outcome], begun_s: float) -> None:
+    for state in (UNREACHED, SURVIVED):
+        of_state = sorted((o for o in outcomes if o.state == state), key=lambda o: str(o.mutant))
+        if of_state:
+            print(f"\n{len(of_state)} {state}:")
+            for outcome in of_state:
+                print(outcome.mutant)
+    killed = [o for o in outcomes if o.state == KILLED]
+    own = sum(o.by.startswith(f"tests/{o.mutant.path.split('/')[2]}") for o in killed)
+    print()
+    for subject in SUBJECTS:
+        of_subject = [o for o in outcomes if o.mutant.path.split("/")[2] == subject]
+        if of_subject:
+            share = sum(o.state == KILLED for o in of_subject)
+            print(f"{subject:8} {share:3} of {len(of_subject):3}")
+    if outcomes:
+        print(
+            f"{len(killed)} of {len(outcomes)} mutants killed "
+            f"({100.0 * len(killed) / len(outcomes):.1f} %), {own} of them by a test of the same "
+            f"folder; {_minutes(begun_s)}"
+        )
+
+
+def _minutes(begun_s: float) -> str:
+    return f"{(time.monotonic() - begun_s) / 60.0:.1f} min"
+
+
+if __name__ == "__main__":
+    main()
