@@ -18,13 +18,12 @@ from solarcal.model.evidence.clocks import ClockSetting, clock_findings
 from solarcal.model.evidence.counts import Loss, missed_counts_finding, undo_losses
 from solarcal.model.evidence.residuals import KINDS, diagnose
 from solarcal.model.extended_mechanism import AIR, COLLIMATION, SAG, SQUARENESS, ExtendedMechanism
-from solarcal.model.f_tests import f_probability
+from solarcal.model.f_tests import f_probability, norm_beside
 from solarcal.model.finding import Finding
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.merging import Merged, merge_sessions
 from solarcal.model.methods import fit_exact
 from solarcal.model.points import PointSet
-from solarcal.model.residual_tests import cause_sigmas
 from solarcal.mount.mechanism import Mechanism
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY
@@ -184,7 +183,7 @@ def ideal_amount(geometry: str, days: Sequence[int], cause: str) -> float:
     model = ExtendedMechanism.of(day.points, day.context)
     rows = model.rows(np.zeros(6), {})
     spare = 2 * len(day.points) - 7
-    return cause_sigmas(rows, NOISE_DEG)[cause] * noncentrality(spare)
+    return NOISE_DEG / norm_beside(rows.six, rows.causes[cause]) * noncentrality(spare)
 
 
 def noncentrality(spare: int, level: float = 0.05, power: float = 0.9) -> float:

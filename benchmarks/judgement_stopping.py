@@ -162,7 +162,8 @@ def _within(
     axis = int(rng.integers(2))
     held = []
     for level in (0.68, 0.95):
-        low, high = expected.axis_band_deg(level)[:, axis, moment]
+        tail = 0.5 * (1.0 - level)
+        low, high = np.quantile(expected.errors.of()[:, axis, moment], (tail, 1.0 - tail))
         held.append(bool(low <= actual[axis] <= high))
     return held[0], held[1]
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from solarcal.model.known_physics import Ideal, SkyContext, sun_directions
 from solarcal.model.points import PointSet
-from solarcal.model.prior import Prior
+from solarcal.model.prior import PLAIN, Prior, sigmas_of
 from solarcal.model.year_grid import formula_slopes, year_grid
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import MountGeometry
@@ -23,7 +23,7 @@ LOWEST_DEG = 10.0
 PLANS = ((5, 3.0), (7, 6.0), (13, 9.0))
 """Points, and the hours they are spread over."""
 
-POPULATION_PRIOR = Prior.of_spread(LEAN_SD_DEG, OFFSET_SD_DEG, SCALE_SD)
+POPULATION_PRIOR = Prior(sigmas=sigmas_of(LEAN_SD_DEG, OFFSET_SD_DEG, SCALE_SD), widths=PLAIN)
 
 
 def context_of(geometry: str, ideal: Ideal = "apparent") -> SkyContext:

@@ -15,12 +15,16 @@ from benchmarks.judgement_trackers import (
     random_mechanism,
     true_year,
 )
+from solarcal.model.forecast import Forecast
 from solarcal.model.known_physics import Ideal, SkyContext
+from solarcal.model.plan import Plan
 from solarcal.model.points import PointSet
+from solarcal.model.solution import Solution
+from solarcal.model.verdict import Verdict, assess, conclude
 from solarcal.mount.mechanism import Mechanism
 
 __all__ = [
-    "JUNE", "MARCH", "TRACKER", "context_of", "day_of", "measured", "random_mechanism",
+    "JUNE", "MARCH", "TRACKER", "context_of", "day_of", "judge", "measured", "random_mechanism",
     "true_year",
 ]  # fmt: skip
 
@@ -43,3 +47,10 @@ def day_of(
     first, last = daylight_s(context, day)
     times = np.linspace(first, last, n) if n > 1 else np.array([0.5 * (first + last)])
     return context, measured(context, mechanism, times, np.random.default_rng(seed), noise_deg)
+
+
+def judge(
+    solution: Solution, expected: Forecast, *, planned: Plan | None = None, **beside
+) -> Verdict:
+    """The verdict on a fit, as an analysis comes to it."""
+    return conclude(assess(solution, expected, **beside), expected, planned)

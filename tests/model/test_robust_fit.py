@@ -9,7 +9,7 @@ from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import fit, fit_exact
 from solarcal.model.noisy_points import Linearised, solve_mixture
 from solarcal.model.points import PointSet
-from solarcal.model.prior import PLAIN, Prior
+from solarcal.model.prior import PLAIN, Prior, sigmas_of
 from solarcal.model.year_grid import controller_coefficients
 from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import GEOMETRIES
@@ -94,6 +94,10 @@ class TestFewPoints:
         assert solution.values == pytest.approx(fit(points, context).values, abs=1e-12)
 
 
+def plain_prior(lean_deg: float, offset_deg: float, scale: float) -> Prior:
+    return Prior(sigmas=sigmas_of(lean_deg, offset_deg, scale), widths=PLAIN)
+
+
 class TestPrior:
     def test_an_inclinometer_pins_the_lean(self):
         context, points = day_of("azel", 2)
@@ -114,8 +118,8 @@ class TestPrior:
 
     def test_many_points_overrule_any_prior(self):
         context, points = day_of("azel", 60, noise_deg=0.01)
-        narrow = fit_exact(points, context, prior=Prior.of_spread(1.0, 3.0, 0.002))
-        wide = fit_exact(points, context, prior=Prior.of_spread(8.0, 20.0, 0.02))
+        narrow = fit_exact(points, context, prior=plain_prior(1.0, 3.0, 0.002))
+        wide = fit_exact(points, context, prior=plain_prior(8.0, 20.0, 0.02))
         assert narrow.values == pytest.approx(wide.values, abs=2e-3)
 
     @pytest.mark.parametrize(

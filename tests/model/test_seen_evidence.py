@@ -1,12 +1,11 @@
 """A fit may be smooth and its points wrong all the same: what was seen beside them counts."""
 
 import pytest
-from made_up_trackers import day_of
+from made_up_trackers import day_of, judge
 
 from solarcal.model.finding import Finding
 from solarcal.model.forecast import forecast
 from solarcal.model.methods import fit_exact
-from solarcal.model.verdict import judge
 
 USED = tuple(range(1, 15))
 

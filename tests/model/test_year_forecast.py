@@ -5,7 +5,7 @@ import pytest
 from made_up_trackers import JUNE, TRACKER, context_of, day_of, random_mechanism, true_year
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.forecast import forecast, forecast_for_day, forecast_of
+from solarcal.model.forecast import forecast, forecast_of
 from solarcal.model.known_physics import SkyContext, sun_directions
 from solarcal.model.methods import fit
 from solarcal.model.posterior import MechanismPosterior
@@ -141,15 +141,6 @@ class TestMap:
         expected = forecast(fit(points, context))
         day = int(np.argmin(np.abs(expected.days_utc_s - points.utc_s[0])))
         assert np.nanmean(expected.map_rms_deg[day]) < np.nanmean(expected.map_rms_deg[0])
-
-    def test_one_day_at_a_time(self):
-        context, points = day_of("azel", 6, JUNE)
-        solution = fit(points, context)
-        midnight = context.first_midnight_utc_s + JUNE * DAY_S
-        today = forecast_for_day(solution, midnight)
-        winter = forecast_for_day(solution, midnight + 182 * DAY_S)
-        assert today.map_rms_deg.shape == (1, 48)
-        assert np.nanmean(today.map_rms_deg[0]) < np.nanmean(winter.map_rms_deg[0])
 
     def test_the_json_has_null_where_there_is_no_sun(self):
         context, points = day_of("azel", 5)

@@ -19,7 +19,7 @@ from solarcal.model.methods import posterior_without_prior
 from solarcal.model.posterior import SAMPLES, SEED, MechanismPosterior
 from solarcal.model.solution import Solution
 from solarcal.model.unmodelled import DEFAULT_UNMODELLED, Unmodelled, widened, year_columns
-from solarcal.model.year_grid import SLOTS, SunGrid, sun_grid, year_grid
+from solarcal.model.year_grid import SLOTS, SunGrid, year_grid
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, correction_deg
 from solarcal.units import FloatArray, wrap_deg
 
@@ -165,12 +165,6 @@ class Forecast:
         """The year's rms stays below this with the given probability."""
         return float(np.quantile(self.sample_rms_deg, probability))
 
-    def axis_band_deg(self, probability: float) -> FloatArray:
-        """Central band of the cross and along error at each moment: (2 ends, 2 axes, g)."""
-        tail = 0.5 * (1.0 - probability)
-        band: FloatArray = np.quantile(self.errors.of(), (tail, 1.0 - tail), axis=0)
-        return band
-
     def as_json(self) -> dict[str, Any]:
         """The contract's keys and what they are made of; the map with null for no Sun."""
         return {
@@ -232,23 +226,8 @@ def forecast(
     return forecast_of(posterior, coefficients, grid, rule=rule, samples=samples, seed=seed)
 
 
-def forecast_for_day(
-    solution: Solution,
-    day_utc_s: float,
-    context: SkyContext | None = None,
-    *,
-    lowest_deg: float = 5.0,
-    samples: int = SAMPLES,
-    seed: int = SEED,
-) -> Forecast:
-    """The same for the one solar day that begins at a mean solar midnight."""
-    posterior, context = _knowledge(solution, context)
-    grid = sun_grid(context, np.array([day_utc_s]), lowest_deg)
-    return forecast_of(posterior, solution.coefficients(), grid, samples=samples, seed=seed)
-
-
 def _knowledge(
-    solution: Solution, context: SkyContext | None, unmodelled: Unmodelled = DEFAULT_UNMODELLED
+    solution: Solution, context: SkyContext | None, unmodelled: Unmodelled
 ) -> tuple[MechanismPosterior, SkyContext]:
     if isinstance(solution, MechanismSolution):
         if solution.method == "robust":

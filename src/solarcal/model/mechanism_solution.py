@@ -11,7 +11,6 @@ from solarcal.model.known_physics import SkyContext
 from solarcal.model.posterior import MechanismPosterior
 from solarcal.model.prior import Prior
 from solarcal.model.solution import Solution
-from solarcal.mount.mechanism import Mechanism
 from solarcal.units import FloatArray
 
 OUTLIER_PROBABILITY = 0.5
@@ -92,10 +91,6 @@ class MechanismSolution(Solution):
     @cached_property
     def mechanism(self) -> MechanismSummary:
         return summarise(self.posterior)
-
-    def exact_mechanism(self) -> Mechanism:
-        """The mean mechanism, to compute with."""
-        return Mechanism(*self.posterior.mean.tolist())
 
     @cached_property
     def outliers(self) -> tuple[int, ...]:

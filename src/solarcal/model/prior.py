@@ -68,11 +68,6 @@ class Prior(msgspec.Struct, frozen=True):
                 "chances add up to one"
             )
 
-    @classmethod
-    def of_spread(cls, lean_deg: float, offset_deg: float, scale: float) -> "Prior":
-        """About zero, with these one-sigma spreads (the lean's for each component)."""
-        return cls(sigmas=sigmas_of(lean_deg, offset_deg, scale), widths=PLAIN)
-
     def with_inclinometer(self, P1_deg: float, P3_deg: float, sigma_deg: float) -> "Prior":
         """The lean as read from an inclinometer, with the uncertainty of the reading."""
         means, sigmas = list(self.means), list(self.sigmas)

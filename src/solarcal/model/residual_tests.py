@@ -13,7 +13,7 @@ from math import comb
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.extended_mechanism import ExtendedMechanism, Rows
+from solarcal.model.extended_mechanism import ExtendedMechanism
 from solarcal.model.f_tests import ColumnFit, basis_of, norm_beside, t_limit
 from solarcal.model.prior import Prior
 from solarcal.units import FloatArray
@@ -103,14 +103,6 @@ def run_residual_tests(
     search = _Search(model, values, prior, tuple(suspects))
     search.run()
     return search.concluded(noise_deg)
-
-
-def cause_sigmas(rows: Rows, noise_deg: float) -> dict[str, float]:
-    """One sigma of each cause alone beside the six numbers; infinite where it has no effect."""
-    return {
-        name: noise_deg / norm if (norm := norm_beside(rows.six, column)) > 0.0 else np.inf
-        for name, column in rows.causes.items()
-    }
 
 
 class _Search:

@@ -82,19 +82,6 @@ class Assessment:
         return not self.wrong and not self.reservations
 
 
-def judge(
-    solution: Solution,
-    expected: Forecast,
-    *,
-    planned: Plan | None = None,
-    bolt_circle: BoltCircle | None = None,
-    evidence: Sequence[Finding] = (),
-) -> Verdict:
-    """The verdict on a fit: ``assess``, then ``conclude``."""
-    assessment = assess(solution, expected, bolt_circle=bolt_circle, evidence=evidence)
-    return conclude(assessment, expected, planned)
-
-
 def assess(
     solution: Solution,
     expected: Forecast,

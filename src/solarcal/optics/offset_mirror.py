@@ -95,26 +95,6 @@ def require_beyond_reach(target: Target, offset: MirrorOffset) -> None:
         )
 
 
-def first_order_turn_deg(
-    offset: float, target_distance: float, target_deg: float, offset_deg: float
-) -> float:
-    """By how much a target turns, in a plane, when it is seen from the mirror's middle.
-
-    dT = atan2(C sin(T - th), T_D - C cos(T - th)). (The common print has a sine in the denominator,
-    a misprint: for C 3, T_D 50, T 95, th -10 deg it gives 3.5205 instead of 3.2663.)
-
-    Parameters
-    ----------
-    offset, target_distance : C and T_D, one unit of length.
-    target_deg, offset_deg : T and th, the directions of target and offset in that plane.
-    """
-    between = (target_deg - offset_deg) * RAD_PER_DEG
-    return (
-        math.atan2(offset * math.sin(between), target_distance - offset * math.cos(between))
-        / RAD_PER_DEG
-    )
-
-
 def first_order_direction_enu(target: Target, centre: FloatArray) -> FloatArray:
     """The target's direction from the mirror's middle ``centre`` (..., 3), to first order.
 
