@@ -11,6 +11,7 @@ from test_time_stamps import day
 from solarcal.errors import ProcedureRefused
 from solarcal.model.analysis import analyse
 from solarcal.model.evidence.direct import Evidence
+from solarcal.model.finding import listed, points_named
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
 from solarcal.session.interchange.sessions import imported_header
 from solarcal.station.fitting import point_set, sky_context
@@ -129,4 +130,16 @@ def test_an_upload_must_be_better_than_what_is_in_force():
     assert again.better < 0.95
     with pytest.raises(ProcedureRefused, match="not better than what is in force"):
         refuse_doubtful(again, None)
+    assert f"better with a probability of {100.0 * again.better:.0f} %" in again.against[0]
+    assert f"{again.held.year_p95_deg:.3f} deg as it is" in again.against[0]
     assert refuse_doubtful(again, "the owner asked for it") == "the owner asked for it"
+
+
+def test_names_are_listed_as_one_says_them():
+    assert listed(("a",)) == "a"
+    assert listed(("a", "b")) == "a and b"
+    assert listed(("a", "b", "c"), "or") == "a, b or c"
+    assert points_named((3,)) == "point 3"
+    assert points_named((3, 4)) == "points 3 and 4"
+    assert points_named((1, 2, 3, 4, 5, 6)) == "points 1, 2, 3, 4, 5 and 6"
+    assert points_named(tuple(range(1, 12))) == "points 1, 2, 3, 4, 5, 6 and 5 more"

@@ -11,7 +11,7 @@ from solarcal.errors import SessionFileError
 from solarcal.mount.formula import Offsets
 from solarcal.session.checksum import checksums, crc32c
 from solarcal.session.journal import Journal
-from solarcal.session.lines import encode_record, sealed
+from solarcal.session.lines import damaged_lines, encode_record, sealed
 from solarcal.session.points_only import NeedsFirstReader, read_points_only
 from solarcal.session.reader import read_session, session_of
 from solarcal.session.records import Closed, SunOffset
@@ -129,3 +129,16 @@ def test_numbers_recorded_twice_are_compared(changes: dict, complaint: str | Non
     else:
         (warning,) = warnings
         assert re.search(complaint, warning)
+
+
+def test_a_changed_line_is_named_with_the_checksum_it_has_and_the_one_it_should_have() -> None:
+    line = encode_record(note(1)).rstrip(b"\n")
+    own = re.search(rb'"([0-9a-f]{8})"}$', line)
+    assert own is not None
+    changed = line.replace(b"west", b"east")
+    (complaint,) = damaged_lines([changed])
+    should = crc32c(changed[: changed.rindex(b',"')])
+    assert complaint == (
+        f"the line was changed: its checksum is {own[1].decode()}, not {should:08x}"
+    )
+    assert list(damaged_lines([line])) == [None]

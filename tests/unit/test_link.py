@@ -16,7 +16,7 @@ from solarcal.station.connect import open_tracker
 from solarcal.unit.conversation import Timing
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.frames import LineBuffer, Reply, decode_request, encode_reply
-from solarcal.unit.link import LINES_KEPT, SerialLink
+from solarcal.unit.link import LINES_KEPT, SerialLink, _names_a_tcp_port
 
 LONG_S = 10.0
 """Never waited for: what is expected comes at once."""
@@ -314,3 +314,14 @@ def test_a_frame_cut_in_two_by_the_line_is_one_frame(pty_end):
     unit = open_tracker(pty_end.url)
     assert unit.status() == STATUS
     unit.close()
+
+
+@pytest.mark.parametrize(
+    ("url", "names_one"),
+    [
+        ("socket://host:1", True), ("socket://host:65535", True), ("socket://host:65536", False),
+        ("socket://host:0", False), ("socket://host", False), ("socket://host:4533/x", False),
+    ],
+)  # fmt: skip
+def test_a_tcp_port_is_between_1_and_65535(url, names_one):
+    assert _names_a_tcp_port(url) == names_one

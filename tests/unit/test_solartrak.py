@@ -8,6 +8,7 @@ from solarcal.errors import ConfigurationError, LinkError, ProtocolError, UnitRe
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.station.connect import open_tracker
 from solarcal.unit import fields
+from solarcal.unit.conversation import Timing
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.parameters import parameters_to_texts
 from solarcal.unit.tracker import Mode, RefCheckResult, Spot, Truth
@@ -356,3 +357,17 @@ def test_x_requests_never_reach_a_unit_that_does_not_announce_them():
 def test_an_unknown_driver_is_one_clear_line():
     with pytest.raises(ConfigurationError, match="no driver 'belt'; there is: solartrak"):
         open_tracker("/dev/null", driver="belt")
+
+
+def test_only_an_advance_is_asked_for_longer():
+    """A day of virtual time takes a while to compute; nothing else of an emulator does."""
+    timing = Timing(answer_s=1.0, advance_s=50.0, repeats_after_silence=3)
+    advance, spot = "0003 X ADVANCE 1.000000", "0004 X SPOT"
+    silent = [(advance,)] * 20
+    link = ScriptedLink(*OPENING, *silent, (advance, f"0003 OK {TIMES}"), *[(spot,)] * 4)
+    unit = SolarTrakUnit(lambda: link, timing=timing)
+    unit.open()
+    unit.emulation.advance(1.0)
+    with pytest.raises(LinkError):
+        unit.emulation.spot()
+    link.assert_finished()

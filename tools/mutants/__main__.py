@@ -39,7 +39,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--workers", type=int, default=WORKERS)
     parser.add_argument("--part", default="1/1", help="i/n: the i-th of n parts of the draw")
-    parser.add_argument("--only", default="", help="only mutants whose file has this in its path")
+    parser.add_argument(
+        "--only", default="", help="only mutants at PATH[:LINE]; several with commas"
+    )
     parser.add_argument("--tests-s", type=float, default=TESTS_S, help="of tests for a mutant")
     parser.add_argument("--reach", type=Path, help="folder to keep and reuse the measured reach in")
     args = parser.parse_args()
@@ -53,10 +55,17 @@ def main() -> None:
             mutants = chosen_mutants(trees[0], folders, args.count, args.seed)
             reach = measured.result()
         part, parts = map(int, args.part.split("/"))
-        mutants = [m for m in mutants[part - 1 :: parts] if args.only in m.path]
+        mutants = [m for m in mutants[part - 1 :: parts] if _asked(m, args.only)]
         print(f"reach of {len(reach.durations)} tests known after {_minutes(begun_s)}", flush=True)
         outcomes = _tried(mutants, trees[: args.workers], reach, args.tests_s)
     _report(outcomes, begun_s)
+
+
+def _asked(mutant: Mutant, only: str) -> bool:
+    place = f"{mutant.path}:{mutant.first_line} "
+    return any(
+        f"{part} " in place or (":" not in part and part in place) for part in only.split(",")
+    )
 
 
 def _copy(tree: Path) -> Path:

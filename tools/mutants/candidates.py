@@ -6,12 +6,13 @@ operators between kinds that never meet (bits of floats), and ``is`` for ``==``.
 
 import ast
 import re
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
+from hashlib import sha256
 from itertools import islice
 from pathlib import Path
-from random import Random
 
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
@@ -46,18 +47,26 @@ class Mutant:
 def chosen_mutants(root: Path, folders: tuple[str, ...], count: int, seed: int) -> list[Mutant]:
     """``count`` places drawn from all the folders' modules, and one of the changes at each.
 
-    Every place is as likely as any other, however many changes there are to choose from.
+    Every place is as likely as any other, however many changes there are to choose from. Its lot
+    depends on the line alone: what is written elsewhere does not draw other places.
     """
-    places = [
-        (path.relative_to(root).as_posix(), position)
-        for folder in folders
-        for path in sorted((root / folder).rglob("*.py"))
-        for position in sorted(_places(path))
-    ]
-    random = Random(seed)
-    random.shuffle(places)
-    drawn = (_mutant(root / path, path, position, random) for path, position in places)
+    lots: list[tuple[bytes, Path, Position]] = []
+    for folder in folders:
+        for path in sorted((root / folder).rglob("*.py")):
+            lines = path.read_text(encoding="utf-8").splitlines()
+            seen: Counter[str] = Counter()
+            for line, column in sorted(_places(path)):
+                name = f"{path.name} {column} {lines[line - 1]}"
+                seen[name] += 1
+                lots.append((_lot(seed, name, seen[name]), path, (line, column)))
+    drawn = (
+        _mutant(path, path.relative_to(root).as_posix(), at, lot) for lot, path, at in sorted(lots)
+    )
     return list(islice(filter(None, drawn), count))
+
+
+def _lot(*of: object) -> bytes:
+    return sha256(repr(of).encode()).digest()
 
 
 @cache
@@ -121,11 +130,13 @@ def _is_type(node: ast.expr) -> bool:
     return bool(re.fullmatch(r"[A-Z][A-Za-z]*[a-z][A-Za-z]*|int|str|float|bool", ast.unparse(node)))
 
 
-def _mutant(file: Path, path: str, position: Position, random: Random) -> Mutant | None:
+def _mutant(file: Path, path: str, position: Position, lot: bytes) -> Mutant | None:
     source = file.read_text(encoding="utf-8")
-    changes = list(_places(file)[position])
-    random.shuffle(changes)
-    for name, occurrence in changes:
+    changes = _places(file)[position]
+    first_of = dict(reversed(changes))
+    for name, occurrence in sorted(
+        changes, key=lambda change: _lot(lot, change[0], change[1] - first_of[change[0]])
+    ):
         text = mutate_code(source, _operators()[name], occurrence)
         if text is not None and text != source and _compiles(text):
             break

@@ -126,9 +126,6 @@ def _preparation(state: StationState, session: SessionView) -> NextStep | None:
         return NextStep("Set the unit's clock to the laptop's, once per calibration.", "clock")
     if not any(check.complete for check in session.ref_checks):
         return NextStep("Do a reference check, and watch both axes reach home.", "ref_check")
-    status = state.live.status
-    if status is not None and not status.referenced and status.mode is not Mode.REF:
-        return NextStep("The unit has lost its reference: do a reference check.", "ref_check")
     if session.initialised is None:
         if session.fresh_sun_offset is None:
             return NextStep("Set Sun Offset: jog the collector exactly onto the Sun.", "sun_offset")
