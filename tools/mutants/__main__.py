@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +21,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SUBJECTS = ("model", "mount", "session", "unit", "station")
 COUNT, SEED, WORKERS = 300, 20260621, 2
 TESTS_S = 20.0
-"""So long a mutant is looked for: by its own folder's tests first, the fastest of them first."""
+"""Of the processor's: so long the tests look for one mutant."""
 MOST_TESTS = 1500
 
 KILLED, SURVIVED, UNREACHED = "killed", "survived", "not reached"
@@ -136,7 +137,7 @@ def _tried(mutants: list[Mutant], trees: list[Path], reach: Reach, tests_s: floa
         cpu_s = round(4.0 * sum(reach.durations[test] for test in tests) + 20.0)
         killer = worker.tries(mutant.path, mutant.text, tests, cpu_s)
         free.put(worker)
-        print("." if killer else "S", end="", flush=True)
+        print("." if killer else f"\n{mutant}\n", end="", flush=True)
         return Outcome(mutant, KILLED if killer else SURVIVED, killer)
 
     with ThreadPoolExecutor(len(trees)) as pool:
@@ -148,16 +149,31 @@ def _tried(mutants: list[Mutant], trees: list[Path], reach: Reach, tests_s: floa
 
 
 def _in_order(mutant: Mutant, reach: Reach, tests_s: float) -> list[str]:
-    """The tests that reach a mutant, as many as their time allows."""
-    subject = mutant.path.split("/")[2]
+    """The tests that reach a mutant, as many as their time allows.
+
+    Its own folder's first, of them those named after the module, and one case of each before a
+    second of any; the fastest first.
+    """
+    _, _, subject, *_, name = mutant.path.removesuffix(".py").split("/")
     reached = reach.tests(mutant.path, mutant.first_line, mutant.last_line)
-    order = sorted(
-        reached, key=lambda test: (not test.startswith(f"tests/{subject}/"), reach.durations[test])
-    )
+    cases: Counter[str] = Counter()
+    order = []
+    for test in sorted(reached, key=lambda test: reach.durations[test]):
+        file, _, function = test.partition("[")[0].partition("::")
+        cases[test.partition("[")[0]] += 1
+        order.append(
+            (
+                not file.startswith(f"tests/{subject}/"),
+                name not in file,
+                cases[f"{file}::{function}"],
+                reach.durations[test],
+                test,
+            )
+        )
     chosen: list[str] = []
     spent_s = 0.0
-    for test in order[:MOST_TESTS]:
-        spent_s += reach.durations[test]
+    for *_, duration_s, test in sorted(order)[:MOST_TESTS]:
+        spent_s += duration_s
         if chosen and spent_s > tests_s:
             break
         chosen.append(test)
@@ -166,11 +182,8 @@ def _in_order(mutant: Mutant, reach: Reach, tests_s: float) -> list[str]:
 
 def _report(outcomes: list[Outcome], begun_s: float) -> None:
     for state in (UNREACHED, SURVIVED):
-        of_state = sorted((o for o in outcomes if o.state == state), key=lambda o: str(o.mutant))
-        if of_state:
-            print(f"\n{len(of_state)} {state}:")
-            for outcome in of_state:
-                print(outcome.mutant)
+        of_state = [outcome for outcome in outcomes if outcome.state == state]
+        print(f"\n{len(of_state)} {state}:", *sorted(str(o.mutant) for o in of_state), sep="\n")
     killed = [o for o in outcomes if o.state == KILLED]
     own = sum(o.by.startswith(f"tests/{o.mutant.path.split('/')[2]}") for o in killed)
     print()
