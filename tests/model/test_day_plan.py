@@ -87,6 +87,22 @@ def _first_light(geometry: str):
     return posterior, slots, year_ahead(posterior, context, UNIT)
 
 
+class TestNoons:
+    @pytest.mark.parametrize("hours", [0.0, 5.0, 12.0, 23.0])
+    def test_the_next_noon_of_each_season_is_after_the_day_is_over(self, hours):
+        """Half a day ahead at least, whole days from the grid's noons, and not a day too late."""
+        _, _, year = _first_light("azel")
+        utc_s = float(year.days_utc_s[10]) + 7 * DAY_S + 3600.0 * hours
+        noons = year.noons_after(utc_s)
+        season_s = year.days_utc_s + 0.5 * DAY_S
+        while (early := season_s < utc_s + 0.5 * DAY_S).any():
+            season_s = np.where(early, season_s + 365.2422 * DAY_S, season_s)
+        assert (noons > utc_s + 0.5 * DAY_S - 0.02 * DAY_S).all()
+        assert (np.abs(noons - season_s - 0.49 * DAY_S) < 0.51 * DAY_S).all()
+        days = (noons - (year.days_utc_s + 0.5 * DAY_S)) / DAY_S
+        assert days == pytest.approx(np.round(days), abs=1e-9)
+
+
 class TestStops:
     def test_one_for_every_remaining_half_hour_and_the_end(self):
         day, at = june_morning()

@@ -99,6 +99,10 @@ def plain_prior(lean_deg: float, offset_deg: float, scale: float) -> Prior:
 
 
 class TestPrior:
+    def test_it_knows_of_no_direction_beforehand(self):
+        assert Prior().means == (0.0,) * 6
+        assert Prior().sigmas == (2.0, 5.0, 2.0, 5.0, 0.002, 0.002)
+
     def test_an_inclinometer_pins_the_lean(self):
         context, points = day_of("azel", 2)
         prior = Prior().with_inclinometer(0.7, 0.3, 0.02)

@@ -1,5 +1,6 @@
 """A new point against the fit without it, and what an upload would change."""
 
+import math
 from dataclasses import replace
 
 import msgspec
@@ -8,10 +9,13 @@ from emulated_station import emulated_station
 
 from solarcal.errors import ProcedureRefused
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.session.records import CheckRecord, PointRecord
+from solarcal.session.records import CheckRecord, PointRecord, Void
+from solarcal.station.analysing import analyse_session
+from solarcal.station.fitting import solve
 from solarcal.station.guards import GuardRefused
+from solarcal.station.point_influence import point_evidence, point_influence
 from solarcal.station.point_judgement import judge_check, judge_point
-from solarcal.station.state import SessionView
+from solarcal.station.state import SessionView, view_session
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.station.upload_proposal import propose_upload, too_few_points
 
@@ -130,3 +134,46 @@ def test_only_a_guard_may_be_overruled() -> None:
     station.initialise(confirmed=True, override_reason="a test")
     with pytest.raises(GuardRefused):
         station.begin_point()
+
+
+def test_a_point_opened_shows_the_fit_with_and_without_it(taken: SessionView) -> None:
+    last = taken.accepted[-1]
+    influence = point_influence(taken, last)
+    with_it, without = solve(taken), solve(without_last(taken)[0])
+    assert with_it is not None
+    assert without is not None
+    assert influence.trouble == ""
+    assert influence.solution.values == pytest.approx(with_it.values)
+    assert influence.without.values == pytest.approx(without.values)
+    assert influence.residual_deg == (with_it.residual1_deg[-1], with_it.residual2_deg[-1])
+    off = [axis.off_deg for axis in influence.judged.axes]
+    weight = math.sin(math.radians(last.ideal_deg[1]))
+    left = math.hypot(weight * influence.residual_deg[0], influence.residual_deg[1])
+    assert influence.leverage == pytest.approx(1.0 - left / math.hypot(weight * off[0], off[1]))
+    assert influence.forecast.year_rms_deg == pytest.approx(
+        analyse_session(taken).forecast.year_rms_deg
+    )
+    assert influence.forecast_without.year_rms_deg > influence.forecast.year_rms_deg
+
+
+def test_a_point_that_is_not_fitted_has_no_residual(taken: SessionView) -> None:
+    struck = taken.accepted[-1]
+    void = Void(seq=taken.records[-1].seq + 1, utc=struck.utc, voids=struck.seq, reason="cloud")
+    session = view_session(taken.header, (*taken.records, void))
+    influence = point_influence(session, struck)
+    assert influence.residual_deg is None
+    assert influence.leverage is None
+    assert influence.solution.n_points == len(taken.accepted) - 1
+
+
+def test_the_evidence_of_a_point_is_what_came_last_before_it(taken: SessionView) -> None:
+    first, last = taken.accepted[0], taken.accepted[-1]
+    for point in (first, last):
+        evidence = point_evidence(taken, point)
+        offsets = [offset for offset in taken.sun_offsets if offset.seq < point.seq]
+        checks = [check for check in taken.ref_checks if check.seq < point.seq]
+        assert evidence.sun_offset == offsets[-1]
+        assert evidence.ref_check == checks[-1]
+        assert evidence.void is None
+        assert [r.seq for r in evidence.records] == sorted(r.seq for r in evidence.records)
+        assert evidence.records[-1] == point

@@ -4,9 +4,13 @@ from pathlib import Path
 
 import pytest
 
+from solarcal.errors import ProcedureRefused
+from solarcal.mount.formula import Coefficients
+from solarcal.session.journal import Journal
 from solarcal.session.reader import read_session
 from solarcal.station.fitting import solve
 from solarcal.station.replay import Replay
+from solarcal.station.uploading import UnitOnTheLine
 
 SESSIONS = Path(__file__).parents[2] / "sessions"
 FILES = sorted(SESSIONS.glob("*.jsonl"))
@@ -56,3 +60,30 @@ def test_the_southern_one_is_on_its_branch():
 def test_the_two_day_one_has_two_days():
     days = {point.utc[:10] for point in view("ns-tiltroll-two-days.jsonl").accepted}
     assert {"2026-06-10", "2026-06-11"} <= days
+
+
+@pytest.mark.parametrize(
+    ("setting", "what"),
+    [
+        (None, None),
+        ("unit.ax1_centre_deg=10", "centre of the branch of axis 1"),
+        ("site.latitude_deg=35.2", "latitude"),
+    ],
+)
+def test_a_session_is_loaded_only_into_a_unit_that_is_set_up_as_it_was(bench, setting, what):
+    b = bench()
+    b.on_sun()
+    b.technician.take_point()
+    b.station.leave()
+    other = bench(*(("tijeras-azel",) if setting is None else ("tijeras-azel", setting)))
+    on_the_line = UnitOnTheLine(other.unit)
+    journal = Journal.resume(b.path)
+    try:
+        if what is None:
+            on_the_line.resume(journal)
+            assert on_the_line.upload(Coefficients(P1=0.1), "linear", "").verified
+        else:
+            with pytest.raises(ProcedureRefused, match=f"another {what}"):
+                on_the_line.resume(journal)
+    finally:
+        journal.close()

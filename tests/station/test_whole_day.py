@@ -18,7 +18,7 @@ from solarcal.station.documents import fit_document
 from solarcal.station.fitting import solve
 from solarcal.station.headless import Calibration, calibrate
 from solarcal.station.replay import Replay
-from solarcal.station.technician import Schedule
+from solarcal.station.technician import Schedule, spread_every_min
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 
 SMALL = ["truth.lean_deg=0.1", "truth.refraction=none", "truth.sun=solartrak"]
@@ -187,3 +187,11 @@ def test_missed_counts_are_found_at_the_next_reference_check(tmp_path):
     (missed,) = [s for s in evidence_sentences(done.session) if "counts were missed" in s]
     assert "axis 1" in missed
     assert done.truth_after.day_rms_deg < 0.2
+
+
+@pytest.mark.parametrize(
+    ("points", "daylight_left_min", "every_min"),
+    [(13, 480.0, 40.0), (2, 45.0, 45.0), (1, 45.0, 45.0), (12, 30.0, 20.0), (3, 600.0, 60.0)],
+)
+def test_points_are_spread_over_the_daylight_that_is_left(points, daylight_left_min, every_min):
+    assert spread_every_min(points, daylight_left_min) == pytest.approx(every_min)

@@ -185,6 +185,8 @@ def test_the_written_day_recovers_the_hidden_truth(day: Day) -> None:
     # Points whose error is 0.9 deg; a display of a hundredth, an eye of the same.
     assert day.truth.day_rms_deg < 0.04
     assert day.truth.year_rms_deg < 0.05
+    # What was fitted after each point stored is kept: the history of the coefficients.
+    assert [fit.points for fit in day.done.session.fits] == [1, 2, 3, 4, 5, 6]
     left = [check.sky_error_deg for check in day.done.session.checks]
     assert len(left) == 2
     assert all(one is not None and one < 0.06 for one in left)
