@@ -24,8 +24,8 @@ from solarcal.report.certificate import (
     read_sources,
 )
 from solarcal.report.forecast_map import GLYPHS, forecast_map, level
-from solarcal.report.markdown_certificate import paragraph
-from solarcal.report.office import office_zip
+from solarcal.report.issuing import office_zip
+from solarcal.report.markup import paragraph
 from solarcal.report.svg_figures import forecast_figure
 from solarcal.session.journal import Journal
 from solarcal.session.records import CheckRecord, UploadRecord, Void
@@ -110,7 +110,7 @@ def test_every_format_says_everything(judged, ending):
     for said in (
         "SolarTrak 1", "A. Person", "plate, 1 m", "35.0500 N 106.4800 W", "2026-06-21",
         "SIGNED OFF: 1 check point after the upload", "0.031", digest, "solarcal 0.0.9",
-        "robust, 12 points", "as found when the session began", "Signature",
+        "12 points, method robust", "as found when the session began", "Signature",
         "Expected error by day of the year and solar hour",
         "Error of the axes at every point, and the model",
     ):  # fmt: skip

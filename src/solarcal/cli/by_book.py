@@ -34,7 +34,7 @@ def run_book(args: argparse.Namespace) -> int:
     if args.json:
         print_json(hand_document(calibration))
     else:
-        from solarcal.report.hand_report import hand_calibration_text
+        from solarcal.report.session_report import hand_calibration_text
 
         print(hand_calibration_text(calibration))
     return 0 if calibration.completed else 1

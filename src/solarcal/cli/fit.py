@@ -172,12 +172,13 @@ def run(args: argparse.Namespace) -> int:
             document["beam"] = beams.as_json()
         print_json(document)
     else:
-        from solarcal.report.fit_tables import comparison_section
+        from solarcal.report.blocks import section_text
+        from solarcal.report.judgement import comparison_blocks
         from solarcal.report.session_report import fit_text
 
         print(fit_text(judged, plot=args.plot))
         if comparison is not None:
-            print("\n" + comparison_section(comparison))
+            print("\n" + section_text("Published model", *comparison_blocks(comparison)))
         if beams is not None:
             print("\n" + beams.sentence())
     if args.require is None:

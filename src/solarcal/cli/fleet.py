@@ -80,7 +80,7 @@ def _progress_on(terminal: bool) -> "Callable[[str, int, int], None]":
 def _table(
     fleet: "Fleet", worst: "tuple[FleetMember, ...]", worst_by: "WorstBy", folder: Path
 ) -> list[str]:
-    from solarcal.report.columns import columns, number
+    from solarcal.report.blocks import columns, number
 
     what = {"rms": "rms", "lean": "lean", "sigma": "lean's sigma", "noise": "noise"}[worst_by]
     lines = [

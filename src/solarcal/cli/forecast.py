@@ -34,8 +34,9 @@ def run(args: argparse.Namespace) -> int:
 
         print_json(forecast_document(args.files, judgement, judged.tolerance_deg))
         return 0
+    from solarcal.report.blocks import text_of
     from solarcal.report.forecast_map import forecast_map
-    from solarcal.report.judgement_text import forecast_table, verdict_text
+    from solarcal.report.judgement import forecast_facts, verdict_blocks
 
     for warning in judged.warnings:
         say(f"warning: {warning}")
@@ -50,9 +51,9 @@ def run(args: argparse.Namespace) -> int:
     parts = (
         f"Expected error on the sky over the year, deg ({judged.solution.n_points} points, "
         f"{judged.solution.method})",
-        forecast_table(judgement.forecast, judged.tolerance_deg),
+        text_of(forecast_facts(judgement.forecast, judged.tolerance_deg)),
         drawn,
-        verdict_text(judgement.verdict),
+        text_of(*verdict_blocks(judgement.verdict)),
     )
     print("\n\n".join(parts))
     return 0

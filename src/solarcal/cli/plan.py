@@ -64,11 +64,12 @@ def run(args: argparse.Namespace) -> int:
 
         print_json(plan_document(args.files, judgement))
         return 0
-    from solarcal.report.judgement_text import plan_text
+    from solarcal.report.blocks import text_of
+    from solarcal.report.judgement import plan_blocks
 
     for warning in files.warnings:
         say(f"warning: {warning}")
-    print(plan_text(judgement))
+    print(text_of(*plan_blocks(judgement)))
     return 0
 
 

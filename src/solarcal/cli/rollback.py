@@ -56,9 +56,10 @@ def run(args: argparse.Namespace) -> int:
 
         print_json({**upload_document(path, header.unit, record), "restores": replaced.seq})
     else:
+        from solarcal.report.blocks import text_of
         from solarcal.report.tables import upload_table
 
         print(f"Unit {header.unit.model} {header.unit.serial}{port_words(args)}\n")
-        print(upload_table(record))
+        print(text_of(*upload_table(record)))
         print(f"\nRecorded in {path} as {record.seq}.")
     return 0 if record.verified else 1

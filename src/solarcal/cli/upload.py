@@ -51,13 +51,14 @@ def run(args: argparse.Namespace) -> int:
             {**upload_document(args.file, journal.header.unit, record), **offer_document(offer)}
         )
     else:
-        from solarcal.report.judgement_text import rounding_table, verdict_text
+        from solarcal.report.blocks import text_of
+        from solarcal.report.judgement import rounding_blocks, verdict_blocks
         from solarcal.report.tables import upload_table
 
         print(f"Unit {journal.header.unit.model} {journal.header.unit.serial}{port_words(args)}\n")
-        print(verdict_text(offer.judgement.verdict), end="\n\n")
-        print(rounding_table(offer), end="\n\n")
-        print(upload_table(record))
+        print(text_of(*verdict_blocks(offer.judgement.verdict)), end="\n\n")
+        print(text_of(*rounding_blocks(offer)), end="\n\n")
+        print(text_of(*upload_table(record)))
         print(f"\nRecorded in {args.file} as {record.seq}; `solarcal rollback` restores the old.")
     return 0 if record.verified else 1
 

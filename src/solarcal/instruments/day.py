@@ -13,7 +13,7 @@ from solarcal.instruments.sun import clock_face
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import Limits
 from solarcal.mount.reach import AxisPath, axis_path, reach_of_day
-from solarcal.report.columns import columns, number
+from solarcal.report.blocks import columns, number
 from solarcal.report.day_chart import DayTrack, day_chart
 from solarcal.report.scales import Theme
 from solarcal.site import Site

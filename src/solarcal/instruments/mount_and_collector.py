@@ -6,7 +6,7 @@ from typing import Any
 from solarcal.instruments.form import Form
 from solarcal.mount.geometry import MountGeometry, default_ax1_centre
 from solarcal.mount.limits import AxisLimits, Limits
-from solarcal.report.columns import number
+from solarcal.report.blocks import number
 from solarcal.site import Site
 from solarcal.sun.energy import Collector, FixedCollector, OneAxisCollector, TrackingCollector
 

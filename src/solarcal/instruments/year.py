@@ -13,7 +13,7 @@ from solarcal.instruments.mount_and_collector import (
     collector_text,
 )
 from solarcal.mount.reach import reach_of_day
-from solarcal.report.columns import columns, number
+from solarcal.report.blocks import columns, number
 from solarcal.report.instrument_plots import Curve, curve_plot
 from solarcal.report.scales import Theme
 from solarcal.sun.circular_orbit import CircularDay, days_after_march_equinox

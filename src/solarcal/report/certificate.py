@@ -14,8 +14,9 @@ import numpy as np
 from solarcal import __version__
 from solarcal.errors import ConfigurationError
 from solarcal.input_files import read_bytes
-from solarcal.report.before_after_section import after_section
+from solarcal.report.blocks import Certificate, Facts, Section, Signatures, Table, plain_text
 from solarcal.report.certificate_sections import (
+    after_section,
     coefficients_section,
     evidence_section,
     forecast_section,
@@ -23,12 +24,8 @@ from solarcal.report.certificate_sections import (
     subject_section,
     verdict_section,
 )
-from solarcal.report.html_certificate import html_text
-from solarcal.report.judgement_text import STATE_WORDS
-from solarcal.report.markdown_certificate import markdown_text
-from solarcal.report.plain_certificate import plain_text
-from solarcal.report.renderables import Certificate, Facts, Section, Signatures, Table
-from solarcal.report.svg_certificate import svg_text
+from solarcal.report.judgement import STATE_WORDS
+from solarcal.report.markup import html_text, markdown_text, svg_text
 from solarcal.session.points import PointTable
 from solarcal.station.analysing import FileAnalysis
 from solarcal.station.sign_off import SignOff, sign_off

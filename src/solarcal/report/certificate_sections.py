@@ -1,15 +1,17 @@
-"""What most sections of a certificate say."""
-
-import numpy as np
+"""What the sections of a certificate say, in the order they stand."""
 
 from solarcal.model.analysis import Analysis
 from solarcal.model.solution import Solution
-from solarcal.report.columns import BLANK, number
-from solarcal.report.fit_tables import meaning
+from solarcal.report.blocks import Block, Facts, Figure, Section, Sentences, Table, number
 from solarcal.report.forecast_map import forecast_map
-from solarcal.report.judgement_text import STATE_WORDS, forecast_rows, mechanism_rows
+from solarcal.report.judgement import (
+    coefficients_table,
+    fit_summary,
+    forecast_facts,
+    mechanism_facts,
+    verdict_blocks,
+)
 from solarcal.report.plots import error_plot, residual_plot
-from solarcal.report.renderables import Block, Facts, Figure, Section, Sentences, Table
 from solarcal.report.svg_figures import (
     HEIGHT,
     WIDTH,
@@ -17,11 +19,12 @@ from solarcal.report.svg_figures import (
     forecast_figure,
     residual_figure,
 )
+from solarcal.report.tables import checks_table, file_points_table, old_and_new_table
 from solarcal.session.points import PointTable
-from solarcal.session.records import Header
+from solarcal.session.records import Header, UploadRecord
 from solarcal.station.analysing import FileAnalysis
 from solarcal.station.curves import table_plot_data
-from solarcal.timescale import format_utc
+from solarcal.station.sign_off import SignOff, forecast_with
 
 TEXT_WIDTH, TEXT_HEIGHT = 78, 22
 
@@ -81,47 +84,20 @@ def _clock(judged: FileAnalysis) -> str:
 
 
 def verdict_section(judgement: Analysis) -> Section:
-    verdict = judgement.verdict
-    return Section(
-        "Verdict", (Facts((("state", STATE_WORDS[verdict.state]),)), Sentences(verdict.reasons))
-    )
+    return Section("Verdict", verdict_blocks(judgement.verdict))
 
 
 def coefficients_section(solution: Solution) -> Section:
     """P1..P6 with their sigmas, the mechanism, and what the fit says of itself."""
-    sigmas = [None] * 6 if solution.sigmas is None else solution.sigmas.tolist()
-    rows = tuple(
+    mechanism = mechanism_facts(solution)
+    return Section(
+        "Coefficients",
         (
-            term.name,
-            number(value, 6 if term.unit == "deg/deg" else 4, True),
-            number(sigma, 6 if term.unit == "deg/deg" else 4),
-            term.unit,
-            meaning(term, solution.geometry.name),
-        )
-        for term, value, sigma in zip(
-            solution.model_terms, solution.values.tolist(), sigmas, strict=True
-        )
+            coefficients_table(solution),
+            *((mechanism,) if mechanism.rows else ()),
+            *fit_summary(solution),
+        ),
     )
-    blocks: list[Block] = [Table(("", "value", "sigma", "unit", "meaning"), rows, "<>><<")]
-    if mechanism := mechanism_rows(solution):
-        blocks.append(Facts(tuple(mechanism)))
-    blocks.append(
-        Facts(
-            (
-                ("method", f"{solution.method}, {solution.n_points} points"),
-                (
-                    "residual on the sky",
-                    f"rms {solution.sky_rms_deg:.4f} deg, largest {solution.sky_max_deg:.4f}",
-                ),
-            )
-        )
-    )
-    said = (*solution.inseparable, *solution.notes)
-    if solution.message is not None:
-        said = (solution.message, *said)
-    if said:
-        blocks.append(Sentences(said))
-    return Section("Coefficients", tuple(blocks))
 
 
 def points_section(judged: FileAnalysis) -> Section:
@@ -134,7 +110,7 @@ def points_section(judged: FileAnalysis) -> Section:
     return Section(
         "Points",
         (
-            _points_table(judged),
+            *file_points_table(judged.table, judged.solution, most=None),
             Figure(
                 "Error of the axes at every point, and the model",
                 error_plot(data, TEXT_WIDTH, TEXT_HEIGHT, colour=False),
@@ -153,45 +129,13 @@ def points_section(judged: FileAnalysis) -> Section:
     )
 
 
-def _points_table(judged: FileAnalysis) -> Table:
-    table, solution = judged.table, judged.solution
-    e1, e2 = solution.predict_deg(
-        np.nan_to_num(table.ax1_deg), np.nan_to_num(table.ax2_deg, nan=45.0)
-    )
-    cross = (table.err1_deg - e1) * np.sin(np.radians(table.ax2_deg))
-    residual = np.hypot(cross, table.err2_deg - e2)
-    merged = len(set(table.sources)) > 1
-    rows = []
-    for i, label in enumerate(table.labels):
-        time = float(table.utc_s[i])
-        rows.append(
-            (
-                *((table.sources[i].rpartition("/")[2],) if merged else ()),
-                str(label),
-                BLANK if np.isnan(time) else format_utc(time, 0)[:19].replace("T", " "),
-                number(float(table.ax1_deg[i]), 3),
-                number(float(table.ax2_deg[i]), 3),
-                number(float(table.err1_deg[i]), 3, True),
-                number(float(table.err2_deg[i]), 3, True),
-                number(float(residual[i]), 3),
-                table.status[i],
-                table.note[i],
-            )
-        )
-    headings = ("no.", "UTC", "AX1", "AX2", "error 1", "error 2", "residual", "status", "remark")
-    align = "><>>>>><<"
-    if merged:
-        return Table(("file", *headings), tuple(rows), "<" + align)
-    return Table(headings, tuple(rows), align)
-
-
 def forecast_section(judgement: Analysis, tolerance_deg: float) -> Section:
     """The year in figures and as a map."""
     expected = judgement.forecast
     return Section(
         "Forecast for the year, deg on the sky",
         (
-            Facts(tuple(forecast_rows(expected, tolerance_deg))),
+            forecast_facts(expected, tolerance_deg),
             Figure(
                 "Expected error by day of the year and solar hour",
                 forecast_map(expected, TEXT_WIDTH, 36, colour=False, tolerance_deg=tolerance_deg),
@@ -210,3 +154,74 @@ def evidence_section(judged: FileAnalysis) -> tuple[Section, ...]:
         *judged.warnings,
     )
     return (Section("Evidence", (Sentences(said),)),) if said else ()
+
+
+def after_section(judged: FileAnalysis, after: SignOff) -> Section:
+    """As found, as fitted, as uploaded; what the check points measured."""
+    judgement, header = judged.of_the_controller(), judged.header
+    rows = []
+    if header is not None and not header.unit.imported:
+        found = forecast_with(judgement, header.coefficients, header.offsets)
+        rows.append(("as found when the session began", found))
+    rows.append(("with the coefficients of this certificate", judgement.forecast))
+    newest = after.newest
+    if newest is not None:
+        left = forecast_with(judgement, newest.new_coefficients, newest.new_offsets)
+        rows.append((f"with what was {_done(newest)} {newest.utc[:16].replace('T', ' ')}", left))
+    blocks: list[Block] = [
+        Table(
+            ("expected error over the year, deg", "rms", "95 %", "largest", "P"),
+            tuple(
+                (
+                    what,
+                    number(year.year_rms_deg, 3),
+                    number(year.year_p95_deg, 3),
+                    number(year.year_max_deg, 3),
+                    number(year.probability_within_tolerance, 2),
+                )
+                for what, year in rows
+            ),
+            "<>>>>",
+        )
+    ]
+    if newest is not None:
+        blocks += [old_and_new_table(newest), Sentences(_upload_sentences(judged, after, newest))]
+    if after.checks:
+        blocks += checks_table(after.checks, judged.tolerance_deg, dated=True)
+    blocks.append(Facts((("measured after the upload", after.reason), *_measured(after))))
+    return Section("Before and after", tuple(blocks))
+
+
+def _done(upload: UploadRecord) -> str:
+    return "restored" if upload.rollback else "uploaded"
+
+
+def _measured(after: SignOff) -> tuple[tuple[str, str], ...]:
+    if after.sky_rms_deg is None:
+        return ()
+    return (("left on the sky, rms", f"{after.sky_rms_deg:.3f} deg"),)
+
+
+def _upload_sentences(
+    judged: FileAnalysis, after: SignOff, newest: UploadRecord
+) -> tuple[str, ...]:
+    said = [
+        "the unit read back exactly these numbers"
+        if newest.verified
+        else "the unit did NOT read back these numbers"
+    ]
+    if newest.forced:
+        said.append(f"uploaded against advice: {newest.forced}")
+    if len(after.uploads) > 1:
+        said.append(f"the newest of {len(after.uploads)} uploads and rollbacks in these files")
+    header = judged.header
+    if header is not None and not newest.rollback:
+        here = judged.solution.coefficients().rounded(
+            header.unit.tilt_decimals, header.unit.scale_decimals
+        )
+        if here != newest.new_coefficients:
+            said.append(
+                f"the unit was given other numbers ({newest.method}) than this certificate's fit "
+                f"({judged.solution.method}, {judged.solution.n_points} points)"
+            )
+    return tuple(said)

@@ -9,14 +9,20 @@ from solarcal.model.analysis import Analysis
 from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.model.finding import Finding
 from solarcal.plain_text import one_line
-from solarcal.report.columns import wrapped
-from solarcal.report.fit_tables import coefficients_table, fit_summary
-from solarcal.report.judgement_text import forecast_table, mechanism_table, verdict_text
+from solarcal.report.blocks import Block, Prose, Sentences, section_text, text_of
+from solarcal.report.judgement import (
+    coefficients_table,
+    fit_summary,
+    forecast_facts,
+    mechanism_facts,
+    verdict_blocks,
+)
 from solarcal.report.plots import error_plot
 from solarcal.report.tables import (
     checks_table,
     clocks_table,
     file_points_table,
+    key_in_table,
     points_table,
     ref_checks_table,
     truth_table,
@@ -50,17 +56,9 @@ from solarcal.station.state import SessionView
 if TYPE_CHECKING:
     from solarcal.station.headless import Calibration
     from solarcal.station.replay import Replay
+    from solarcal.station.typed.field_book_calibration import HandCalibration
 
 WIDEST_PLOT = 100
-
-
-def section(title: str, body: str) -> str:
-    """A title, underlined, and what stands below it."""
-    return f"{title}\n{'-' * len(title)}\n{body}"
-
-
-def _bullets(sentences: Sequence[str]) -> str:
-    return "\n".join(line for sentence in sentences for line in wrapped(f"- {sentence}", hang=2))
 
 
 def _plot_size() -> tuple[int, int]:
@@ -70,12 +68,13 @@ def _plot_size() -> tuple[int, int]:
 
 def diagnosis_section(findings: Sequence[Finding]) -> str:
     """What was seen, what the residuals ask for, and what these points cannot tell."""
-    found = [f.sentence for f in findings if f.certainty == "found"]
-    open_ = [f.sentence for f in findings if f.certainty != "found"]
-    parts = [_bullets(found) if found else "Nothing was found to be the matter."]
+    found = tuple(f.sentence for f in findings if f.certainty == "found")
+    open_ = tuple(f.sentence for f in findings if f.certainty != "found")
+    nothing = Prose(("Nothing was found to be the matter.",))
+    blocks: list[Block] = [Sentences(found) if found else nothing]
     if open_:
-        parts.append("Cannot be told with these points:\n" + _bullets(open_))
-    return section("Diagnosis", "\n".join(parts))
+        blocks += [Prose(("Cannot be told with these points:",)), Sentences(open_)]
+    return section_text("Diagnosis", *blocks)
 
 
 def heading(session: SessionView) -> str:
@@ -94,11 +93,12 @@ def heading(session: SessionView) -> str:
 
 def _judged(judgement: Analysis, tolerance_deg: float) -> list[str]:
     """Mechanism, forecast and verdict, each under its title."""
-    mechanism = mechanism_table(judgement.solution)
+    mechanism = mechanism_facts(judgement.solution)
+    forecast = forecast_facts(judgement.forecast, tolerance_deg)
     return [
-        *([section("Mechanism", mechanism)] if mechanism else []),
-        section("Forecast, deg on the sky", forecast_table(judgement.forecast, tolerance_deg)),
-        section("Verdict", verdict_text(judgement.verdict)),
+        *([section_text("Mechanism", mechanism)] if mechanism.rows else []),
+        section_text("Forecast, deg on the sky", forecast),
+        section_text("Verdict", *verdict_blocks(judgement.verdict)),
     ]
 
 
@@ -108,23 +108,27 @@ def session_text(session: SessionView, judgement: Analysis | None) -> str:
     solution = None if judgement is None else judgement.solution
     parts = [
         heading(session),
-        section("Clock", clocks_table(session.clock_sets)),
-        section("Reference checks", ref_checks_table(session.ref_checks)),
-        section("Points", points_table(session.header, session.points, solution)),
+        section_text("Clock", *clocks_table(session.clock_sets)),
+        section_text("Reference checks", *ref_checks_table(session.ref_checks)),
+        section_text("Points", *points_table(session.header, session.points, solution)),
     ]
     if judgement is not None and solution is not None:
-        parts.append(section("Coefficients", coefficients_table(solution)))
-        parts.append(section("Fit", fit_summary(solution)))
+        parts.append(section_text("Coefficients", coefficients_table(solution)))
+        parts.append(section_text("Fit", *fit_summary(solution)))
         parts += _judged(judgement, session.header.tolerance_deg)
     data = session_plot_data(session.header, session.points, solution)
     parts.append(error_plot(data, width, height, colour=sys.stdout.isatty()))
-    parts += [section("Upload", upload_table(upload)) for upload in session.uploads]
+    parts += [section_text("Upload", *upload_table(upload)) for upload in session.uploads]
     if session.checks:
-        parts.append(section("Check points", checks_table(session.checks)))
+        parts.append(
+            section_text(
+                "Check points", *checks_table(session.checks, session.header.tolerance_deg)
+            )
+        )
     if judgement is not None:
         parts.append(diagnosis_section(judgement.findings))
     elif said := evidence_sentences(session):
-        parts.append(section("Evidence", _bullets(said)))
+        parts.append(section_text("Evidence", Sentences(tuple(said))))
     return "\n\n".join(parts)
 
 
@@ -142,7 +146,7 @@ def calibration_text(calibration: "Calibration") -> str:
                 calibration.session,
                 analyse_session(calibration.session, calibration.solution.method),
             ),
-            section("Truth (the emulator's)", truth),
+            section_text("Truth (the emulator's)", *truth),
             f"Session file: {calibration.path}\n{ending}",
         ]
     )
@@ -151,11 +155,11 @@ def calibration_text(calibration: "Calibration") -> str:
 def fit_text(judged: FileAnalysis, *, plot: bool) -> str:
     """A fit of files: points, coefficients, what the fit says of itself, forecast, verdict."""
     fitted = judged
-    parts = [_bullets(fitted.warnings)] if fitted.warnings else []
+    parts = [text_of(Sentences(fitted.warnings))] if fitted.warnings else []
     parts += [
-        section("Points", file_points_table(fitted.table, fitted.solution)),
-        section("Coefficients", coefficients_table(fitted.solution)),
-        section("Fit", fit_summary(fitted.solution)),
+        section_text("Points", *file_points_table(fitted.table, fitted.solution)),
+        section_text("Coefficients", coefficients_table(fitted.solution)),
+        section_text("Fit", *fit_summary(fitted.solution)),
     ]
     if judged.analysis is not None:
         parts += _judged(judged.analysis, judged.tolerance_deg)
@@ -239,6 +243,37 @@ def replay_text(replay: "Replay") -> str:
     """A session told record by record, then as it ended."""
     session = replay.view
     log = "\n".join(record_line(record) for record in session.records)
-    parts = [_bullets(replay.warnings)] if replay.warnings else []
-    parts += [section("What happened", log), session_text(session, analyse_session(session))]
+    parts = [text_of(Sentences(replay.warnings))] if replay.warnings else []
+    parts += [
+        f"What happened\n-------------\n{log}",
+        session_text(session, analyse_session(session)),
+    ]
     return "\n\n".join(parts)
+
+
+def hand_calibration_text(calibration: "HandCalibration") -> str:
+    """A field book's calibration, told whole; last what to key in, and whether that was done."""
+    session = calibration.session
+    parts = [session_text(session, analyse_session(session, calibration.method))]
+    if calibration.key_in:
+        table = key_in_table(calibration.key_in, session.header.geometry)
+        parts.append(section_text("Coefficients to key in", table))
+    parts.append(f"Session file: {calibration.path}\n{_hand_ending(calibration)}")
+    return "\n\n".join(parts)
+
+
+def _hand_ending(calibration: "HandCalibration") -> str:
+    """Where the calibration stands, in a sentence."""
+    upload = calibration.upload
+    if not calibration.key_in:
+        return "Too few points: three are the least from which coefficients are computed."
+    if upload is None:
+        return (
+            "NOT keyed in yet: key these in, set both offsets to 0, store; then add a line "
+            "`upload` with what the display shows."
+        )
+    if upload.rollback:
+        return "Rolled back: the unit holds what it held before."
+    if not upload.verified:
+        return "NOT completed: the display shows something else than was to be keyed in."
+    return "Calibration completed, keyed in and typed back equal."

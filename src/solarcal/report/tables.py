@@ -1,17 +1,19 @@
 """The tables of a session: points, reference checks, clocks, uploads, check points, truth.
 
-Plain text of at most 80 columns. Status is a word, never a colour.
+At most 80 columns wide. Status is a word, never a colour.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from solarcal.model.fit import Solution
+from solarcal.model.terms import TERMS
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients
-from solarcal.report.columns import BLANK, clock_text, columns, number, wrapped
-from solarcal.session.points import PointTable
+from solarcal.report.blocks import BLANK, Blocks, Prose, Table, clock_text, number
+from solarcal.report.judgement import DECIMALS, meaning
+from solarcal.session.points import PointTable, table_of_points
 from solarcal.session.records import (
     CheckRecord,
     ClockSet,
@@ -22,149 +24,100 @@ from solarcal.session.records import (
 )
 from solarcal.station.solar_time import SunModel
 from solarcal.timescale import format_utc, parse_utc
-from solarcal.units import RAD_PER_DEG
+from solarcal.units import RAD_PER_DEG, FloatArray
 
 
-@dataclass(frozen=True, slots=True)
-class _PointRow:
-    label: int
-    solar_h: float | None
-    utc: str | None
-    ideal_deg: tuple[float, float] | None
-    error_deg: tuple[float, float] | None
-    status: str
-    reason: str
-    source: str = ""
+def _date_and_time(utc_s: float) -> tuple[str, str]:
+    """YYYY-MM-DD and HH:MM:SS, rounded."""
+    told = format_utc(utc_s, 0)
+    return told[:10], told[11:19]
 
 
 def _time_of_day(utc: str) -> str:
-    """HH:MM:SS, rounded, of an ISO instant."""
-    return format_utc(parse_utc(utc), 0)[11:19]
-
-
-def _date(utc: str) -> str:
-    return format_utc(parse_utc(utc), 0)[:10]
-
-
-def _sky_residual_deg(row: _PointRow, solution: Solution | None) -> float | None:
-    if solution is None or row.ideal_deg is None or row.error_deg is None:
-        return None
-    e1, e2 = solution.predict_deg(*row.ideal_deg)
-    cross = (row.error_deg[0] - float(e1)) * np.sin(row.ideal_deg[1] * RAD_PER_DEG)
-    return float(np.hypot(cross, row.error_deg[1] - float(e2)))
-
-
-def _points_lines(rows: Sequence[_PointRow], solution: Solution | None, key: str) -> list[str]:
-    if not rows:
-        return ["No points yet."]
-    cells = []
-    for row in rows:
-        ideal, error = row.ideal_deg or (None, None), row.error_deg or (None, None)
-        cells.append(
-            [
-                str(row.label),
-                BLANK if row.solar_h is None else clock_text(row.solar_h),
-                BLANK if row.utc is None else _time_of_day(row.utc),
-                number(ideal[0], 3),
-                number(ideal[1], 3),
-                number(error[0], 3, signed=True),
-                number(error[1], 3, signed=True),
-                number(_sky_residual_deg(row, solution), 3),
-                row.status,
-            ]
-        )
-    head, rule, *body = columns(
-        (key, "solar", "UTC", "AX1", "AX2", "error 1", "error 2", "residual", "status"),
-        cells,
-        ">>>>>>>><",
-    )
-    lines, date, source = [head, rule], "", ""
-    for row, line in zip(rows, body, strict=True):
-        if row.source != source:
-            source, date = row.source, ""
-            lines.append(source)
-        if row.utc is not None and _date(row.utc) != date:
-            date = _date(row.utc)
-            lines.append(date)
-        lines.append(line)
-        if row.reason:
-            lines += wrapped(row.reason, indent=6)
-    return lines
+    return _date_and_time(parse_utc(utc))[1]
 
 
 def points_table(
     header: Header, points: Sequence[PointRecord], solution: Solution | None = None
-) -> str:
+) -> Blocks:
     """All attempts of a session; residuals on sky where there is a solution. Angles in degrees."""
-    sun = SunModel.of_session(header)
-    rows = []
-    for point in points:
-        # An imported point may have no time of its own; that of its record is the import's.
-        utc = point.read_utc or (point.utc if point.ideal_deg is None else None)
-        solar_h = None
-        if utc is not None:
-            solar_h = float(sun.solar_time_h(np.array([parse_utc(utc)]), header.site)[0])
-        rows.append(
-            _PointRow(
-                point.seq,
-                solar_h,
-                utc,
-                point.ideal_deg,
-                point.error_deg,
-                point.status,
-                point.reason,
-            )
-        )
-    return "\n".join(_points_lines(rows, solution, "no."))
+    table = table_of_points(header, points)
+    # An attempt without angles has the time of its record; that of an import is the import's.
+    utc_s = [
+        parse_utc(point.utc) if point.read_utc is None and point.ideal_deg is None else read_s
+        for point, read_s in zip(points, table.utc_s.tolist(), strict=True)
+    ]
+    table = replace(table, utc_s=np.array(utc_s))
+    return _points(table, solution, SunModel.of_session(header), "no.", None)
 
 
 def file_points_table(
     table: PointTable, solution: Solution | None = None, most: int | None = 60
-) -> str:
+) -> Blocks:
     """The rows of points files; of many the first ``most``, and how many more there are.
 
     Rows are called by line number, those of sessions by sequence number; merged files are named.
     """
-    shown = table if most is None else table.rows(range(min(most, len(table))))
-    site = table.site
-    solar_h = np.full(len(shown), np.nan)
-    timed = np.isfinite(shown.utc_s)
-    if site is not None and timed.any():
-        sun = SunModel("solartrak" if table.ideal == "solartrak" else "precise")
-        solar_h[timed] = sun.solar_time_h(shown.utc_s[timed], site)
-
-    def pairs(first: Sequence[float], second: Sequence[float]) -> Iterator[tuple[float, float]]:
-        yield from zip(first, second, strict=True)
-
-    merged = len(set(table.sources)) > 1
-    rows = [
-        _PointRow(
-            label,
-            hours if hours == hours else None,
-            format_utc(utc_s) if utc_s == utc_s else None,
-            ideal,
-            error,
-            status,
-            note,
-            source if merged else "",
-        )
-        for label, hours, utc_s, ideal, error, status, note, source in zip(
-            shown.labels,
-            solar_h.tolist(),
-            shown.utc_s.tolist(),
-            pairs(shown.ax1_deg.tolist(), shown.ax2_deg.tolist()),
-            pairs(shown.err1_deg.tolist(), shown.err2_deg.tolist()),
-            shown.status,
-            shown.note,
-            shown.sources,
-            strict=True,
-        )
-    ]
+    sun = SunModel("solartrak" if table.ideal == "solartrak" else "precise")
     from_sessions = all(source.endswith(".jsonl") for source in table.sources)
-    lines = _points_lines(rows, solution, "no." if from_sessions else "line")
-    if len(shown) < len(table):
-        lines.append(f"... and {len(table) - len(shown)} more")
-    return "\n".join(lines)
+    return _points(table, solution, sun, "no." if from_sessions else "line", most)
+
+
+def _points(
+    table: PointTable, solution: Solution | None, sun: SunModel, key: str, most: int | None
+) -> Blocks:
+    shown = table if most is None else table.rows(range(min(most, len(table))))
+    if not len(shown):
+        return (Prose(("No points yet.",)),)
+    merged = len(set(table.sources)) > 1
+    rows, groups, source, date = [], [], "", ""
+    for row, utc_s, solar_h, ax1, ax2, err1, err2, sky in zip(
+        range(len(shown)), shown.utc_s.tolist(), _solar_time_h(shown, sun).tolist(),
+        shown.ax1_deg.tolist(), shown.ax2_deg.tolist(), shown.err1_deg.tolist(),
+        shown.err2_deg.tolist(), _sky_residuals_deg(shown, solution).tolist(), strict=True,
+    ):  # fmt: skip
+        if shown.sources[row] != source:
+            source, date = shown.sources[row], ""
+        time = BLANK
+        if utc_s == utc_s:
+            date, time = _date_and_time(utc_s)
+        groups.append((source if merged else "", date))
+        rows.append(
+            (
+                str(shown.labels[row]),
+                clock_text(solar_h) if solar_h == solar_h else BLANK,
+                time,
+                number(ax1, 3),
+                number(ax2, 3),
+                number(err1, 3, signed=True),
+                number(err2, 3, signed=True),
+                number(sky, 3),
+                shown.status[row],
+            )
+        )
+    headings = (key, "solar", "UTC", "AX1", "AX2", "error 1", "error 2", "residual", "status")
+    block = Table(headings, tuple(rows), ">>>>>>>><", tuple(groups), shown.note)
+    left_out = len(table) - len(shown)
+    return (block, Prose((f"... and {left_out} more",))) if left_out else (block,)
+
+
+def _solar_time_h(table: PointTable, sun: SunModel) -> FloatArray:
+    solar_h = np.full(len(table), np.nan)
+    timed = np.isfinite(table.utc_s)
+    if table.site is not None and timed.any():
+        solar_h[timed] = sun.solar_time_h(table.utc_s[timed], table.site)
+    return solar_h
+
+
+def _sky_residuals_deg(table: PointTable, solution: Solution | None) -> FloatArray:
+    left = np.full(len(table), np.nan)
+    known = np.isfinite(table.ax2_deg) & np.isfinite(table.err2_deg)
+    if solution is not None and known.any():
+        ax2_deg = table.ax2_deg[known]
+        e1, e2 = solution.predict_deg(table.ax1_deg[known], ax2_deg)
+        cross = (table.err1_deg[known] - e1) * np.sin(ax2_deg * RAD_PER_DEG)
+        left[known] = np.hypot(cross, table.err2_deg[known] - e2)
+    return left
 
 
 def _ended(check: RefCheck) -> str:
@@ -173,10 +126,10 @@ def _ended(check: RefCheck) -> str:
     return "complete" if check.at_switches else "no switches"
 
 
-def ref_checks_table(checks: Sequence[RefCheck]) -> str:
+def ref_checks_table(checks: Sequence[RefCheck]) -> Blocks:
     """Counts found at the reference switches, and how far they moved since the check before."""
     if not checks:
-        return "No reference check yet."
+        return (Prose(("No reference check yet.",)),)
     rows, previous = [], None
     for check in checks:
         found = check.difference_counts
@@ -188,53 +141,57 @@ def ref_checks_table(checks: Sequence[RefCheck]) -> str:
                     moved = (f"{found[0] - previous[0]:+d}", f"{found[1] - previous[1]:+d}")
                 previous = found
         rows.append(
-            [
+            (
                 str(check.seq),
                 _time_of_day(check.utc),
                 str(check.number),
                 _ended(check),
                 *shown,
                 *moved,
-            ]
+            )
         )
     headings = ("no.", "UTC", "check", "result", "counts 1", "counts 2", "change 1", "change 2")
-    return "\n".join(columns(headings, rows, ">>><>>>>"))
+    return (Table(headings, tuple(rows), ">>><>>>>"),)
 
 
-def clocks_table(sets: Sequence[ClockSet]) -> str:
+def clocks_table(sets: Sequence[ClockSet]) -> Blocks:
     """Unit clock minus laptop clock before and after each setting, and any time tick."""
     if not sets:
-        return "The unit's clock was not set."
-    rows = [
-        [
+        return (Prose(("The unit's clock was not set.",)),)
+    rows = tuple(
+        (
             str(record.seq),
             _time_of_day(record.utc),
             number(record.before_s, 2, signed=True),
             number(record.after_s, 2, signed=True),
             number(record.tick_minus_laptop_s, 2, signed=True),
             number(record.tick_sigma_s, 2),
-        ]
+        )
         for record in sets
-    ]
+    )
     headings = ("no.", "UTC", "before, s", "after, s", "tick - laptop, s", "sigma, s")
-    return "\n".join(columns(headings, rows, ">>>>>>"))
+    return (Table(headings, rows, ">>>>>>"),)
 
 
-def checks_table(checks: Sequence[CheckRecord], tolerance_deg: float = 0.1) -> str:
+def checks_table(
+    checks: Sequence[CheckRecord], tolerance_deg: float = 0.1, *, dated: bool = False
+) -> Blocks:
     """Check points after an upload: what is left of the error, compared with the tolerance."""
     if not checks:
-        return "No check points."
-    rows, reasons = [], []
+        return (Prose(("No check points.",)),)
+    rows, dates = [], []
     for check in checks:
         ideal, error = check.ideal_deg or (None, None), check.error_deg or (None, None)
         sky = check.sky_error_deg
         judged = BLANK
         if sky is not None:
             judged = "within" if sky <= tolerance_deg else "BEYOND"
+        date, time = _date_and_time(parse_utc(check.read_utc or check.utc))
+        dates.append((date if dated else "",))
         rows.append(
-            [
+            (
                 str(check.seq),
-                _time_of_day(check.read_utc or check.utc),
+                time,
                 number(ideal[0], 3),
                 number(ideal[1], 3),
                 number(error[0], 3, signed=True),
@@ -242,37 +199,63 @@ def checks_table(checks: Sequence[CheckRecord], tolerance_deg: float = 0.1) -> s
                 number(sky, 3),
                 judged,
                 check.status,
-            ]
+            )
         )
-        if check.reason:
-            reasons += wrapped(f"{check.seq}: {check.reason}", indent=2, hang=6)
     headings = (
         "no.", "UTC", "AX1", "AX2", "left 1", "left 2", "on sky", f"of {tolerance_deg:g}", "status",
     )  # fmt: skip
-    return "\n".join(columns(headings, rows, ">>>>>>><<") + reasons)
+    reasons = tuple(check.reason for check in checks)
+    return (Table(headings, tuple(rows), ">>>>>>><<", tuple(dates), reasons),)
 
 
-def upload_table(record: UploadRecord) -> str:
-    """Old and new coefficients and offsets, their difference, and what the unit read back."""
+def old_and_new_table(record: UploadRecord) -> Table:
+    """Old and new coefficients and offsets of an upload, and their difference."""
     old = (*record.old_coefficients.as_tuple(), record.old_offsets.O1, record.old_offsets.O2)
     new = (*record.new_coefficients.as_tuple(), record.new_offsets.O1, record.new_offsets.O2)
-    units = (*COEFFICIENT_UNITS, "deg", "deg")
-    rows = [
-        [name, *(number(v, 6 if unit == "deg/deg" else 4, True) for v in (a, b, b - a)), unit]
-        for name, unit, a, b in zip((*COEFFICIENT_NAMES, "O1", "O2"), units, old, new, strict=True)
-    ]
-    lines = columns(("", "old", "new", "difference", "unit"), rows, "<>>><")
+    names, units = (*COEFFICIENT_NAMES, "O1", "O2"), (*COEFFICIENT_UNITS, "deg", "deg")
+    return values_table(
+        ("", "old", "new", "difference", "unit"),
+        ((*row, row[3] - row[2]) for row in zip(names, units, old, new, strict=True)),
+    )
+
+
+def values_table(
+    headings: tuple[str, ...], rows: Iterable[tuple[str, str, *tuple[float | None, ...]]]
+) -> Table:
+    """Rows of name, unit and values with as many decimals as the unit asks for; the unit last."""
+    return Table(
+        headings,
+        tuple(
+            (name, *(number(value, DECIMALS[unit], True) for value in values), unit)
+            for name, unit, *values in rows
+        ),
+        f"<{'>' * (len(headings) - 2)}<",
+    )
+
+
+def upload_table(record: UploadRecord) -> Blocks:
+    """What was in force and is now, and what the unit read back."""
     what = "Rolled back" if record.rollback else f"Uploaded ({record.method})"
-    if record.verified:
-        lines.append(f"{what}; the unit read back exactly these numbers.")
-    else:
-        lines.append(f"{what}; READ BACK DIFFERS: the unit does not hold these numbers. Roll back.")
-    if record.forced:
-        lines += wrapped(f"Forced: {record.forced}")
-    return "\n".join(lines)
+    read_back = (
+        f"{what}; the unit read back exactly these numbers."
+        if record.verified
+        else f"{what}; READ BACK DIFFERS: the unit does not hold these numbers. Roll back."
+    )
+    forced = (f"Forced: {record.forced}",) if record.forced else ()
+    return old_and_new_table(record), Prose((read_back, *forced))
 
 
-def truth_table(truth: Mapping[str, float | None], found: Coefficients | None = None) -> str:
+def key_in_table(key_in: tuple[tuple[str, str], ...], geometry: str) -> Table:
+    """Values as the unit keeps them, in the order of its keys."""
+    rows = []
+    for name, value in key_in:
+        term = TERMS.get(name)
+        words = meaning(term, geometry) if term is not None else f"reference offset, axis {name[1]}"
+        rows.append((name, value, term.unit if term is not None else "deg", words))
+    return Table(("", "key in", "unit", "meaning"), tuple(rows), "<><<")
+
+
+def truth_table(truth: Mapping[str, float | None], found: Coefficients | None = None) -> Blocks:
     """An emulator's hidden truth beside what was found, and the true error before and after.
 
     ``truth`` has the keys of ``solarcal calibrate --json``; what is missing or null is left blank.
@@ -280,17 +263,20 @@ def truth_table(truth: Mapping[str, float | None], found: Coefficients | None = 
     values: tuple[float | None, ...] = (None,) * 6 if found is None else found.as_tuple()
     rows = []
     for name, unit, value in zip(COEFFICIENT_NAMES, COEFFICIENT_UNITS, values, strict=True):
-        decimals, true = (6 if unit == "deg/deg" else 4), truth.get(name)
-        off = None if value is None or true is None else value - true
-        rows.append([name, *(number(v, decimals, True) for v in (true, value, off)), unit])
-    lines = columns(("", "truth", "found", "difference", "unit"), rows, "<>>><")
-    errors = [
-        [what, *(number(truth.get(f"{key}_{when}_deg"), 4) for when in ("before", "after"))]
+        true = truth.get(name)
+        rows.append(
+            (name, unit, true, value, None if value is None or true is None else value - true)
+        )
+    errors = tuple(
+        (what, *(number(truth.get(f"{key}_{when}_deg"), 4) for when in ("before", "after")))
         for what, key in (
             ("day, rms", "day_rms"),
             ("day, largest", "day_max"),
             ("year, rms", "year_rms"),
         )
-    ]
-    lines += ["", *columns(("true error on the sky, deg", "before", "after"), errors, "<>>")]
-    return "\n".join(lines)
+    )
+    return (
+        values_table(("", "truth", "found", "difference", "unit"), rows),
+        Prose(("",)),
+        Table(("true error on the sky, deg", "before", "after"), errors, "<>>"),
+    )

@@ -8,6 +8,7 @@ from textual.widget import Widget
 from textual.widgets import Static
 
 from solarcal.errors import SolarcalError
+from solarcal.report.blocks import text_of
 from solarcal.report.tables import ref_checks_table
 from solarcal.session.records import RefCheck
 from solarcal.station.procedure import Station
@@ -87,7 +88,7 @@ class RefCheckDialog(Dialog):
             )
         if session is not None:
             self.query_one("#checks", Static).update(
-                ref_checks_table(session.ref_checks[-SHOWN_CHECKS:])
+                text_of(*ref_checks_table(session.ref_checks[-SHOWN_CHECKS:]))
             )
 
     def action_start(self) -> None:
@@ -190,7 +191,7 @@ class TypedRefCheckDialog(Dialog):
     def state_changed(self, state: StationState) -> None:
         if state.session is not None:
             self.query_one("#checks", Static).update(
-                ref_checks_table(state.session.ref_checks[-SHOWN_CHECKS:])
+                text_of(*ref_checks_table(state.session.ref_checks[-SHOWN_CHECKS:]))
             )
 
     def action_type(self) -> None:

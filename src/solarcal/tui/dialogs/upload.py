@@ -8,8 +8,8 @@ from textual.widgets import Input, Static
 
 from solarcal.errors import SolarcalError
 from solarcal.model.forecast import percent
-from solarcal.report.columns import columns, number
-from solarcal.report.judgement_text import STATE_WORDS
+from solarcal.report.blocks import columns, number, text_of
+from solarcal.report.judgement import STATE_WORDS
 from solarcal.report.tables import checks_table
 from solarcal.session.records import UploadRecord
 from solarcal.station.procedure import Station
@@ -181,7 +181,8 @@ class UploadDialog(Dialog):
             return
         parts = [proposal_table(self._proposal)] if self._proposal is not None else []
         if session.checks:
-            parts.append(checks_table(session.checks[-3:], session.header.tolerance_deg))
+            checks = checks_table(session.checks[-3:], session.header.tolerance_deg)
+            parts.append(text_of(*checks))
         if session.uploads:
             proof = sign_off([session], session.header.tolerance_deg)
             word = "SIGNED OFF" if proof.signed_off else "Not signed off"

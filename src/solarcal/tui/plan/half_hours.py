@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from textual.events import Click
 
 from solarcal.model.plan import Plan, PlannedStop
-from solarcal.report.columns import columns, number
+from solarcal.report.blocks import columns, number
 from solarcal.station.plan_wishes import HALF_HOUR_S, PlanWishes
 from solarcal.timescale import format_utc
 from solarcal.tui.widgets.text_lines import TextLines

@@ -8,8 +8,8 @@ from textual.content import Content
 from textual.widgets import Static
 
 from solarcal.model.analysis import Analysis
-from solarcal.report.columns import wrapped
-from solarcal.report.judgement_text import STATE_WORDS
+from solarcal.report.blocks import wrapped
+from solarcal.report.judgement import STATE_WORDS
 from solarcal.station.guards import MIN_ELEVATION_DEG
 from solarcal.station.plan_wishes import NO_WISHES, PlanWishes
 from solarcal.station.state import StationState

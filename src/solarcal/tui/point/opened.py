@@ -17,7 +17,7 @@ from textual.widgets import Input, Static
 
 from solarcal.errors import SolarcalError
 from solarcal.mount.formula import COEFFICIENT_NAMES
-from solarcal.report.columns import columns, number
+from solarcal.report.blocks import columns, number
 from solarcal.report.session_report import record_line
 from solarcal.session.records import PointRecord, Void
 from solarcal.station.point_influence import PointInfluence, point_evidence, point_influence

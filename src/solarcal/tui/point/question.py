@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from textual.content import Content
 from textual.widgets import Static
 
-from solarcal.report.columns import columns, number
+from solarcal.report.blocks import columns, number
 from solarcal.session.records import Answers, CheckRecord, PointRecord
 from solarcal.station.point_judgement import PointJudgement
 from solarcal.station.question_evidence import Fact

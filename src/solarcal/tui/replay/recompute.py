@@ -189,8 +189,8 @@ class RecomputeScreen(StationScreen):
 
 
 def _lines(found: Recomputed) -> tuple[str, ...]:
-    from solarcal.report.columns import wrapped
-    from solarcal.report.fit_tables import coefficients_table, fit_summary
+    from solarcal.report.blocks import lines_of, wrapped
+    from solarcal.report.judgement import coefficients_table, fit_summary
     from solarcal.report.tables import points_table
 
     said = [*found.warnings, *([found.trouble] if found.trouble else [])]
@@ -199,13 +199,10 @@ def _lines(found: Recomputed) -> tuple[str, ...]:
         line for text in said for line in wrapped(text.replace(str(found.path), found.path.name))
     ]
     if found.solution is not None:
-        lines += coefficients_table(found.solution).splitlines()
-        lines += fit_summary(found.solution).splitlines()
+        lines += lines_of(coefficients_table(found.solution), *fit_summary(found.solution))
     if found.session is not None:
         if found.solution is None and not found.trouble:
             lines.append(f"{len(found.session.accepted)} accepted points: too few for a fit.")
         lines.append("")
-        lines += points_table(
-            found.session.header, found.session.points, found.solution
-        ).splitlines()
+        lines += lines_of(*points_table(found.session.header, found.session.points, found.solution))
     return tuple(lines)

@@ -7,7 +7,7 @@ from textual.content import Content
 from solarcal.model.analysis import Analysis
 from solarcal.model.fit import Solution
 from solarcal.mount.formula import COEFFICIENT_NAMES
-from solarcal.report.judgement_text import STATE_WORDS
+from solarcal.report.judgement import STATE_WORDS
 from solarcal.session.records import FitRecord
 from solarcal.station.state import SessionView
 from solarcal.tui.widgets.text_lines import TextLines

@@ -18,7 +18,7 @@ from textual.widgets import Static
 from solarcal.model.analysis import Analysis
 from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.model.fit import Solution
-from solarcal.report.columns import wrapped
+from solarcal.report.blocks import Sentences, lines_of
 from solarcal.report.forecast_map import forecast_map
 from solarcal.report.plots import convergence_plot, error_plot, residual_plot, sky_map
 from solarcal.report.scales import View
@@ -209,7 +209,7 @@ class WorkstationView(Vertical):
         self._shown = shown
         self._version += 1
         self.query_one(CoefficientsPane).show_fit(session, self._solution, self._judgement)
-        table = points_table(session.header, session.points, self._solution).split("\n")
+        table = lines_of(*points_table(session.header, session.points, self._solution))
         # The table's heading and rule stay in view.
         self.query_one("#points", ChosenLines).show(table, pinned=2 if len(table) > 2 else 0)
         self.query_one("#checks", TextLines).show(check_lines(session))
@@ -381,15 +381,13 @@ def drawing(
 
 def check_lines(session: SessionView) -> list[str]:
     """What proves the points: clocks, reference checks, uploads, check points, evidence."""
-    lines = ["Clock", *clocks_table(session.clock_sets).split("\n"), "", "Reference checks"]
-    lines += ref_checks_table(session.ref_checks).split("\n")
+    lines = ["Clock", *lines_of(*clocks_table(session.clock_sets))]
+    lines += ["", "Reference checks", *lines_of(*ref_checks_table(session.ref_checks))]
     for upload in session.uploads:
-        lines += ["", "Upload", *upload_table(upload).split("\n")]
+        lines += ["", "Upload", *lines_of(*upload_table(upload))]
     if session.checks:
-        lines += ["", "Check points"]
-        lines += checks_table(session.checks, session.header.tolerance_deg).split("\n")
+        checks = checks_table(session.checks, session.header.tolerance_deg)
+        lines += ["", "Check points", *lines_of(*checks)]
     if said := evidence_sentences(session):
-        lines += ["", "Evidence"]
-        for sentence in said:
-            lines += wrapped(f"* {sentence}", hang=2)
+        lines += ["", "Evidence", *lines_of(Sentences(tuple(said)))]
     return lines

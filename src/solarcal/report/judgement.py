@@ -1,0 +1,275 @@
+"""What a fit found and what it is worth: coefficients with their meaning, forecast, plan, verdict.
+
+Angles in degrees on the sky.
+"""
+
+from solarcal.model.analysis import Analysis
+from solarcal.model.comparison import ModelComparison
+from solarcal.model.forecast import Forecast, percent
+from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.plan import Plan, PlannedStop
+from solarcal.model.solution import Solution
+from solarcal.model.terms import Term
+from solarcal.model.verdict import Verdict
+from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS
+from solarcal.report.blocks import Block, Blocks, Facts, Prose, Sentences, Table, number
+from solarcal.station.uploading import UploadOffer
+from solarcal.timescale import format_utc
+from solarcal.units import ARCSEC_PER_DEG
+
+_LEAN = {
+    "azel": ("lean of tower top to the north", "lean of tower top to the east"),
+    "tiltroll-ew": ("east end of the axis down", "east end of the axis to the south"),
+    "tiltroll-ns": ("north end of the axis down", "north end of the axis to the east"),
+    "polar": ("pole end of the axis down", "pole end of the axis to the east"),
+}
+_AXES = {
+    "azel": ("azimuth", "zenith angle"),
+    "tiltroll-ew": ("tilt", "roll"),
+    "tiltroll-ns": ("tilt", "angle from north"),
+    "polar": ("hour angle", "polar distance"),
+}
+DECIMALS = {"deg": 4, "deg/deg": 6, "arcsec": 2}
+"""How many a coefficient is shown with, by its unit."""
+
+
+def meaning(term: Term, geometry: str) -> str:
+    """What a term is on a mount, in the field's words (10-physics, section 2, for P1..P6)."""
+    axis1, axis2 = _AXES[geometry]
+    north, east = _LEAN[geometry]
+    return {
+        "P1": north,
+        "P2": f"zero offset of axis 1 ({axis1})",
+        "P3": east,
+        "P4": f"zero offset of axis 2 ({axis2})",
+        "P5": f"gear-ratio error of axis 1 ({axis1})",
+        "P6": f"gear-ratio error of axis 2 ({axis2})",
+    }.get(term.name, term.meaning)
+
+
+def coefficients_table(solution: Solution) -> Table:
+    """Fitted terms: value, one sigma, unit, meaning."""
+    sigmas = [None] * len(solution.terms) if solution.sigmas is None else solution.sigmas.tolist()
+    rows = tuple(
+        (
+            term.name,
+            number(value, DECIMALS[term.unit], signed=True),
+            number(sigma, DECIMALS[term.unit]),
+            term.unit,
+            meaning(term, solution.geometry.name),
+        )
+        for term, value, sigma in zip(
+            solution.model_terms, solution.values.tolist(), sigmas, strict=True
+        )
+    )
+    return Table(("", "value", "sigma", "unit", "meaning"), rows, "<>><<")
+
+
+def fit_summary(solution: Solution) -> Blocks:
+    """Residuals, rank, condition, what cannot be told apart, and every note, one sentence each."""
+    condition = solution.condition_number
+    spread = solution.population_sd_deg
+    # A fit of TPOINT terms is compared with others in their unit.
+    fine = set(solution.units) == {"arcsec"}
+    unit, per_deg, decimals = ("arcsec", ARCSEC_PER_DEG, 2) if fine else ("deg", 1.0, 4)
+
+    def shown(value_deg: float) -> str:
+        return f"{value_deg * per_deg:.{decimals}f}"
+
+    said = Prose(
+        (
+            f"{solution.n_points} points, method {solution.method}, rank {solution.rank} of "
+            f"{len(solution.terms)}, condition number "
+            + (f"{condition:.3g}" if condition < 1e12 else "beyond 1e12"),
+            f"residual on the sky: rms {shown(solution.sky_rms_deg)} {unit}, "
+            f"largest {shown(solution.sky_max_deg)}, population SD "
+            + (shown(spread) if spread is not None else "not known yet"),
+            f"residual of the axes: rms {shown(solution.axis1_rms_deg)} {unit} of axis 1, "
+            f"{shown(solution.axis2_rms_deg)} of axis 2",
+        )
+    )
+    blocks: list[Block] = [said]
+    if notes := (*solution.inseparable, *solution.notes):
+        blocks.append(Sentences(notes))
+    if solution.message is not None:
+        blocks.append(Prose((f"*** {solution.message} ***",)))
+    return tuple(blocks)
+
+
+def comparison_blocks(comparison: ModelComparison) -> Blocks:
+    """A published model beside the fit: each term, and how far the points are from the model."""
+    rows = []
+    for name, unit, published, published_sigma, fitted, fitted_sigma in comparison.rows:
+        off = None if published is None or fitted is None else fitted - published
+        decimals = DECIMALS[unit]
+        rows.append(
+            (
+                name,
+                number(published, decimals, signed=True),
+                number(published_sigma, decimals),
+                number(fitted, decimals, signed=True),
+                number(fitted_sigma, decimals),
+                number(off, decimals, signed=True),
+                unit,
+            )
+        )
+    headings = ("", "published", "sigma", "fitted", "sigma", "difference", "unit")
+    published_rms = comparison.published_sky_rms_arcsec
+    return (
+        Prose((comparison.caption,)),
+        Table(headings, tuple(rows), "<>>>>><"),
+        Prose(
+            (
+                "these points from the published model: sky rms "
+                f"{comparison.sky_rms_deg * ARCSEC_PER_DEG:.2f} arcsec, largest "
+                f"{comparison.sky_max_deg * ARCSEC_PER_DEG:.2f}"
+                + (
+                    ""
+                    if published_rms is None
+                    else f"; the model gives {published_rms:.2f} for its own points"
+                ),
+            )
+        ),
+    )
+
+
+STATE_WORDS = {
+    "done": "DONE: within the tolerance all year",
+    "continue": "CONTINUE: more points",
+    "not_today": "NOT TODAY: this day cannot reach the tolerance",
+    "does_not_fit": "DOES NOT FIT: find the cause first",
+}
+
+
+def forecast_facts(forecast: Forecast, tolerance_deg: float) -> Facts:
+    """What is expected over the year, and what it is made of: name, degrees."""
+    rule, p = forecast.rule, forecast.probability_within_tolerance
+    return Facts(
+        (
+            (
+                f"sure that 95 % are within {tolerance_deg:g}",
+                f"{percent(p, rule.probability)}  "
+                f"{'enough' if forecast.sure else 'NOT ENOUGH'}: "
+                f"{100 * rule.probability:g} % is asked",
+            ),
+            ("95 % of the pointing is better than", rule.within_deg(forecast.year_p95_deg)),
+            ("root mean square over the year", f"{forecast.year_rms_deg:.3f}"),
+            ("  68 % sure to be below", f"{forecast.year_rms_below_deg(0.68):.3f}"),
+            ("  95 % sure to be below", f"{forecast.year_rms_below_deg(0.95):.3f}"),
+            ("largest of the year (95 % sure)", f"{forecast.year_max_deg:.3f}"),
+            ("part that more points can remove", f"{forecast.parameters_rms_deg:.3f}"),
+            ("part that the formula leaves", f"{forecast.known_rms_deg:.3f}"),
+        )
+    )
+
+
+def verdict_blocks(verdict: Verdict) -> Blocks:
+    """The state in words, then every reason as a sentence."""
+    return Prose((STATE_WORDS[verdict.state],)), Sentences(verdict.reasons)
+
+
+def mechanism_facts(solution: Solution) -> Facts:
+    """What is wrong with the mount, one sigma each; empty for ``linear``."""
+    if not isinstance(solution, MechanismSolution):
+        return Facts(())
+    m = solution.mechanism
+    rows = [("lean", f"{m.lean_deg:.3f} +- {m.lean_sigma_deg:.3f} deg")]
+    if m.lean_deg > m.lean_sigma_deg:
+        what = "lean towards bearing" if solution.geometry.name == "azel" else "lean bearing"
+        rows.append((what, f"{m.lean_bearing_deg:.0f} +- {m.lean_bearing_sigma_deg:.0f} deg"))
+    for axis in (0, 1):
+        rows.append(
+            (
+                f"zero offset of axis {axis + 1}",
+                f"{m.offsets_deg[axis]:+.3f} +- {m.offset_sigmas_deg[axis]:.3f} deg",
+            )
+        )
+    for axis in (0, 1):
+        rows.append(
+            (
+                f"scale error of axis {axis + 1}",
+                f"{m.scales[axis]:+.5f} +- {m.scale_sigmas[axis]:.5f} deg/deg",
+            )
+        )
+    rows.append(("noise of one point", f"{m.noise_deg:.3f} deg on the sky, per axis"))
+    return Facts(tuple(rows))
+
+
+def plan_table(plan: Plan) -> Table:
+    """What stopping at each remaining half hour would give; the advised one is marked."""
+    rows = [_stop_row("now", plan.now, plan)]
+    rows += [_stop_row(_time(stop.stop_utc_s), stop, plan) for stop in plan.stops]
+    return Table(("stop, UTC", "points", "year rms", "95 %", "P", ""), tuple(rows), "<>>>><")
+
+
+def _stop_row(when: str, stop: PlannedStop, plan: Plan) -> tuple[str, ...]:
+    said = "done" if plan.reached_by(stop) else ""
+    if stop is plan.recommended:
+        said = f"<- advised{', ' + said if said else ''}"
+    return (
+        when,
+        str(stop.points),
+        number(stop.year_rms_deg, 3),
+        number(stop.year_p95_deg, 3),
+        number(stop.probability, 2),
+        said,
+    )
+
+
+def plan_blocks(judgement: Analysis) -> Blocks:
+    """The advice in one sentence, the schedule it means, and the table it rests on."""
+    plan = judgement.plan
+    assert plan is not None
+    advice = [
+        f"Planned from {format_utc(plan.at_utc_s, 0)[:16].replace('T', ' ')} UTC for a tolerance "
+        f"of {plan.tolerance_deg:g} deg",
+        "",
+        _sentence(plan.sentence),
+    ]
+    if plan.recommended.times_utc_s:
+        times = ", ".join(_time(time) for time in plan.recommended.times_utc_s)
+        advice.append(f"Points at {times} UTC.")
+    gap = Prose(("",))
+    return Prose((*advice, "")), plan_table(plan), gap, *verdict_blocks(judgement.verdict)
+
+
+def rounding_blocks(offer: UploadOffer) -> Blocks:
+    """What the unit's resolution makes of a fit, and what that does to the year."""
+    rows = []
+    for name, unit, fitted, kept in zip(
+        COEFFICIENT_NAMES,
+        COEFFICIENT_UNITS,
+        offer.fitted.as_tuple(),
+        offer.rounded.as_tuple(),
+        strict=True,
+    ):
+        decimals = DECIMALS[unit] + 1
+        rows.append(
+            (name, *(number(v, decimals, True) for v in (fitted, kept, kept - fitted)), unit)
+        )
+    exact, kept_year = offer.judgement.forecast, offer.kept
+    return (
+        Table(("", "fitted", "as the unit keeps it", "rounding", "unit"), tuple(rows), "<>>><"),
+        Prose(
+            (
+                *(
+                    f"over the year, {what}: {before:.4f} deg as fitted, {after:.4f} as kept"
+                    for what, before, after in (
+                        ("95 %", exact.year_p95_deg, kept_year.year_p95_deg),
+                        ("rms ", exact.year_rms_deg, kept_year.year_rms_deg),
+                    )
+                ),
+                "probability of the tolerance: "
+                f"{exact.probability_within_tolerance:.3f} as fitted, "
+                f"{kept_year.probability_within_tolerance:.3f} as kept",
+            )
+        ),
+    )
+
+
+def _time(utc_s: float) -> str:
+    return format_utc(utc_s, 0)[11:16]
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:] + "."
