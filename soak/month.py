@@ -27,6 +27,7 @@ from solarcal.session.reader import points, read_session
 from solarcal.session.records import Header
 from solarcal.station.core import CreateJournal
 from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.news import Done
 from solarcal.station.procedure import Station
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.timescale import SECONDS_PER_DAY
@@ -100,13 +101,16 @@ class Month:
         )
 
 
+class Lived(Done[None], name="a step of the month"): ...
+
+
 class _Worker:
     """Steps through the app's own worker, waited for."""
 
     def __init__(self, app: SolarcalApp, month: Month) -> None:
         self.app, self.month = app, month
 
-    async def do(self, name: str, step: Callable[[Station], object]) -> None:
+    async def do(self, step: Callable[[Station], object]) -> None:
         assert self.app.worker is not None
         done: queue.Queue[BaseException | None] = queue.Queue()
 
@@ -118,7 +122,7 @@ class _Worker:
                 raise
             done.put(None)
 
-        self.app.worker.submit(name, watched)
+        self.app.worker.submit(Lived, watched)
         while done.empty():
             await asyncio.sleep(0.002)
         error = done.get()
@@ -194,7 +198,7 @@ async def _live_a_day(
         technician._check_reference()
         station.initialise(confirmed=True, start_next=start_next)
 
-    await worker.do("morning", prepare)
+    await worker.do(prepare)
     last_point_s = morning_s + POINTS_A_DAY * POINT_S
     slot_s = morning_s
     while (slot_s := slot_s + READING_S) < morning_s + SECONDS_PER_DAY:
@@ -212,7 +216,7 @@ async def _live_a_day(
             month.readings += 1
             month.worst_reading_lag_s = max(month.worst_reading_lag_s, abs(at_s - slot_s))
 
-        await worker.do("reading", reading)
+        await worker.do(reading)
         await _until_shown(worker, slot_s)
         if on_the_hour:
 
@@ -221,7 +225,7 @@ async def _live_a_day(
                 month.worst_point_lag_s = max(month.worst_point_lag_s, lag_s)
                 technician.take_point()
 
-            await worker.do("point", point)
+            await worker.do(point)
 
 
 async def _until_shown(worker: _Worker, slot_s: float) -> None:

@@ -9,11 +9,14 @@ from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
 from solarcal.session.journal import Journal
 from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.news import Done, StepFailed, Stopped, Tracking
 from solarcal.station.procedure import Station
-from solarcal.tui.messages import StepDone, StepFailed
-from solarcal.tui.station_worker import StationWorker
+from solarcal.station.worker import StationWorker
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.tracker import Mode
+
+
+class Asked(Done[object], name="asked"): ...
 
 
 def morning() -> Station:
@@ -55,11 +58,11 @@ def test_what_was_asked_for_before_a_stop_does_not_undo_it() -> None:
         entered.set()
         go_on.wait(30.0)
 
-    worker.submit("slow", slow)
+    worker.submit(Asked, slow)
     worker.start()
     assert entered.wait(30.0)
-    worker.submit("track", lambda s: s.track(), moves=True)
-    worker.submit("last", lambda _: all_done.set())
+    worker.submit(Tracking, lambda s: s.track(), moves=True)
+    worker.submit(Asked, lambda _: all_done.set())
     worker.stop_motion()
     go_on.set()
     assert all_done.wait(30.0)
@@ -76,7 +79,7 @@ def test_a_stop_that_passes_a_command_on_the_line_has_the_last_word() -> None:
     stopped = threading.Event()
 
     def tell(message: object) -> None:
-        if isinstance(message, StepDone) and message.name == "stop":
+        if isinstance(message, Stopped):
             stopped.set()
 
     worker._post = tell
@@ -86,9 +89,9 @@ def test_a_stop_that_passes_a_command_on_the_line_has_the_last_word() -> None:
         assert stopped.wait(30.0)
         s.track()
 
-    worker.submit("track", passed, moves=True)
+    worker.submit(Tracking, passed, moves=True)
     all_done = threading.Event()
-    worker.submit("last", lambda _: all_done.set())
+    worker.submit(Asked, lambda _: all_done.set())
     worker.start()
     assert all_done.wait(30.0)
     worker.close()

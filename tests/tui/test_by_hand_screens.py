@@ -10,6 +10,7 @@ from typed_screens import NOON, displayed, fill, type_in, workstation_by_hand
 
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import PointRecord, Typed
+from solarcal.station.news import StatusRead
 from solarcal.station.procedure import Station
 
 SET = displayed(NOON)
@@ -118,7 +119,7 @@ async def test_stop_says_where_it_is_on_every_screen_and_asks_nothing() -> None:
 async def test_the_status_asks_nothing_and_shows_how_old_the_typed_is() -> None:
     async with workstation_by_hand(offset_set=True) as (app, pilot, station, clock):
         clock.wait(630.0)
-        app.station_worker().submit("look", lambda station: station.poll())
+        app.station_worker().submit(StatusRead, lambda station: station.poll())
         await shows(pilot, "typed as read at 17:00:00 UTC, 12 min ago")
     words = [record.form for record in recorded(station, Typed)]
     assert words == ["open", "clock", "reference", "offset"]

@@ -16,6 +16,7 @@ from procedure_bench import (
 )
 
 from solarcal.config import Choice, Settings
+from solarcal.station.news import StatusRead
 from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.workstation.screen import WorkstationScreen
@@ -98,6 +99,6 @@ async def test_link_lost(size, tmp_path):
         app.push_screen(WorkstationScreen())
         await shows(pilot, "LINK OK", "time stands")
         cable.pulled = True
-        app.station_worker().submit("status", lambda s: s.poll())
+        app.station_worker().submit(StatusRead, lambda s: s.poll())
         await shows(pilot, "LINK LOST", "reconnects by itself")
         await shows_golden(pilot, name_of("link-lost", size))

@@ -22,6 +22,7 @@ from solarcal.config import sessions_dir
 from solarcal.errors import FitError
 from solarcal.model.verdict import Verdict
 from solarcal.station.fitting import solve
+from solarcal.station.news import StatusRead
 from solarcal.station.plan_wishes import HALF_HOUR_S
 from solarcal.tui import fitting
 from solarcal.tui.action_handlers import ACTION_HANDLERS
@@ -217,7 +218,7 @@ async def test_after_a_reconnection_the_speed_is_read_again():
         await judged_speed(app, pilot)
         station.tracker.emulation.set_speed(5.0)
         cable.pulled = True
-        app.station_worker().submit("status", lambda s: s.poll())
+        app.station_worker().submit(StatusRead, lambda s: s.poll())
         await shows(pilot, "LINK LOST")
         app.emulated_speed = 120.0
         cable.pulled = False

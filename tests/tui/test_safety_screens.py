@@ -15,6 +15,7 @@ from procedure_bench import (
 from solarcal.session.disk import Disk
 from solarcal.session.journal import Journal
 from solarcal.session.records import Header
+from solarcal.station.news import NoteWritten
 from solarcal.station.state import LinkState
 from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
@@ -144,5 +145,5 @@ async def test_a_full_disk_is_said_and_the_workstation_goes_on_when_there_is_roo
         assert app.worker is not None
         app.worker.reconnect_now()
         await until(pilot, lambda: station.state.live.link is LinkState.CONNECTED)
-        app.worker.submit("note", lambda station: station.note("back"))
+        app.worker.submit(NoteWritten, lambda station: station.note("back"))
         await until(pilot, lambda: len(station.session.records) >= 2)

@@ -16,6 +16,7 @@ from solarcal.profiles import Profile, load_profile, save_profile
 from solarcal.session.journal import Journal
 from solarcal.session.reader import read_session
 from solarcal.session.records import Closed
+from solarcal.station.news import FileInitialised
 from solarcal.station.saved_sessions import finished, saved_sessions
 from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
@@ -123,7 +124,7 @@ async def test_leaving_in_the_middle_of_a_calibration_offers_to_go_on():
     async with app.run_test(size=(80, 24)) as pilot:
         app.open_choice(Choice(scenario="tijeras-azel"))
         await until(pilot, lambda: isinstance(app.screen, WorkstationScreen))
-        app.worker.submit("initialise", lambda s: s.initialise(confirmed=True))
+        app.worker.submit(FileInitialised, lambda s: s.initialise(confirmed=True))
         await until(pilot, lambda: app.state.session.initialised is not None)
         assert finished(app.state.session) == ""
         await pilot.press("ctrl+q")

@@ -16,9 +16,10 @@ from procedure_bench import (
 )
 
 from solarcal.session.records import FitRecord, LinkLost, LinkRestored
+from solarcal.station.news import FitReady, RecordVoided, StateChanged, StatusRead
 from solarcal.station.state import LiveView
 from solarcal.tui.keys import ACTIONS
-from solarcal.tui.messages import FitReady, StateChanged
+from solarcal.tui.messages import Told
 from solarcal.tui.palette import ActionProvider
 from solarcal.tui.widgets.footer import ActionFooter, FooterKey, StopKey
 from solarcal.tui.widgets.plot import strips_of_ansi
@@ -160,7 +161,7 @@ async def test_a_lost_line_is_said_recorded_and_comes_back_by_itself(station_and
     async with workstation(station, SMALL) as (app, pilot):
         await on_workstation(app, pilot)
         cable.pulled = True
-        app.worker.submit("status", lambda s: s.poll())
+        app.worker.submit(StatusRead, lambda s: s.poll())
         await shows(pilot, "LINK LOST", "reconnects by itself")
         assert isinstance(station.session.records[-1], LinkLost)
         cable.pulled = False
@@ -176,7 +177,7 @@ async def test_a_new_point_is_fitted_and_the_fit_kept_once(station_and_cable):
     async with workstation(station, SMALL) as (app, pilot):
         await on_workstation(app, pilot)
         victim = station.session.accepted[0].seq
-        app.worker.submit("void", lambda s: s.void(victim, "test"))
+        app.worker.submit(RecordVoided, lambda s: s.void(victim, "test"))
         await until(pilot, lambda: len(app.state.session.fits) == len(fits) + 1)
         await pilot.press("3")
         await shows(pilot, "2 points, rank")
@@ -275,10 +276,10 @@ async def test_a_state_older_than_the_one_shown_is_dropped():
         await until(pilot, lambda: app.state.generation == station.state.generation)
         shown = app.state
         older = replace(shown, generation=shown.generation - 1, live=LiveView())
-        app.on_state_changed(StateChanged(older))
+        app.on_told(Told(StateChanged(older)))
         assert app.state is shown
         newer = replace(shown, generation=shown.generation + 1)
-        app.on_state_changed(StateChanged(newer))
+        app.on_told(Told(StateChanged(newer)))
         assert app.state is newer
 
 
@@ -287,9 +288,9 @@ async def test_a_fit_of_fewer_points_that_comes_late_is_dropped():
     async with workstation(station) as (app, _):
         session = station.session
         newest = FitReady(10_001, session, None, reason="of the newest points")
-        app.on_fit_ready(newest)
-        app.on_fit_ready(FitReady(10_000, session, None, reason="late"))
+        app.on_told(Told(newest))
+        app.on_told(Told(FitReady(10_000, session, None, reason="late")))
         assert app.fit is newest
         as_new = FitReady(10_001, session, None, reason="planned anew")
-        app.on_fit_ready(as_new)
+        app.on_told(Told(as_new))
         assert app.fit is as_new

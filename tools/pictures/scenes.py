@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from solarcal.config import Choice, Settings
+from solarcal.station.news import StatusRead
 from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.messages import MenuEntriesFound
@@ -168,7 +169,7 @@ async def link_lost(folder: Path) -> str:
         day.cable.pulled = True
         app = pilot.app
         assert isinstance(app, SolarcalApp)
-        app.station_worker().submit("status", lambda station: station.poll())
+        app.station_worker().submit(StatusRead, lambda station: station.poll())
         await shows(pilot, "LINK LOST", "reconnects by itself")
         return await picture(pilot, "The cable was pulled")
 

@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from solarcal.errors import ProcedureRefused
+from solarcal.station.news import SpeedTold, TimeSkipped
 from solarcal.tui.base import Workstation
 
 if TYPE_CHECKING:
@@ -108,7 +109,7 @@ def _change_speed(app: Workstation, step: int) -> None:
     wanted = SPEEDS[min(max(nearest + step, 0), len(SPEEDS) - 1)]
     # The next press may come before the unit has answered this one.
     app.emulated_speed = wanted
-    app.station_worker().submit("speed", lambda s: _emulation(s).set_speed(wanted))
+    app.station_worker().submit(SpeedTold, lambda s: _emulation(s).set_speed(wanted))
 
 
 def faster(app: Workstation) -> None:
@@ -124,7 +125,7 @@ def skip(app: Workstation) -> None:
     if app.emulated_speed is None:
         raise ProcedureRefused("time can only be skipped on an emulated tracker")
     judgement = app.judgement
-    app.station_worker().submit("skip", lambda station: _skip(station, judgement))
+    app.station_worker().submit(TimeSkipped, lambda station: _skip(station, judgement))
 
 
 def _skip(station: "Station", judgement: "Analysis | None") -> float:

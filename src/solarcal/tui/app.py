@@ -17,6 +17,7 @@ from solarcal.config import Choice, Settings, save_settings
 from solarcal.errors import ConfigurationError, SolarcalError
 from solarcal.plain_text import harmless
 from solarcal.profiles import Profile
+from solarcal.station.news import StepFailed
 from solarcal.tui.action_handlers import ActionHandler
 from solarcal.tui.base import StationModal
 from solarcal.tui.keys import (
@@ -27,14 +28,14 @@ from solarcal.tui.keys import (
     bound_actions,
     modified_f3,
 )
-from solarcal.tui.messages import LineFailed, LineOpened, StepFailed
+from solarcal.tui.messages import FormAsked, LineFailed, LineNews, LineOpened, Told
 from solarcal.tui.start.screen import StartScreen
 from solarcal.tui.station_app import StationApp
 from solarcal.tui.themes import DEFAULT_THEME, OWN_THEMES, SUNLIGHT, axis_colours
 
 if TYPE_CHECKING:
     from solarcal.tui.opening import OpenLine
-    from solarcal.tui.typed_form.form_asked import FormAsked, ScreenDisplay
+    from solarcal.tui.typed_form.form_asked import AskedForm, ScreenDisplay
 
 PRESS_STOP_S = 8.0
 """How long it covers a part of the screen that STOP is at the unit; the log goes on saying it."""
@@ -220,9 +221,9 @@ class SolarcalApp(StationApp):
                 choice, profile, output=self._output, trace=self._trace, display=self.display_reader
             )
         except SolarcalError as error:
-            self.post_message(LineFailed(error))
+            self.post_message(Told(LineFailed(error)))
         else:
-            self.post_message(LineOpened(line))
+            self.post_message(Told(LineOpened(line)))
 
     @property
     def display_reader(self) -> "ScreenDisplay":
@@ -230,37 +231,46 @@ class SolarcalApp(StationApp):
         if self._reader is None:
             from solarcal.tui.typed_form.form_asked import ScreenDisplay
 
-            self._reader = ScreenDisplay(self.post_message)
+            self._reader = ScreenDisplay(lambda asked: self.post_message(Told(asked)))
         return self._reader
 
-    def on_form_asked(self, message: "FormAsked") -> None:
+    def line_told(self, news: LineNews) -> None:
+        match news:
+            case LineOpened(line):
+                self._line_opened(line)
+            case LineFailed(error):
+                self._line_failed(error)
+            case FormAsked(asked):
+                self._form_asked(asked)
+
+    def _form_asked(self, asked: "AskedForm") -> None:
         from solarcal.tui.typed_form.screen import DisplayFormScreen
 
         if self._leaving:
-            message.asked.answer(None)
-        elif not message.asked.done:
-            self.push_screen(DisplayFormScreen(message.asked))
+            asked.answer(None)
+        elif not asked.done:
+            self.push_screen(DisplayFormScreen(asked))
 
-    def on_line_failed(self, message: LineFailed) -> None:
+    def _line_failed(self, error: SolarcalError) -> None:
         from solarcal.tui.opening import UnfinishedSessions
 
         self._opening = False
-        if isinstance(message.error, UnfinishedSessions):
+        if isinstance(error, UnfinishedSessions):
             for screen in self.screen_stack:
                 if isinstance(screen, StartScreen):
-                    screen.offer_unfinished(message.error)
+                    screen.offer_unfinished(error)
             return
-        self._tell_start(str(message.error), error=True)
+        self._tell_start(str(error), error=True)
 
-    def on_line_opened(self, message: LineOpened) -> None:
+    def _line_opened(self, line: "OpenLine") -> None:
         from solarcal.tui.workstation.screen import WorkstationScreen
 
         self._opening = False
-        self.line = message.line
+        self.line = line
         self._output = None
-        self.adopt(message.line.station)
+        self.adopt(line.station)
         self.push_screen(WorkstationScreen())
-        for sentence in message.line.noticed:
+        for sentence in line.noticed:
             self.notify(sentence, severity="warning", timeout=NOTICED_S)
 
     def file_opened(self, path: Path) -> None:
@@ -333,7 +343,7 @@ class SolarcalApp(StationApp):
             handler(self)
         except SolarcalError as error:
             self.notify(str(error), severity="warning")
-            self.post_message(StepFailed(action_id, error))
+            self.tell(StepFailed(None, error))
 
     def _stop(self) -> None:
         from solarcal.tui.base import is_typed

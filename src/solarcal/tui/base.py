@@ -9,8 +9,7 @@ from textual.dom import DOMNode
 from textual.message_pump import MessagePump
 from textual.screen import ModalScreen, Screen
 
-from solarcal.errors import SolarcalError
-from solarcal.tui.messages import FitReady, Progress
+from solarcal.station.news import Done, FitReady, Progress, StepFailed
 from solarcal.tui.widgets.lines import say_if_too_small
 
 if TYPE_CHECKING:
@@ -22,9 +21,9 @@ if TYPE_CHECKING:
     from solarcal.profiles import Profile
     from solarcal.station.plan_wishes import PlanWishes
     from solarcal.station.state import StationState
+    from solarcal.station.worker import StationWorker
     from solarcal.tui.keys import Action
     from solarcal.tui.opening import OpenLine
-    from solarcal.tui.station_worker import StationWorker
 
 Result = TypeVar("Result")
 
@@ -125,14 +124,11 @@ class _StationHooks(DOMNode):
     def show_progress(self, progress: Progress) -> None:
         """How far a long step is."""
 
-    def step_started(self, name: str) -> None:
-        """A station command has begun."""
+    def step_done(self, done: Done[Any]) -> None:
+        """A step has returned; its kind says which, and carries what it returned."""
 
-    def step_done(self, name: str, result: object) -> None:
-        """A station command has returned."""
-
-    def step_failed(self, name: str, error: SolarcalError) -> None:
-        """A station command was refused or failed."""
+    def step_failed(self, failed: StepFailed) -> None:
+        """A step was refused or failed."""
 
 
 class StationScreen(_StationHooks, Screen[None]):

@@ -5,10 +5,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from textual.message import Message
-
 from solarcal.errors import SolarcalError
-from solarcal.tui.messages import FitReady
+from solarcal.station.news import FitReady
 
 if TYPE_CHECKING:
     from solarcal.model.plan import Plan
@@ -24,7 +22,7 @@ class Fitter:
     post : where ``FitReady`` goes; must be safe to call from another thread.
     """
 
-    def __init__(self, post: Callable[[Message], object]) -> None:
+    def __init__(self, post: Callable[[FitReady], object]) -> None:
         self._post = post
         self._wanted: Callable[[], FitReady] | None = None
         self._last: FitReady | None = None

@@ -7,24 +7,29 @@ from textual.app import App
 from textual.events import Resize
 
 from solarcal.errors import ProcedureRefused
+from solarcal.station.news import (
+    Done,
+    FitReady,
+    FitRecorded,
+    Gathered,
+    News,
+    Progress,
+    Reconnected,
+    SpeedTold,
+    StateChanged,
+    StepFailed,
+)
 from solarcal.timescale import parse_utc
 from solarcal.tui.base import StationModal, StationScreen
 from solarcal.tui.fitting import Fitter
-from solarcal.tui.messages import (
-    FitReady,
-    Progress,
-    StateChanged,
-    StepDone,
-    StepFailed,
-    StepStarted,
-)
+from solarcal.tui.messages import FormAsked, LineFailed, LineNews, LineOpened, Told
 
 if TYPE_CHECKING:
     from solarcal.model.analysis import Analysis
     from solarcal.station.plan_wishes import PlanWishes
     from solarcal.station.procedure import Station
     from solarcal.station.state import SessionView, StationState
-    from solarcal.tui.station_worker import StationWorker
+    from solarcal.station.worker import StationWorker
 
 MISSED_S = 600.0
 """So long after the planned time of the next point the rest of the day is planned anew."""
@@ -50,7 +55,7 @@ class StationApp(App[int]):
         self.fit: FitReady | None = None
         self.emulated_speed: float | None = None
         self._state: StationState | None = None
-        self._fitter = Fitter(self.post_message)
+        self._fitter = Fitter(self.tell)
         self._fitted: object = None
         self._planned_utc_s: float | None = None
         self.wishes: PlanWishes | None = None
@@ -69,21 +74,21 @@ class StationApp(App[int]):
 
     def adopt(self, station: "Station") -> None:
         """Conduct this station from now on."""
-        from solarcal.tui.station_worker import StationWorker
+        from solarcal.station.worker import StationWorker
 
-        self.worker = StationWorker(station, self.post_message)
+        self.worker = StationWorker(station, self.tell)
         self.worker.start()
         if station.tracker.emulation is not None:
             self.emulated_speed = 1.0
         self._ask_speed()
-        self.on_state_changed(StateChanged(station.state))
+        self._state_changed(station.state)
 
     def _ask_speed(self) -> None:
         """Another process may have told an emulated unit another speed; only the unit knows."""
         worker = self.station_worker()
         emulation = worker.station.tracker.emulation
         if emulation is not None:
-            worker.submit("speed", lambda station: emulation.speed())
+            worker.submit(SpeedTold, lambda station: emulation.speed())
 
     def station_worker(self) -> "StationWorker":
         """The worker of the open line."""
@@ -103,17 +108,41 @@ class StationApp(App[int]):
         for screen in self._station_screens():
             screen.show_size(event.size)
 
-    def on_state_changed(self, message: StateChanged) -> None:
-        if message.state.generation < self.state.generation:
+    def tell(self, news: News) -> None:
+        """Take news from any thread."""
+        self.post_message(Told(news))
+
+    def on_told(self, message: Told) -> None:
+        match message.news:
+            case StateChanged(state):
+                self._state_changed(state)
+            case FitReady() as fit:
+                self._fit_ready(fit)
+            case Progress() as progress:
+                for screen in self._station_screens():
+                    screen.show_progress(progress)
+            case StepFailed() as failed:
+                for screen in self._station_screens():
+                    screen.step_failed(failed)
+            case Done() as done:
+                self._step_done(done)
+            case LineOpened() | LineFailed() | FormAsked() as news:
+                self.line_told(news)
+
+    def line_told(self, news: LineNews) -> None:
+        """A line was opened or not, or somebody has to fill in a form."""
+
+    def _state_changed(self, state: "StationState") -> None:
+        if state.generation < self.state.generation:
             return
-        lost = message.state.live.link == "lost"
+        lost = state.live.link == "lost"
         if lost and self.state.live.link != "lost":
-            self.alert(f"link lost: {message.state.live.link_message}")
-        self._state = message.state
+            self.alert(f"link lost: {state.live.link_message}")
+        self._state = state
         self._remember_file()
-        self._fit_if_needed(message.state)
+        self._fit_if_needed(state)
         for screen in self._station_screens():
-            screen.show_state(message.state)
+            screen.show_state(state)
 
     @property
     def session_name(self) -> str:
@@ -171,13 +200,13 @@ class StationApp(App[int]):
         missed = bool(planned) and now_utc_s > planned[0] + MISSED_S
         return missed or now_utc_s > plan.at_utc_s + PLAN_AGE_S
 
-    def on_fit_ready(self, message: FitReady) -> None:
-        if self.fit is not None and message.generation < self.fit.generation:
+    def _fit_ready(self, fit: FitReady) -> None:
+        if self.fit is not None and fit.generation < self.fit.generation:
             return
-        self.fit = message
-        self._record_fit(message)
+        self.fit = fit
+        self._record_fit(fit)
         for screen in self._station_screens():
-            screen.show_fit(message)
+            screen.show_fit(fit)
 
     def _record_fit(self, fit: FitReady) -> None:
         """Keep what the fit said after a point: the history of the coefficients."""
@@ -191,36 +220,25 @@ class StationApp(App[int]):
             if not session.fit_recorded and solution.n_points == len(session.accepted):
                 station.record_fit(solution)
 
-        self.worker.submit("fit", record)
-
-    def on_progress(self, message: Progress) -> None:
-        for screen in self._station_screens():
-            screen.show_progress(message)
-
-    def on_step_started(self, message: StepStarted) -> None:
-        for screen in self._station_screens():
-            screen.step_started(message.name)
+        self.worker.submit(FitRecorded, record)
 
     def alert(self, words: str) -> None:
         """Call somebody who does not look at the screen."""
 
-    def on_step_done(self, message: StepDone) -> None:
-        if message.name == "gather":
-            self.alert("gathered; store the point or not")
-        if message.name == "speed" and isinstance(message.result, float):
-            # Another one may have been asked for while this was on its way: the unit knows.
-            if self.worker is not None and self.worker.busy:
+    def _step_done(self, done: Done[Any]) -> None:
+        match done:
+            case Gathered():
+                self.alert("gathered; store the point or not")
+            case SpeedTold(float(speed)):
+                # Another one may have been asked for while this was on its way: the unit knows.
+                if self.worker is not None and self.worker.busy:
+                    self._ask_speed()
+                else:
+                    self.emulated_speed = speed
+            case Reconnected():
                 self._ask_speed()
-            else:
-                self.emulated_speed = message.result
-        if message.name == "reconnect":
-            self._ask_speed()
         for screen in self._station_screens():
-            screen.step_done(message.name, message.result)
-
-    def on_step_failed(self, message: StepFailed) -> None:
-        for screen in self._station_screens():
-            screen.step_failed(message.name, message.error)
+            screen.step_done(done)
 
 
 def planning_utc_s(session: "SessionView", laptop_utc_s: float | None) -> float | None:

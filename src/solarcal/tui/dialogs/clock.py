@@ -2,14 +2,15 @@
 
 import threading
 from collections.abc import Iterable
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from textual.widget import Widget
 from textual.widgets import Input, Static
 
-from solarcal.errors import ConfigurationError, SolarcalError
+from solarcal.errors import ConfigurationError
 from solarcal.session.records import ClockSet
 from solarcal.station.laptop_clock import LaptopClock, laptop_clock
+from solarcal.station.news import ClockAdjusted, Done, StepFailed
 from solarcal.station.procedure import Station
 from solarcal.station.state import StationState
 from solarcal.timescale import format_utc
@@ -17,7 +18,6 @@ from solarcal.tui.base import Workstation
 from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, open_dialog
 from solarcal.tui.widgets.field import Field
 
-STEP = "clock"
 SECONDS_PER_SUN_DEG = 240.0
 REACTION_SIGMA_S = 0.2
 """Of somebody who presses a key at the pip."""
@@ -122,7 +122,7 @@ class ClockDialog(PacedDialog):
             return
         self.set_focus(None)
         self.offer()
-        self.submit(STEP, lambda station: _set(station, tick_s, sigma_s))
+        self.submit(ClockAdjusted, lambda station: _set(station, tick_s, sigma_s))
 
     def _tick(self) -> tuple[float | None, float | None]:
         tick, sigma = (
@@ -138,9 +138,10 @@ class ClockDialog(PacedDialog):
             raise ConfigurationError("the uncertainty of a time tick is greater than zero")
         return tick_s, sigma_s
 
-    def step_done(self, name: str, result: object) -> None:
-        super().step_done(name, result)
-        if name == STEP and isinstance(result, ClockSet):
+    def step_done(self, done: Done[Any]) -> None:
+        super().step_done(done)
+        if isinstance(done, ClockAdjusted):
+            result = done.result
             self.offer("set", "pip")
             self.say(
                 f"Set and recorded: unit - laptop was {result.before_s:+.3f} s, "
@@ -148,9 +149,9 @@ class ClockDialog(PacedDialog):
                 "good",
             )
 
-    def step_failed(self, name: str, error: SolarcalError) -> None:
-        super().step_failed(name, error)
-        if name == STEP:
+    def step_failed(self, failed: StepFailed) -> None:
+        super().step_failed(failed)
+        if failed.kind is ClockAdjusted:
             self.offer("set", "pip")
 
 

@@ -1,8 +1,8 @@
 """What the dialogs of the procedure share: a frame, a message line, keys as large targets."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from textual.app import ComposeResult
 from textual.binding import Binding
@@ -11,11 +11,11 @@ from textual.content import Content
 from textual.widget import Widget
 from textual.widgets import Static
 
-from solarcal.errors import SolarcalError
+from solarcal.station.news import Done, Result, SpeedTold, StepFailed, Stopped
 from solarcal.station.procedure import Station
 from solarcal.station.state import LinkState, StationState
+from solarcal.station.worker import StationWorker
 from solarcal.tui.base import StationModal, Workstation, is_typed
-from solarcal.tui.station_worker import StationWorker, Step
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,8 +166,10 @@ class Dialog(StationModal[None]):
     def worker(self) -> StationWorker:
         return self.workstation.station_worker()
 
-    def submit(self, name: str, step: Step, *, moves: bool = False) -> None:
-        self.worker.submit(name, step, moves=moves)
+    def submit(
+        self, kind: type[Done[Result]], step: Callable[[Station], Result], *, moves: bool = False
+    ) -> None:
+        self.worker.submit(kind, step, moves=moves)
 
     def show_state(self, state: StationState) -> None:
         lost = state.live.link is LinkState.LOST
@@ -193,14 +195,14 @@ class Dialog(StationModal[None]):
     def link_restored(self) -> None:
         """The line is back, identity and settings are read again."""
 
-    def step_done(self, name: str, result: object) -> None:
-        if name == "stop":
+    def step_done(self, done: Done[Any]) -> None:
+        if isinstance(done, Stopped):
             self.say("STOPPED. Nothing moves until it is told to again.", "warning")
 
-    def step_failed(self, name: str, error: SolarcalError) -> None:
+    def step_failed(self, failed: StepFailed) -> None:
         # Of a lost line the state tells, once.
         if not self._lost:
-            self.say(str(error), "error")
+            self.say(str(failed.error), "error")
 
 
 def _identifier(action: str) -> str:
@@ -213,9 +215,6 @@ def open_dialog(app: Workstation, dialog: Dialog) -> None:
     if not any(type(screen) is type(dialog) for screen in app.screen_stack):
         app.push_screen(dialog)
 
-
-PACE = "speed"
-"""The step's name; its result is the speed as it is then."""
 
 LIFE = 1.0
 FASTEST = 10.0
@@ -266,7 +265,7 @@ class PacedDialog(Dialog):
     def _pace(self, speed: float) -> None:
         # At once, so that a key pressed before the unit has answered counts from here.
         self.workstation.emulated_speed = speed
-        self.submit(PACE, lambda station: _set_speed(station, speed))
+        self.submit(SpeedTold, lambda station: _set_speed(station, speed))
 
 
 def _set_speed(station: Station, speed: float) -> float | None:

@@ -1,21 +1,19 @@
 """Initialize data file: asks for verification; once per calibration, never near a limit."""
 
 from collections.abc import Iterable
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from textual.widget import Widget
 from textual.widgets import Input, Static
 
-from solarcal.errors import SolarcalError
 from solarcal.session.records import Initialised
 from solarcal.station.guards import GuardRefused, near_limit_threshold_deg
+from solarcal.station.news import Done, FileInitialised, StepFailed
 from solarcal.station.procedure import Station
 from solarcal.station.state import StationState
 from solarcal.tui.base import Workstation
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
 from solarcal.tui.widgets.field import Field
-
-STEP = "initialise"
 
 
 def open_screen(app: Workstation) -> None:
@@ -92,20 +90,20 @@ class InitialiseDialog(Dialog):
         def step(station: Station) -> Initialised:
             return station.initialise(confirmed=True, override_reason=reason, start_next=create)
 
-        self.submit(STEP, step)
+        self.submit(FileInitialised, step)
 
-    def step_done(self, name: str, result: object) -> None:
-        super().step_done(name, result)
-        if name == STEP:
+    def step_done(self, done: Done[Any]) -> None:
+        super().step_done(done)
+        if isinstance(done, FileInitialised):
             path = self.worker.station.session_path
             where = f" in {path.name}" if path is not None else ""
             self.app.notify(f"The calibration begins{where}.")
             self.dismiss(None)
 
-    def step_failed(self, name: str, error: SolarcalError) -> None:
-        super().step_failed(name, error)
-        if name == STEP:
-            self.offer("begin", *(["override"] if isinstance(error, GuardRefused) else []))
+    def step_failed(self, failed: StepFailed) -> None:
+        super().step_failed(failed)
+        if failed.kind is FileInitialised:
+            self.offer("begin", *(["override"] if isinstance(failed.error, GuardRefused) else []))
 
     def link_lost(self) -> None:
         self.offer("begin")

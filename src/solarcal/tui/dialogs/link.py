@@ -7,11 +7,10 @@ from textual.widget import Widget
 from textual.widgets import Static
 
 from solarcal.session.records import LinkLost, LinkRestored
+from solarcal.station.news import Progress, Reconnected
 from solarcal.station.state import LinkState, StationState
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
-from solarcal.tui.messages import Progress
-from solarcal.tui.station_worker import RECONNECT
 from solarcal.tui.widgets.text_lines import TextLines
 from solarcal.unit.tracker import Traced
 
@@ -86,7 +85,7 @@ class LinkDialog(Dialog):
         self.offer(*(["reconnect"] if live.link is LinkState.LOST else []))
 
     def show_progress(self, progress: Progress) -> None:
-        if progress.name == RECONNECT and self._lost:
+        if progress.kind is Reconnected and self._lost:
             self.say(f"LINK LOST: {progress.words}.", "error")
 
     def _show_traffic(self) -> None:

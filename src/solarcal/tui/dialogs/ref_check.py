@@ -2,24 +2,22 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from textual.widget import Widget
 from textual.widgets import Static
 
-from solarcal.errors import SolarcalError
 from solarcal.report.blocks import text_of
 from solarcal.report.tables import ref_checks_table
 from solarcal.session.records import RefCheck
+from solarcal.station.news import Done, Progress, ReferenceChecked, StepFailed, Tracking
 from solarcal.station.procedure import Station
 from solarcal.station.question_evidence import counts_missed
 from solarcal.station.state import StationState
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, Tone, open_dialog
-from solarcal.tui.messages import Progress
 from solarcal.unit.tracker import Mode
 
-STEP = "ref_check"
 SHOWN_CHECKS = 5
 
 
@@ -98,31 +96,34 @@ class RefCheckDialog(Dialog):
 
         def step(station: Station) -> RefCheck:
             return station.ref_check(
-                lambda seconds: worker.progress(STEP, None, f"driving for {seconds:.0f} s")
+                lambda seconds: worker.progress(
+                    ReferenceChecked, None, f"driving for {seconds:.0f} s"
+                )
             )
 
-        self.submit(STEP, step, moves=True)
+        self.submit(ReferenceChecked, step, moves=True)
 
     def action_track(self) -> None:
         self.offer()
-        self.submit("track", lambda station: station.track(), moves=True)
+        self.submit(Tracking, lambda station: station.track(), moves=True)
 
     def show_progress(self, progress: Progress) -> None:
-        if progress.name == STEP and self._running:
+        if progress.kind is ReferenceChecked and self._running:
             self.say(f"Reference check running: {progress.words}. STOP ends it.")
 
-    def step_done(self, name: str, result: object) -> None:
-        super().step_done(name, result)
-        if name == STEP and isinstance(result, RefCheck):
-            self._running = False
-            self.offer("start", "track")
-            self._tell(result)
-        elif name == "track":
-            self.dismiss(None)
+    def step_done(self, done: Done[Any]) -> None:
+        super().step_done(done)
+        match done:
+            case ReferenceChecked(check):
+                self._running = False
+                self.offer("start", "track")
+                self._tell(check)
+            case Tracking():
+                self.dismiss(None)
 
-    def step_failed(self, name: str, error: SolarcalError) -> None:
-        super().step_failed(name, error)
-        if name in (STEP, "track"):
+    def step_failed(self, failed: StepFailed) -> None:
+        super().step_failed(failed)
+        if failed.kind in (ReferenceChecked, Tracking):
             self._running = False
             self.offer("start", "track")
 
@@ -159,9 +160,6 @@ def _motion(sense: int) -> str:
     return {1: "driving +", -1: "driving -"}.get(sense, "at rest")
 
 
-CHECK = "ref_check"
-
-
 class TypedRefCheckDialog(Dialog):
     """The checks so far; the next one is done at the unit, and typed."""
 
@@ -196,16 +194,18 @@ class TypedRefCheckDialog(Dialog):
 
     def action_type(self) -> None:
         self.offer()
-        self.submit(CHECK, lambda station: station.ref_check())
+        self.submit(ReferenceChecked, lambda station: station.ref_check())
 
-    def step_done(self, name: str, result: object) -> None:
-        super().step_done(name, result)
-        if name == CHECK and isinstance(result, RefCheck):
+    def step_done(self, done: Done[Any]) -> None:
+        super().step_done(done)
+        if isinstance(done, ReferenceChecked):
             self.offer("type")
             session = self.workstation.state.session
-            self.say(*ref_check_words(result, session.ref_checks if session is not None else ()))
+            self.say(
+                *ref_check_words(done.result, session.ref_checks if session is not None else ())
+            )
 
-    def step_failed(self, name: str, error: SolarcalError) -> None:
-        super().step_failed(name, error)
-        if name == CHECK:
+    def step_failed(self, failed: StepFailed) -> None:
+        super().step_failed(failed)
+        if failed.kind is ReferenceChecked:
             self.offer("type")

@@ -1,17 +1,25 @@
 """Upload: old, new, rounding; written, read back, rolled back; then check points and sign-off."""
 
 from collections.abc import Iterable
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from textual.widget import Widget
 from textual.widgets import Input, Static
 
-from solarcal.errors import SolarcalError
 from solarcal.model.forecast import percent
 from solarcal.report.blocks import columns, number, text_of
 from solarcal.report.judgement import STATE_WORDS
 from solarcal.report.tables import checks_table
 from solarcal.session.records import UploadRecord
+from solarcal.station.news import (
+    Done,
+    RolledBack,
+    StepFailed,
+    Tracking,
+    UnitLookedAt,
+    Uploaded,
+    UploadProposed,
+)
 from solarcal.station.procedure import Station
 from solarcal.station.sign_off import sign_off
 from solarcal.station.state import SessionView, StationState
@@ -20,9 +28,6 @@ from solarcal.station.uploading import refuse_doubtful
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
 from solarcal.tui.widgets.field import Field
-
-PROPOSE, UPLOAD, ROLLBACK = "propose upload", "upload", "rollback"
-LOOK_AGAIN = "look at the unit again"
 
 
 def open_screen(app: Workstation) -> None:
@@ -63,7 +68,7 @@ class UploadDialog(Dialog):
         self._sure = False
         self.offer()
         self.say("Reading what the unit holds ...")
-        self.submit(PROPOSE, _propose)
+        self.submit(UploadProposed, _propose)
 
     # -- keys --------------------------------------------------------------------------------
 
@@ -85,7 +90,7 @@ class UploadDialog(Dialog):
 
     def action_again(self) -> None:
         self.offer()
-        self.submit(UPLOAD, lambda station: station.upload_again())
+        self.submit(Uploaded, lambda station: station.upload_again())
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         reason = event.value.strip()
@@ -96,11 +101,11 @@ class UploadDialog(Dialog):
 
     def action_rollback(self) -> None:
         self.offer()
-        self.submit(ROLLBACK, lambda station: station.rollback())
+        self.submit(RolledBack, lambda station: station.rollback())
 
     def action_track(self) -> None:
         self.offer()
-        self.submit("track", lambda station: station.track(), moves=True)
+        self.submit(Tracking, lambda station: station.track(), moves=True)
 
     def _upload(self, proposal: UploadProposal, reason: str) -> None:
         self.offer()
@@ -110,7 +115,7 @@ class UploadDialog(Dialog):
             else "Writing. Do not unplug anything ..."
         )
         self.submit(
-            UPLOAD,
+            Uploaded,
             lambda station: station.upload(
                 proposal.coefficients,
                 method=proposal.solution.method,
@@ -126,22 +131,23 @@ class UploadDialog(Dialog):
     def link_restored(self) -> None:
         self._propose()
 
-    def step_done(self, name: str, result: object) -> None:
-        super().step_done(name, result)
-        if name == PROPOSE:
-            self._proposal = result if isinstance(result, UploadProposal) else None
-            self._show_proposal()
-        elif name == LOOK_AGAIN:
-            self._proposal = result if isinstance(result, UploadProposal) else None
-            self._show_table()
-        elif name in (UPLOAD, ROLLBACK) and isinstance(result, UploadRecord):
-            self._tell(result)
-        elif name == "track":
-            self.dismiss(None)
+    def step_done(self, done: Done[Any]) -> None:
+        super().step_done(done)
+        match done:
+            case UploadProposed(proposal):
+                self._proposal = proposal
+                self._show_proposal()
+            case UnitLookedAt(proposal):
+                self._proposal = proposal
+                self._show_table()
+            case Uploaded(record) | RolledBack(record):
+                self._tell(record)
+            case Tracking():
+                self.dismiss(None)
 
-    def step_failed(self, name: str, error: SolarcalError) -> None:
-        super().step_failed(name, error)
-        if name in (PROPOSE, UPLOAD, ROLLBACK, "track"):
+    def step_failed(self, failed: StepFailed) -> None:
+        super().step_failed(failed)
+        if failed.kind in (UploadProposed, Uploaded, RolledBack, Tracking):
             self._offer_what_can_be()
 
     def _offer_what_can_be(self) -> None:
@@ -194,7 +200,7 @@ class UploadDialog(Dialog):
         self.set_focus(None)
         self.offer("upload" if record.rollback else "rollback", "track")
         # What is in force has changed, and with it what the check points prove.
-        self.submit(LOOK_AGAIN, _propose)
+        self.submit(UnitLookedAt, _propose)
         if not record.verified:
             self.say(
                 "READ BACK DIFFERS from what was written: upload again, or roll back.", "error"

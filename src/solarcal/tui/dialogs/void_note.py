@@ -1,17 +1,17 @@
 """Void and note: strike a record, or restore it; write a remark. Nothing is ever removed."""
 
 from collections.abc import Iterable
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from textual.content import Content
 from textual.widget import Widget
 from textual.widgets import Input, OptionList
 from textual.widgets.option_list import Option
 
-from solarcal.errors import SolarcalError
 from solarcal.report.session_report import record_line
 from solarcal.session.reader import live_records
-from solarcal.session.records import Note, Void
+from solarcal.session.records import Void
+from solarcal.station.news import Done, NoteWritten, RecordVoided, StepFailed
 from solarcal.station.procedure import Station
 from solarcal.station.state import StationState
 from solarcal.tui.base import Workstation
@@ -50,17 +50,17 @@ class NoteDialog(Dialog):
             self.say("Nothing was typed.", "warning")
             return
         self.offer()
-        self.submit("note", lambda station: station.note(text))
+        self.submit(NoteWritten, lambda station: station.note(text))
 
-    def step_done(self, name: str, result: object) -> None:
-        super().step_done(name, result)
-        if name == "note" and isinstance(result, Note):
-            self.app.notify(f"Noted as record {result.seq}.")
+    def step_done(self, done: Done[Any]) -> None:
+        super().step_done(done)
+        if isinstance(done, NoteWritten):
+            self.app.notify(f"Noted as record {done.result.seq}.")
             self.dismiss(None)
 
-    def step_failed(self, name: str, error: SolarcalError) -> None:
-        super().step_failed(name, error)
-        if name == "note":
+    def step_failed(self, failed: StepFailed) -> None:
+        super().step_failed(failed)
+        if failed.kind is NoteWritten:
             self.offer("write")
 
 
@@ -136,10 +136,11 @@ class VoidDialog(Dialog):
         def step(station: Station) -> Void:
             return station.void(seq, reason)
 
-        self.submit("void", step)
+        self.submit(RecordVoided, step)
 
-    def step_done(self, name: str, result: object) -> None:
-        super().step_done(name, result)
-        if name == "void" and isinstance(result, Void):
-            self.app.notify(f"Record {result.voids} is void (record {result.seq}).")
+    def step_done(self, done: Done[Any]) -> None:
+        super().step_done(done)
+        if isinstance(done, RecordVoided):
+            void = done.result
+            self.app.notify(f"Record {void.voids} is void (record {void.seq}).")
             self.dismiss(None)

@@ -1,8 +1,8 @@
 """Set Sun Offset: jog exactly onto the Sun, coming from behind, and set the offset there."""
 
 import math
-from collections.abc import Iterable
-from typing import ClassVar
+from collections.abc import Callable, Iterable
+from typing import Any, ClassVar
 
 from textual.containers import Horizontal, Vertical
 from textual.content import Content
@@ -10,20 +10,28 @@ from textual.events import Key, Resize
 from textual.widget import Widget
 from textual.widgets import Digits, Input, Static
 
-from solarcal.errors import ConfigurationError, SolarcalError
+from solarcal.errors import ConfigurationError
 from solarcal.model.fit import Solution
 from solarcal.session.records import SunOffset
 from solarcal.station.jogging import STEPS_DEG, JogView, SunOffsetJog
+from solarcal.station.news import (
+    Done,
+    Jogged,
+    JogSeen,
+    OffsetLeft,
+    OffsetSet,
+    Result,
+    StepFailed,
+    Stopped,
+)
 from solarcal.station.procedure import Station
 from solarcal.station.state import StationState
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, open_dialog
 from solarcal.tui.offset.spot import SpotCalculator, Sunspot, jog_table
-from solarcal.tui.station_worker import Step
 from solarcal.unit.tracker import Mode
 
-LOOK, NUDGE, SET, LEAVE = "look", "jog", "set sun offset", "leave sun offset"
-MOVES = (NUDGE, SET, LEAVE)
+STEPS = (JogSeen, Jogged, OffsetSet, OffsetLeft)
 LOOK_EVERY_S = 0.25
 ROOMY = (112, 36)
 FIRST_STEP_DEG = 0.02
@@ -203,7 +211,7 @@ class SunOffsetDialog(PacedDialog):
             self._set = None
             self._offer()
         self._jogging = True
-        self._submit(NUDGE, lambda station: self._jog.nudge(axis1_deg, axis2_deg))
+        self._submit(Jogged, lambda station: self._jog.nudge(axis1_deg, axis2_deg))
 
     def action_step(self, index: int) -> None:
         self._step = min(max(index, 0), len(STEPS_DEG) - 1)
@@ -230,7 +238,7 @@ class SunOffsetDialog(PacedDialog):
             return
         error1, error2 = solution.predict_deg(view.status.ideal1_deg, view.status.ideal2_deg)
         error = (float(error1), float(error2))
-        self._submit(NUDGE, lambda station: self._jog.go_to(error))
+        self._submit(Jogged, lambda station: self._jog.go_to(error))
         self.say(
             f"Going to where the fit of {solution.n_points} points expects the Sun, from behind. "
             "Centre the spot there."
@@ -245,11 +253,11 @@ class SunOffsetDialog(PacedDialog):
         if self._view is not None and all(self._view.watch.from_behind):
             self.say("Both axes came from behind already: nothing to take up.", "good")
             return
-        self._submit(NUDGE, lambda station: self._jog.go_behind())
+        self._submit(Jogged, lambda station: self._jog.go_behind())
 
     def action_follow(self) -> None:
         follows = not self._jog.follows
-        self._submit(NUDGE, lambda station: self._jog.follow(follows))
+        self._submit(Jogged, lambda station: self._jog.follow(follows))
         self.say(
             "The aim follows the Sun: the spot stands but for your jogs."
             if follows
@@ -257,7 +265,7 @@ class SunOffsetDialog(PacedDialog):
         )
 
     def action_track(self) -> None:
-        self._submit(NUDGE, lambda station: self._jog.track())
+        self._submit(Jogged, lambda station: self._jog.track())
         self.say("The unit tracks by itself, with the offsets it has.")
 
     def action_calculate(self) -> None:
@@ -276,7 +284,7 @@ class SunOffsetDialog(PacedDialog):
     def action_set(self) -> None:
         self.offer()
         self.say("Waiting until the axes rest and the Sun is there ...")
-        self._submit(SET, lambda station: self._jog.set_here())
+        self._submit(OffsetSet, lambda station: self._jog.set_here())
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         del event
@@ -293,18 +301,18 @@ class SunOffsetDialog(PacedDialog):
         if self._lost:
             self.dismiss(None)
             return
-        self._submit(LEAVE, lambda station: self._jog.leave())
+        self._submit(OffsetLeft, lambda station: self._jog.leave())
 
     # -- the station ---------------------------------------------------------------------------
 
-    def _submit(self, name: str, step: Step) -> None:
+    def _submit(self, kind: type[Done[Result]], step: Callable[[Station], Result]) -> None:
         self._waiting += 1
-        self.submit(name, step, moves=name in MOVES)
+        self.submit(kind, step, moves=kind is not JogSeen)
 
     def _look(self) -> None:
         """Look, and renew the jog: only when nothing of ours still waits."""
         if not self._waiting and not self._lost:
-            self._submit(LOOK, lambda station: self._jog.look())
+            self._submit(JogSeen, lambda station: self._jog.look())
 
     def state_changed(self, state: StationState) -> None:
         del state
@@ -318,38 +326,40 @@ class SunOffsetDialog(PacedDialog):
     def link_restored(self) -> None:
         self._offer()
 
-    def step_done(self, name: str, result: object) -> None:
-        super().step_done(name, result)
-        if name in (LOOK, NUDGE, SET, LEAVE):
+    def step_done(self, done: Done[Any]) -> None:
+        super().step_done(done)
+        if isinstance(done, STEPS):
             self._waiting = max(0, self._waiting - 1)
-        if name == NUDGE:
-            self._jogging = False
-        if isinstance(result, JogView):
-            self._show(result)
-            self._jog_on()
-        elif name == SET and isinstance(result, SunOffset):
-            self._set = result
-            self._offer()
-            self.say(
-                f"SET and recorded: O1 {result.offsets.O1:+.4f}, O2 {result.offsets.O2:+.4f} deg. "
-                "Tracking: watch it a minute and through one update, then take the point [.].",
-                "good",
-            )
-        elif name == LEAVE:
-            self.dismiss(None)
-        elif name == "stop":
-            self._to_jog = [0.0, 0.0]
-            self._jog.release()
+        match done:
+            case JogSeen(view) | Jogged(view):
+                if isinstance(done, Jogged):
+                    self._jogging = False
+                self._show(view)
+                self._jog_on()
+            case OffsetSet(record):
+                self._set = record
+                self._offer()
+                offsets = record.offsets
+                self.say(
+                    f"SET and recorded: O1 {offsets.O1:+.4f}, O2 {offsets.O2:+.4f} deg. "
+                    "Tracking: watch it a minute and through one update, then take the point [.].",
+                    "good",
+                )
+            case OffsetLeft():
+                self.dismiss(None)
+            case Stopped():
+                self._to_jog = [0.0, 0.0]
+                self._jog.release()
 
-    def step_failed(self, name: str, error: SolarcalError) -> None:
-        super().step_failed(name, error)
-        if name in (LOOK, NUDGE, SET, LEAVE):
+    def step_failed(self, failed: StepFailed) -> None:
+        super().step_failed(failed)
+        if failed.kind in STEPS:
             self._waiting = max(0, self._waiting - 1)
-        if name == NUDGE:
+        if failed.kind is Jogged:
             self._jogging, self._to_jog = False, [0.0, 0.0]
-        if name == SET:
+        elif failed.kind is OffsetSet:
             self._offer()
-        elif name == LEAVE:
+        elif failed.kind is OffsetLeft:
             self.dismiss(None)
 
     # -- showing -------------------------------------------------------------------------------

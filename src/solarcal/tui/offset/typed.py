@@ -1,21 +1,19 @@
 """Set Sun Offset at the unit's own keys; what its display shows then is typed."""
 
 from collections.abc import Iterable
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from textual.containers import Horizontal
 from textual.events import Key
 from textual.widget import Widget
 from textual.widgets import Input, Static
 
-from solarcal.errors import ConfigurationError, SolarcalError
-from solarcal.session.records import SunOffset
+from solarcal.errors import ConfigurationError
+from solarcal.station.news import Done, OffsetSet, StepFailed
 from solarcal.station.state import StationState
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey
 from solarcal.tui.offset.spot import SpotCalculator
-
-SET = "set sun offset"
 
 
 class TypedOffsetDialog(Dialog):
@@ -83,18 +81,19 @@ class TypedOffsetDialog(Dialog):
 
     def action_type(self) -> None:
         self.offer()
-        self.submit(SET, lambda station: station.set_sun_offset())
+        self.submit(OffsetSet, lambda station: station.set_sun_offset())
 
-    def step_done(self, name: str, result: object) -> None:
-        super().step_done(name, result)
-        if name == SET and isinstance(result, SunOffset):
+    def step_done(self, done: Done[Any]) -> None:
+        super().step_done(done)
+        if isinstance(done, OffsetSet):
+            offsets = done.result.offsets
             self.app.notify(
-                f"Recorded: O1 {result.offsets.O1:+.4f}, O2 {result.offsets.O2:+.4f} deg. Let the "
+                f"Recorded: O1 {offsets.O1:+.4f}, O2 {offsets.O2:+.4f} deg. Let the "
                 "unit track; watch it a minute and through one update."
             )
             self.dismiss(None)
 
-    def step_failed(self, name: str, error: SolarcalError) -> None:
-        super().step_failed(name, error)
-        if name == SET:
+    def step_failed(self, failed: StepFailed) -> None:
+        super().step_failed(failed)
+        if failed.kind is OffsetSet:
             self.offer("type", "calculate")

@@ -11,10 +11,10 @@ from solarcal.model.analysis import Analysis
 from solarcal.report.blocks import wrapped
 from solarcal.report.judgement import STATE_WORDS
 from solarcal.station.guards import MIN_ELEVATION_DEG
+from solarcal.station.news import FitReady
 from solarcal.station.plan_wishes import NO_WISHES, PlanWishes
 from solarcal.station.state import StationState
 from solarcal.tui.base import StationScreen, Workstation
-from solarcal.tui.messages import FitReady
 from solarcal.tui.plan.half_hours import HalfHours, half_hours, utc_clock
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine

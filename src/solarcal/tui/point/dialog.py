@@ -5,32 +5,37 @@ where the attempt stands.
 """
 
 from collections.abc import Iterable
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from textual.widget import Widget
 from textual.widgets import Input, Static
 
-from solarcal.errors import ProcedureRefused, SolarcalError
+from solarcal.errors import ProcedureRefused
 from solarcal.session.records import CheckRecord, PointRecord
 from solarcal.station.guards import GuardRefused
+from solarcal.station.news import (
+    Answered,
+    Done,
+    Gathered,
+    Judged,
+    PointBegun,
+    Progress,
+    SpotSeen,
+    StepFailed,
+    Stored,
+)
 from solarcal.station.point_judgement import PointJudgement, judge_check, judge_point
 from solarcal.station.procedure import Station
 from solarcal.station.question_evidence import question_evidence
 from solarcal.station.state import Activity, Attempt, StationState
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, open_dialog
-from solarcal.tui.messages import Progress
 from solarcal.tui.point.question import Gathering, Question, check_result, point_result
 from solarcal.tui.widgets.field import Field
 from solarcal.unit.tracker import Spot
 
-BEGIN, ANSWER, GATHER, JUDGE, STORE, LOOK = (
-    "begin point", "answer", "gather", "judge", "store", "look at spot",
-)  # fmt: skip
 LOOK_EVERY_S = 2.0
 NOT_STORED = "the technician did not store it"
-
-Judged = PointJudgement | str
 
 
 def open_screen(app: Workstation) -> None:
@@ -54,7 +59,6 @@ class TakePointDialog(PacedDialog):
         self._check = False
         self._attempt: Attempt | None = None
         self._asked_to_judge = False
-        self._judged: Judged | None = None
 
     def body(self) -> Iterable[Widget]:
         yield Question(id="question")
@@ -127,7 +131,7 @@ class TakePointDialog(PacedDialog):
         def step(station: Station) -> Attempt:
             return station.begin_point(check=check, override_reason=override_reason)
 
-        self.submit(BEGIN, step)
+        self.submit(PointBegun, step)
 
     def _decide(self, yes: bool) -> None:
         attempt = self._attempt
@@ -136,22 +140,22 @@ class TakePointDialog(PacedDialog):
         self.offer()
         if attempt.question is not None:
             asked = attempt.asked
-            self.submit(ANSWER, lambda station: _answer(station, asked, yes))
+            self.submit(Answered, lambda station: _answer(station, asked, yes))
         else:
-            self.submit(STORE, lambda station: station.store(yes, "" if yes else NOT_STORED))
+            self.submit(Stored, lambda station: station.store(yes, "" if yes else NOT_STORED))
 
     def _gather(self) -> None:
         self.offer()
         worker = self.worker
 
-        def step(station: Station) -> object:
-            return station.gather_point(lambda part: worker.progress(GATHER, part, "gathering"))
+        def step(station: Station) -> PointRecord | CheckRecord:
+            return station.gather_point(lambda part: worker.progress(Gathered, part, "gathering"))
 
-        self.submit(GATHER, step)
+        self.submit(Gathered, step)
 
     def _look(self) -> None:
         if self._attempt is not None and not self.worker.busy and not self._lost:
-            self.submit(LOOK, _look)
+            self.submit(SpotSeen, _look)
 
     # -- the station ---------------------------------------------------------------------------
 
@@ -188,12 +192,12 @@ class TakePointDialog(PacedDialog):
             self._gather()
         elif state.activity is Activity.RESULT and not self._asked_to_judge:
             self._asked_to_judge = True
-            self.submit(JUDGE, _judge)
+            self.submit(Judged, _judge)
 
     def show_progress(self, progress: Progress) -> None:
         if is_typed(self.workstation):
             return
-        if progress.name == GATHER and progress.fraction is not None:
+        if progress.kind is Gathered and progress.fraction is not None:
             self.query_one(Gathering).at(progress.fraction)
 
     def link_lost(self) -> None:
@@ -205,28 +209,25 @@ class TakePointDialog(PacedDialog):
             self.say("The link is back. The attempt was aborted and is in the file.", "warning")
             self.offer("again")
 
-    def step_done(self, name: str, result: object) -> None:
-        super().step_done(name, result)
-        if name == LOOK and isinstance(result, Spot):
-            self._spot = result
-        elif (
-            name == ANSWER
-            and isinstance(result, Attempt)
-            and self.workstation.state.attempt is None
-        ):
-            self._answered_no(result)
-        elif name == JUDGE and result is not None:
-            self._show_result(result)
-        elif name == STORE and isinstance(result, (PointRecord, CheckRecord)):
-            self._stored(result)
+    def step_done(self, done: Done[Any]) -> None:
+        super().step_done(done)
+        match done:
+            case SpotSeen(spot):
+                self._spot = spot
+            case Answered(attempt) if self.workstation.state.attempt is None:
+                self._answered_no(attempt)
+            case Judged(judged) if judged is not None:
+                self._show_result(judged)
+            case Stored(record):
+                self._stored(record)
 
-    def step_failed(self, name: str, error: SolarcalError) -> None:
-        super().step_failed(name, error)
-        if self._lost or name not in (BEGIN, GATHER, STORE, ANSWER):
+    def step_failed(self, failed: StepFailed) -> None:
+        super().step_failed(failed)
+        if self._lost or failed.kind not in (PointBegun, Gathered, Stored, Answered):
             return
-        if name == STORE and self.workstation.state.attempt is not None:
+        if failed.kind is Stored and self.workstation.state.attempt is not None:
             self.offer("yes", "no")
-        elif isinstance(error, GuardRefused):
+        elif isinstance(failed.error, GuardRefused):
             self.offer("override", "again")
         elif self.workstation.state.attempt is None:
             self.offer("again")
@@ -238,7 +239,7 @@ class TakePointDialog(PacedDialog):
         )
         self.dismiss(None)
 
-    def _show_result(self, judged: object) -> None:
+    def _show_result(self, judged: PointJudgement | str) -> None:
         attempt = self._attempt
         candidate = attempt.candidate if attempt is not None else None
         result = self.query_one("#result", Static)
@@ -267,7 +268,7 @@ def _answer(station: Station, asked: int, yes: bool) -> Attempt:
     return station.answer(yes)
 
 
-def _judge(station: Station) -> Judged | None:
+def _judge(station: Station) -> PointJudgement | str | None:
     attempt = station.state.attempt
     candidate = attempt.candidate if attempt is not None else None
     if isinstance(candidate, CheckRecord):

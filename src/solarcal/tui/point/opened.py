@@ -6,7 +6,7 @@ It can be struck out and restored from here; nothing is ever removed from the fi
 import math
 import threading
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
@@ -15,11 +15,11 @@ from textual.content import Content
 from textual.message import Message
 from textual.widgets import Input, Static
 
-from solarcal.errors import SolarcalError
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.report.blocks import columns, number
 from solarcal.report.session_report import record_line
 from solarcal.session.records import PointRecord, Void
+from solarcal.station.news import Done, PointStruck, StepFailed
 from solarcal.station.point_influence import PointInfluence, point_evidence, point_influence
 from solarcal.station.procedure import Station
 from solarcal.station.state import SessionView, StationState
@@ -27,8 +27,6 @@ from solarcal.tui.base import StationScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine
 from solarcal.tui.widgets.text_lines import Line, TextLines
-
-STRIKE = "strike point"
 
 
 class PointScreen(StationScreen):
@@ -110,15 +108,16 @@ class PointScreen(StationScreen):
         self._points = tuple(r.seq for r in session.records if isinstance(r, PointRecord))
         self._open()
 
-    def step_done(self, name: str, result: object) -> None:
-        if name == STRIKE and isinstance(result, Void):
+    def step_done(self, done: Done[Any]) -> None:
+        if isinstance(done, PointStruck):
+            result = done.result
             restored = result.voids != self._seq
             self.query_one("#log", LogLine).say(
                 f"{'Restored' if restored else 'Struck out'} (record {result.seq})."
             )
 
-    def step_failed(self, name: str, error: SolarcalError) -> None:
-        self.query_one("#log", LogLine).say(str(error), error=True)
+    def step_failed(self, failed: StepFailed) -> None:
+        self.query_one("#log", LogLine).say(str(failed.error), error=True)
 
     # -- keys ----------------------------------------------------------------------------------
 
@@ -155,7 +154,7 @@ class PointScreen(StationScreen):
             return station.void(seq, reason)
 
         self._close_reason()
-        self.workstation.station_worker().submit(STRIKE, step)
+        self.workstation.station_worker().submit(PointStruck, step)
 
     def _close_reason(self) -> None:
         reason = self.query_one("#reason")

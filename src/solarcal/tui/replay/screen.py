@@ -9,12 +9,13 @@ from textual.widgets import Input, Static
 
 from solarcal.report.session_report import record_line
 from solarcal.session.records import PointRecord
+from solarcal.station.news import FitReady
 from solarcal.station.replay import Replay
 from solarcal.station.state import LiveView, StationState
 from solarcal.timescale import format_utc, parse_utc
 from solarcal.tui.base import StationModal, StationScreen
 from solarcal.tui.fitting import Fitter
-from solarcal.tui.messages import FitReady
+from solarcal.tui.messages import Told
 from solarcal.tui.point.opened import PointScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry, StopKey
 from solarcal.tui.widgets.lines import HeadLine, LogLine
@@ -100,7 +101,7 @@ class ReplayScreen(StationScreen):
         self._points_seen: object = None
         self._ready = False
         self._judged: FitReady | None = None
-        self._fitter = Fitter(self.post_message)
+        self._fitter = Fitter(lambda fit: self.post_message(Told(fit)))
 
     def compose(self) -> ComposeResult:
         yield TitleLine(id="title")
@@ -207,12 +208,14 @@ class ReplayScreen(StationScreen):
             ]
         )
 
-    def on_fit_ready(self, message: FitReady) -> None:
+    def on_told(self, message: Told) -> None:
         """A fit of other points than those seen now comes too late."""
-        if message.session.points == self._points_seen:
-            self._judged = message
+        message.stop()
+        fit = message.news
+        if isinstance(fit, FitReady) and fit.session.points == self._points_seen:
+            self._judged = fit
             self._show_lines(self._state())
-            self.query_one(WorkstationView).show_fit(message.solution, message.judgement)
+            self.query_one(WorkstationView).show_fit(fit.solution, fit.judgement)
 
     def on_unmount(self) -> None:
         self._fitter.close()

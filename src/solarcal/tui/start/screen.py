@@ -14,7 +14,7 @@ from textual.widgets.option_list import Option
 
 from solarcal import __version__
 from solarcal.config import Choice
-from solarcal.errors import SolarcalError
+from solarcal.station.news import StepFailed
 from solarcal.tui.base import StationScreen
 from solarcal.tui.messages import MenuEntriesFound
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
@@ -103,8 +103,8 @@ class StartScreen(StationScreen):
         if error:
             self.workstation.notify(sentence, severity="error", timeout=10.0)
 
-    def step_failed(self, name: str, error: SolarcalError) -> None:
-        self.query_one("#log", LogLine).say(str(error), error=True)
+    def step_failed(self, failed: StepFailed) -> None:
+        self.query_one("#log", LogLine).say(str(failed.error), error=True)
 
     # -- what there is to choose -------------------------------------------------------------
 

@@ -3,11 +3,10 @@
 import threading
 from collections.abc import Callable
 
-from textual.message import Message
-
 from solarcal.clock import Clock, SystemClock
 from solarcal.errors import ProcedureRefused
 from solarcal.station.typed.forms import DisplayForm, TypedAnswer
+from solarcal.tui.messages import FormAsked
 
 GIVEN_UP = "given up: nothing was typed, nothing is recorded"
 
@@ -52,14 +51,6 @@ class AskedForm:
         return self._answer
 
 
-class FormAsked(Message):
-    """The thread of the station waits for what a unit's display shows."""
-
-    def __init__(self, asked: AskedForm) -> None:
-        super().__init__()
-        self.asked = asked
-
-
 class ScreenDisplay:
     """A ``Display`` that asks on the screen.
 
@@ -68,7 +59,7 @@ class ScreenDisplay:
     post : where the app takes messages from; safe to call from another thread.
     """
 
-    def __init__(self, post: Callable[[Message], object], clock: Clock | None = None) -> None:
+    def __init__(self, post: Callable[[FormAsked], object], clock: Clock | None = None) -> None:
         self._post = post
         self._clock = clock or SystemClock()
         self._asked: AskedForm | None = None

@@ -9,7 +9,7 @@ from textual.events import Key
 from textual.widget import Widget
 from textual.widgets import Input, Static
 
-from solarcal.errors import SolarcalError
+from solarcal.station.news import StepFailed, Stopped
 from solarcal.station.typed.forms import (
     Doubt,
     Moment,
@@ -272,7 +272,7 @@ class DisplayFormScreen(Dialog):
 
     # -- the station ---------------------------------------------------------------------------
 
-    def step_failed(self, name: str, error: SolarcalError) -> None:
+    def step_failed(self, failed: StepFailed) -> None:
         # Of the step that asks this form the screen below tells.
-        if name == "stop":
-            self.say(str(error), "error")
+        if failed.kind is Stopped:
+            self.say(str(failed.error), "error")

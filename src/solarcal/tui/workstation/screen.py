@@ -1,6 +1,6 @@
 """The screen a technician uses all day: everything the station says, and every key."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
@@ -8,17 +8,23 @@ from textual.content import Content
 from textual.events import Key
 from textual.markup import escape
 
-from solarcal.errors import SolarcalError
 from solarcal.report.session_report import record_line
 from solarcal.session.records import PointRecord
+from solarcal.station.news import (
+    Done,
+    FitReady,
+    Progress,
+    Reconnected,
+    SpeedTold,
+    StepFailed,
+    Stopped,
+    Stored,
+)
 from solarcal.station.next_step import next_step
 from solarcal.station.state import LinkState, StationState
 from solarcal.station.sun_now import sun_now
 from solarcal.tui.base import StationScreen, Workstation
-from solarcal.tui.messages import FitReady, Progress
-from solarcal.tui.point.dialog import STORE
 from solarcal.tui.point.opened import PointScreen
-from solarcal.tui.station_worker import RECONNECT
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine, Part
 from solarcal.tui.widgets.plot import ExploredPlot
@@ -173,23 +179,24 @@ class WorkstationScreen(StationScreen):
             self.query_one("#log", LogLine).say(fit.reason, error=True)
 
     def show_progress(self, progress: Progress) -> None:
-        if progress.name == RECONNECT:
+        if progress.kind is Reconnected:
             message = self.workstation.state.live.link_message
             self.query_one("#log", LogLine).say(f"{message}: {progress.words}", error=True)
             return
         share = "" if progress.fraction is None else f"  {100.0 * progress.fraction:.0f} %"
         self.query_one("#log", LogLine).say(f"{progress.words}{share}")
 
-    def step_done(self, name: str, result: object) -> None:
-        if name == STORE and isinstance(result, PointRecord) and result.status == "accepted":
-            self._review_point()
-        if name == "speed":
-            self._show_lines(self.workstation.state)
-        if name == "stop":
-            self.query_one("#log", LogLine).say("STOP: every motion was told to end")
+    def step_done(self, done: Done[Any]) -> None:
+        match done:
+            case Stored(PointRecord(status="accepted")):
+                self._review_point()
+            case SpeedTold():
+                self._show_lines(self.workstation.state)
+            case Stopped():
+                self.query_one("#log", LogLine).say("STOP: every motion was told to end")
 
-    def step_failed(self, name: str, error: SolarcalError) -> None:
-        self.query_one("#log", LogLine).say(str(error), error=True)
+    def step_failed(self, failed: StepFailed) -> None:
+        self.query_one("#log", LogLine).say(str(failed.error), error=True)
 
     # -- keys --------------------------------------------------------------------------------
 

@@ -8,32 +8,40 @@ import queue
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
-from textual.message import Message
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from solarcal.errors import LinkError, ProcedureRefused, SolarcalError
+from solarcal.station.news import (
+    Done,
+    Kind,
+    LossRecorded,
+    News,
+    Progress,
+    Reconnected,
+    StateChanged,
+    StatusRead,
+    StepFailed,
+    Stopped,
+)
 from solarcal.station.state import LinkState, StationState
-from solarcal.tui.messages import Progress, StateChanged, StepDone, StepFailed, StepStarted
 
 if TYPE_CHECKING:
     from solarcal.station.procedure import Station
 
 POLL_S = 1.0
-RECONNECT = "reconnect"
 FIRST_RETRY_S = 1.0
 LONGEST_RETRY_S = 15.0
 TURNS_HELD = 5
 """So many steps or polls after a reconnection the line counts as held, the pauses begin anew."""
 
-Step = Callable[["Station"], object]
-Post = Callable[[Message], object]
+Result = TypeVar("Result")
+Post = Callable[[News], object]
 
 
 @dataclass(frozen=True, slots=True)
 class _Submitted:
-    name: str
-    step: Step
+    kind: Kind
+    step: Callable[["Station"], Any]
     stops: int | None = None
     """How often STOP had been pressed, for a step that moves something."""
 
@@ -66,12 +74,18 @@ class StationWorker:
         """A step is running or waiting."""
         return self._busy.is_set() or not self._steps.empty()
 
-    def submit(self, name: str, step: Step, *, moves: bool = False) -> None:
-        """Run ``step`` after those submitted before it; ``StepDone`` or ``StepFailed`` follows.
+    def submit(
+        self,
+        kind: type[Done[Result]],
+        step: Callable[["Station"], Result],
+        *,
+        moves: bool = False,
+    ) -> None:
+        """Run ``step`` after those submitted before it; a ``kind`` or ``StepFailed`` follows.
 
         One that ``moves`` something is not begun when STOP is pressed while it waits.
         """
-        self._steps.put(_Submitted(name, step, self._stops if moves else None))
+        self._steps.put(_Submitted(kind, step, self._stops if moves else None))
 
     def stop_motion(self) -> None:
         """STOP, now, past everything that waits."""
@@ -79,8 +93,8 @@ class StationWorker:
         self._stops += 1
         threading.Thread(target=self._stop_now, name="stop", daemon=True).start()
 
-    def progress(self, name: str, fraction: float | None, words: str) -> None:
-        self._post(Progress(name, fraction, words))
+    def progress(self, kind: Kind, fraction: float | None, words: str) -> None:
+        self._post(Progress(kind, fraction, words))
 
     def reconnect_now(self) -> None:
         """Do not wait for the next try."""
@@ -103,15 +117,15 @@ class StationWorker:
         try:
             self.station.stop()
         except SolarcalError as error:
-            self._post(StepFailed("stop", error))
+            self._post(StepFailed(Stopped, error))
         else:
-            self._post(StepDone("stop", None))
+            self._post(Stopped(None))
 
     def _stop_again(self) -> None:
         try:
             self.station.stop()
         except SolarcalError as error:
-            self._post(StepFailed("stop", error))
+            self._post(StepFailed(Stopped, error))
 
     def _run(self) -> None:
         pause_s = FIRST_RETRY_S
@@ -128,36 +142,37 @@ class StationWorker:
                 submitted = self._steps.get(timeout=POLL_S)
             except queue.Empty:
                 if self.station.state.live.link is LinkState.CONNECTED:
-                    self._perform("status", lambda station: station.poll(), quiet=True)
+                    self._perform(StatusRead, lambda station: station.poll(), quiet=True)
                 continue
             if submitted is not None:
                 self._begin(submitted)
 
     def _begin(self, submitted: _Submitted) -> None:
-        name = submitted.name
+        kind = submitted.kind
         if submitted.stops not in (None, self._stops):
-            self._post(StepFailed(name, ProcedureRefused(f"{name}: not done, STOP was pressed")))
+            refused = ProcedureRefused(f"{kind.name}: not done, STOP was pressed")
+            self._post(StepFailed(kind, refused))
             return
-        self._perform(name, submitted.step)
+        self._perform(kind, submitted.step)
         if submitted.stops not in (None, self._stops):
             # The two may have passed each other on the line: STOP has the last word.
             self._stop_again()
 
-    def _perform(self, name: str, step: Step, *, quiet: bool = False) -> None:
+    def _perform(
+        self, kind: Kind, step: Callable[["Station"], Any], *, quiet: bool = False
+    ) -> None:
         self._busy.set()
-        if not quiet:
-            self._post(StepStarted(name))
         try:
             result = step(self.station)
         except LinkError as error:
             if self.station.state.live.link is LinkState.CONNECTED:
                 self._lose_link(error)
-            self._post(StepFailed(name, error))
+            self._post(StepFailed(kind, error))
         except SolarcalError as error:
-            self._post(StepFailed(name, error))
+            self._post(StepFailed(kind, error))
         else:
             if not quiet:
-                self._post(StepDone(name, result))
+                self._post(kind(result))
         finally:
             self._busy.clear()
 
@@ -166,14 +181,14 @@ class StationWorker:
         try:
             self.station.link_lost(error)
         except SolarcalError as unrecorded:
-            self._post(StepFailed("link", unrecorded))
+            self._post(StepFailed(LossRecorded, unrecorded))
 
     def _try_again(self, pause_s: float) -> float:
         """Wait, try to reopen the line, and return the next pause."""
         left_s = pause_s
         while left_s > 0.0 and not self._retry_now.is_set():
             words = f"next try in {left_s:.0f} s; press L to try now"
-            self._post(Progress(RECONNECT, 1.0 - left_s / pause_s, words))
+            self._post(Progress(Reconnected, 1.0 - left_s / pause_s, words))
             self._retry_now.wait(min(1.0, left_s))
             left_s -= 1.0
         self._retry_now.clear()
@@ -186,9 +201,9 @@ class StationWorker:
         except LinkError:
             return min(2.0 * pause_s, LONGEST_RETRY_S)
         except SolarcalError as error:
-            self._post(StepFailed("reconnect", error))
+            self._post(StepFailed(Reconnected, error))
             return LONGEST_RETRY_S
-        self._post(StepDone("reconnect", None))
+        self._post(Reconnected(None))
         # A line that comes and goes is not opened anew every second.
         return min(2.0 * pause_s, LONGEST_RETRY_S)
 
@@ -199,8 +214,5 @@ class StationWorker:
             except queue.Empty:
                 return
             if dropped is not None:
-                self._post(
-                    StepFailed(
-                        dropped.name, LinkError(f"{dropped.name}: not done, the link is down")
-                    )
-                )
+                down = LinkError(f"{dropped.kind.name}: not done, the link is down")
+                self._post(StepFailed(dropped.kind, down))
