@@ -1,6 +1,7 @@
 """TPOINT terms fitted at the encoder places, as PMFIT does, and a published model beside them."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from solarcal.model.fit import fit_linear
 from solarcal.model.iterated_fit import PMFIT_TERMS, fit_iterated
 from solarcal.model.points import PointSet
 from solarcal.mount.geometry import MountGeometry
+from solarcal.session.interchange.pmfit import read_pmfit
 
 AZEL = MountGeometry("azel", -30.24)
 ARCSEC = math.pi / 180.0 / 3600.0
@@ -86,6 +88,37 @@ def test_the_iterated_fit_is_pmfits_to_the_printed_digit() -> None:
     assert solution.population_sd_deg is not None
     assert solution.population_sd_deg * 3600.0 == pytest.approx(sky, rel=1e-6)
     assert any("divide by n - k = 34" in note for note in solution.notes)
+
+
+PUBLISHED = Path(__file__).with_name("published_pmfit_105.dat")
+"""Observations of an 8 m telescope whose solution the documentation of PMFIT prints (P. T. Wallace,
+SPK pointing kernel, 2023)."""
+PRINTED = (
+    ("-142.148", "4.378"), ("-117.293", "3.016"), ("+19.843", "3.022"),
+    ("-23.758", "0.965"), ("+19.261", "0.960"), ("+279.752", "4.361"),
+)  # fmt: skip
+
+
+def test_the_published_solution_of_105_observations_comes_out_to_the_printed_digit() -> None:
+    table = read_pmfit(PUBLISHED)
+    points = PointSet(
+        geometry=MountGeometry("azel", -30.240667, table.ax1_centre_deg),
+        ax1_deg=table.ax1_deg,
+        ax2_deg=table.ax2_deg,
+        err1_deg=table.err1_deg,
+        err2_deg=table.err2_deg,
+    )
+    solution = fit_iterated(points, PMFIT_TERMS)
+    assert solution.sigmas is not None
+    assert solution.population_sd_deg is not None
+    assert [
+        (f"{value:+.3f}", f"{sigma:.3f}")
+        for value, sigma in zip(solution.values, solution.sigmas, strict=True)
+    ] == list(PRINTED)
+    assert f"{3600.0 * solution.population_sd_deg:.3f}" == "8.349"
+    zeros = fit_iterated(points, ("IA", "IE")).population_sd_deg
+    assert zeros is not None
+    assert f"{3600.0 * zeros:.2f}" == "60.44"
 
 
 def test_near_the_zenith_the_linear_fit_differs_in_tenths_of_an_arcsecond() -> None:

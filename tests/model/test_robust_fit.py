@@ -298,3 +298,14 @@ def test_a_point_given_three_times_counts_once(method):
     assert thrice.n_points == 9
     assert thrice.values == pytest.approx(once.values)
     assert any("count as one point" in note for note in thrice.notes)
+
+
+def test_the_blunders_of_a_large_set_are_found_and_harmless():
+    context, points = day_of("azel", 4000, noise_deg=0.02)
+    err2 = points.err2_deg.copy()
+    err2[::20] += 0.8
+    solution = fit_exact(with_errors(points, points.err1_deg, err2), context)
+    assert set(solution.outliers) == set(range(1, 4001, 20))
+    clean = fit_exact(points, context).posterior.mean
+    assert np.abs(solution.posterior.mean - clean)[:4].max() < 0.005
+    assert solution.noise_deg == pytest.approx(0.02, rel=0.05)

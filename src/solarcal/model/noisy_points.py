@@ -7,7 +7,7 @@ approximation gives the evidence for that s. The answer is the mixture over s: w
 cannot say how noisy they are, and untouched by a point that cannot be true.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -33,6 +33,9 @@ SEARCH_SCALES = (0.0, 2 * COARSE_STEP)
 SETTLED = 1e-3
 ROUNDING = 1e-14
 MOST_SUSPECTS = 8
+ENOUGH_FOR_SCALE = 1000
+"""Points of which as many, evenly chosen, say how noisy all are; blunders among so many cannot hide
+one another."""
 MOST_NUMBERS = 2_000_000
 """Of one array of starts by points; beyond it the starts take turns."""
 
@@ -55,6 +58,15 @@ class Linearised:
     sigma_deg: FloatArray
     log_scale_mean: float
     log_scale_sd: float
+
+    def every(self, step: int) -> "Linearised":
+        """Every so manieth of the points."""
+        return replace(
+            self,
+            residuals=self.residuals[::step],
+            slopes=self.slopes[::step],
+            sigma_deg=self.sigma_deg[::step],
+        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -84,18 +96,19 @@ def solve_mixture(at: Linearised, before: ScaleMixture | None = None) -> ScaleMi
     ``before``, the answer at a place nearby, saves looking for blunders and for the scale again.
     """
     n = len(at.residuals)
+    narrowest = COARSE_STEP / 2.0 if before is None else LEAST_LOG_SD
     if before is None:
-        start = _search_blunders(at) if n > 2 else np.zeros((1, n))
-        before = _at_scales(at, COARSE_NODES + at.log_scale_mean, start)
-        narrowest = COARSE_STEP / 2.0
-    else:
-        narrowest = LEAST_LOG_SD
+        some = at if n <= ENOUGH_FOR_SCALE else at.every(-(-n // ENOUGH_FOR_SCALE))
+        start = _search_blunders(some) if n > 2 else np.zeros((1, n))
+        before = _at_scales(some, COARSE_NODES + at.log_scale_mean, start)
     mean = float(before.weights @ before.log_scales)
     spread = float(np.sqrt(before.weights @ (before.log_scales - mean) ** 2))
     # A coarse grid cannot tell a width below its own step: 2n - k data leave about this one.
     sharpest = 1.0 / np.sqrt(4.0 * n + 2.0 / at.log_scale_sd**2)
     spread = max(spread, min(sharpest, narrowest), LEAST_LOG_SD)
     best = before.blunder[int(np.argmax(before.weights))][np.newaxis]
+    if best.shape[1] < n:
+        best = np.zeros((1, n))
     return _at_scales(at, mean + spread * FINE_NODES, best)
 
 
@@ -214,15 +227,14 @@ def _climb(
         distance = np.einsum("bna,bna->bn", left, left)
         like_good = log_good - 0.5 * distance / good
         like_bad = log_bad - 0.5 * distance / bad
-        likelihood = np.logaddexp(like_good, like_bad)
-        before, blunder = blunder, np.exp(like_bad - likelihood)
+        before, blunder = blunder, np.exp(like_bad - np.logaddexp(like_good, like_bad))
         if turn > 1 and np.abs(blunder - before).max() < SETTLED:
             break
 
     # The curvature that belongs to the last steps; the blunders have moved by nothing since.
     away = steps - at.offset
     score = (
-        likelihood.sum(axis=1)
+        np.logaddexp(like_good, like_bad).sum(axis=1)
         - 0.5 * np.sum(away**2 * precision, axis=1)
         - 0.5 * np.linalg.slogdet(normal)[1]
         - k * np.log(widths)

@@ -114,6 +114,8 @@ class PointTable:
 
     def accepted(self) -> "PointTable":
         """The rows that are fitted."""
+        if self.count("accepted") == len(self.status):
+            return self
         return self.rows([i for i, status in enumerate(self.status) if status == "accepted"])
 
 

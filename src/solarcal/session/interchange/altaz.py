@@ -24,6 +24,7 @@ DECIMAL, SPACED, COLONS = "decimal degrees", "degrees minutes seconds", "degrees
 _NUMBER = re.compile(r"[+-]?(?=\.?[0-9])[0-9]{0,30}(\.[0-9]{0,400})?([eE][+-]?[0-9]{1,2})?")
 _SIXTIETHS, _LAST = r"[0-5]?[0-9]", r"[0-5]?[0-9](?:\.[0-9]{0,400})?"
 _SPACED = re.compile(" ".join([rf"[+-]?[0-9]{{1,3}} {_SIXTIETHS} {_LAST}"] * 4))
+_WHOLE_COLONS = re.compile(" ".join([rf"[+-]?[0-9]{{1,3}}:{_SIXTIETHS}:{_LAST}"] * 4))
 _TWO_COLUMNS = re.compile(" ".join([rf"[+-]?[0-9]{{1,3}} {_LAST}"] * 4))
 _COLONS = re.compile(r"[+-]?[0-9]{1,3}:[0-9]{1,2}(:[0-9]{1,2}(\.[0-9]{0,20})?)?")
 _FURTHEST_APART_DEG = 10.0
@@ -77,9 +78,12 @@ def sexagesimal_row(cells: Sequence[str], layout: str, where: str) -> Row:
         A cell of another form, minutes or seconds from 60 on, or encoders so far from the true
         place that the columns must mean something else.
     """
-    if layout == COLONS:
+    text = " ".join(cells[:4])
+    if layout == COLONS and not _WHOLE_COLONS.fullmatch(text):
         angles = _colon_angles(cells[:4], where)
     else:
+        if layout == COLONS:
+            cells = text.replace(":", " ").split()
         values = list(map(float, cells[:12]))
         angles = [
             -size if cells[at].startswith("-") else size
