@@ -5,7 +5,9 @@ that names a place (the file, the option, the port). ``Door.enter`` holds it to 
 """
 
 import re
+import struct
 import tempfile
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -17,6 +19,8 @@ from solarcal.config import Settings, read_toml, toml_text
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.errors import ProtocolError, SolarcalError
+from solarcal.instruments.catalogue import BY_ID
+from solarcal.optics.disc_image import PNG
 from solarcal.plain_text import is_harmless
 from solarcal.profile_form import profile_from_form
 from solarcal.profiles import Profile
@@ -339,6 +343,31 @@ def _into_paint(content: bytes) -> None:
         raise refusals[0]
 
 
+@cache
+def _images() -> tuple[bytes, ...]:
+    """A bright disc as each kind of image that is read."""
+    width, height = 24, 20
+    rows = [
+        bytes(220 if (x - 12) ** 2 + (y - 10) ** 2 < 36 else 20 for x in range(width))
+        for y in range(height)
+    ]
+    head = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    parts = ((b"IHDR", head), (b"IDAT", zlib.compress(b"".join(b"\0" + row for row in rows), 0)))
+    png = b"".join(
+        struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+        for kind, body in (*parts, (b"IEND", b""))
+    )
+    size = f"{width} {height}\n255\n".encode()
+    text = b"\n".join(b" ".join(b"%d" % grey for grey in row) for row in rows)
+    return b"P5\n# made up\n" + size + b"".join(rows), b"P2\n" + size + text, PNG + png
+
+
+def _into_image(content: bytes) -> None:
+    values = {"image": str(_file("spoilt.png", content)), "t1": "20", "t2": "40"}
+    camera = BY_ID["mirrors-camera"]
+    camera.answer(camera.form(values, 0.0, {"image": "--image"}))
+
+
 def _into_model(content: bytes) -> None:
     read_tpoint_model(_file("spoilt.mod", content))
 
@@ -480,7 +509,7 @@ def _into_mirror_scenario(content: bytes) -> None:
 
 
 DOORS: tuple[Door, ...] = (
-    Door("frames", 22, _requests, _into_frames),
+    Door("frames", 21, _requests, _into_frames),
     Door("unit", 2, _requests, _into_unit),
     Door("driver", 4, _answers, _into_driver, (PORT, "the unit refused")),
     Door("session", 15, _sessions, _into_session, ("spoilt.jsonl",)),
@@ -495,6 +524,7 @@ DOORS: tuple[Door, ...] = (
         _into_paint,
         ("spoilt-",),
     ),
+    Door("image", 1, _images, _into_image, ("--image",)),
     Door("model", 1, lambda: (MODEL,), _into_model, ("spoilt.mod",)),
     Door("profile", 8, lambda: (PROFILE,), _into_profile, ("spoilt.toml",)),
     Door("profile form", 6, lambda: (FORM,), _into_form, (":",)),

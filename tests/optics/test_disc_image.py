@@ -1,5 +1,6 @@
 """A bright disc in an image: its centre to a small part of a pixel, and images that are refused."""
 
+import os
 import struct
 import zlib
 from pathlib import Path
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 from solarcal.errors import InputFileError
-from solarcal.optics.disc_image import disc_errors_deg, find_disc, read_image
+from solarcal.optics.disc_image import find_disc, find_spot_and_hole, newest_image, read_image
 from solarcal.units import FloatArray
 
 
@@ -142,8 +143,50 @@ def test_what_is_no_disc_is_refused(image: FloatArray, complaint: str) -> None:
         find_disc(image)
 
 
-def test_a_disc_becomes_two_errors_on_the_sky() -> None:
-    disc = find_disc(picture(70.0, 40.0, 20.0))
-    right, above, sigma = disc_errors_deg(disc, 64.0, 48.0, 0.01)
-    assert (right, above) == pytest.approx((0.06, 0.08), abs=5e-4)
-    assert 0.0 < sigma < 0.01
+def plate(
+    spot: tuple[float, float, float], hole: tuple[float, float, float], darkness: float = 0.1
+) -> FloatArray:
+    """A bright spot with a dark hole in it; centre and radius of each in pixels."""
+    rows, columns = np.mgrid[:160, :200]
+    image = np.full(rows.shape, 0.15)
+    for (x, y, radius), brightness in ((spot, 0.9), (hole, darkness)):
+        part = np.clip(radius - np.hypot(columns - x, rows - y) + 0.5, 0.0, 1.0)
+        image += (brightness - image) * part
+    return image
+
+
+@pytest.mark.parametrize("darkness", [0.02, 0.3])
+def test_spot_and_hole_are_two_circles(darkness: float) -> None:
+    spot, hole = find_spot_and_hole(plate((101.3, 77.6, 52.0), (95.2, 80.1, 16.4), darkness))
+    assert (spot.x, spot.y, spot.radius) == pytest.approx((101.3, 77.6, 52.0), abs=0.1)
+    assert (hole.x, hole.y, hole.radius) == pytest.approx((95.2, 80.1, 16.4), abs=0.1)
+
+
+def test_a_spark_outside_and_a_stain_inside_do_not_move_the_disc() -> None:
+    image = plate((101.3, 77.6, 52.0), (95.2, 80.1, 5.0))
+    image[3:9, 3:9] = 1.0
+    image[60, 120:123] = 0.0
+    disc = find_disc(image)
+    assert (disc.x, disc.y, disc.radius) == pytest.approx((101.3, 77.6, 52.0), abs=0.1)
+
+
+def test_a_spot_without_a_hole_asks_for_its_place() -> None:
+    with pytest.raises(InputFileError, match="--hole-at X Y"):
+        find_spot_and_hole(picture(61.3, 40.7, 22.4))
+
+
+def test_the_newest_whole_image_of_a_folder_is_taken(tmp_path: Path) -> None:
+    assert newest_image(tmp_path) is None
+    for age, name in enumerate(("3.pgm", "2.PGM", "1.png", "notes.txt")):
+        content = (
+            png(picture(20, 15, 8, (32, 40)))[:60] if name == "1.png" else b"P5 3 3 9\n012345678"
+        )
+        os.utime(stored(tmp_path, name, content), ns=(age * 10**9,) * 2)
+    found = newest_image(tmp_path)
+    assert found is not None
+    assert found[0].endswith("2.PGM")
+    older = newest_image(tmp_path, {found[0]})
+    assert older is not None
+    assert older[0].endswith("3.pgm")
+    with pytest.raises(InputFileError, match="cannot be read"):
+        newest_image(tmp_path / "none")

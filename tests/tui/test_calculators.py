@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from golden_screens import shows_golden
 from procedure_bench import LARGE, SMALL, screen_text, screen_words, shows, until
@@ -42,6 +43,16 @@ def rows(app):
     return list(app.screen.query(FormRow))
 
 
+def drawn(path, *circles):
+    """A picture of circles (x, y, radius, brightness), each drawn over those before it."""
+    rows, columns = np.mgrid[:140, :160]
+    image = np.full(rows.shape, 0.1)
+    for x, y, radius, brightness in circles:
+        part = np.clip(radius - np.hypot(columns - x, rows - y) + 0.5, 0.0, 1.0)
+        image += (brightness - image) * part
+    path.write_bytes(b"P5 160 140 255\n" + np.round(255 * image).astype(np.uint8).tobytes())
+
+
 NUMBERS = [
     # Section 6: three feet at eight hundred.
     ("heliostat-shift", {}, ["0.2149 deg"]),
@@ -56,6 +67,8 @@ NUMBERS = [
     ("mirrors-trace", {}, ["0.000 mrad off", "axis 1 +0.00000 deg"]),
     # Section 6: 6 mm at 200 mm 30 mrad, 10 cm at 5 m 20 mrad; the Sun's 9 mrad.
     ("mirrors-fov", {}, ["29.99 mrad", "20.00 mrad", "tracker limits"]),
+    # The disc stands 10 pixels beside the aim, each 4.65 mrad by 46.5 pixels.
+    ("mirrors-camera", {"image": "sun.pgm"}, ["0.1000 mrad a pixel", "mrad off the aim"]),
     # Section 5: SJP2 = -2 R1 R2, SJP3 = R1^2 + R2^2 - R3^2.
     (
         "screwjack",
@@ -71,6 +84,8 @@ NUMBERS = [
     # Section 5: error = atan((E - (Rs - Ro))/F), F = 2H: 1 mm in 1 m.
     ("sunspot", {"edge": "5.5"}, ["+0.0573 deg", "4.5 on every side"]),
     ("sunspot-design", {}, ["resolution", "deg"]),
+    # The spot of 13 moved by 0.5 to the right of the hole of 4: E = 4.5 + 0.5.
+    ("sunspot-picture", {"image": "plate.pgm"}, ["E to the right", "error to the right"]),
     ("sun", {"at": JUNE}, ["azimuth", "AX2 (azel)", "solar time"]),
     ("sun-compare", {"from_year": "2010", "to_year": "2010"}, ["altitude", "azimuth on sky"]),
     # 120 deg of swing is about eight hours in summer (15 deg an hour of a polar mount).
@@ -90,8 +105,12 @@ def test_every_calculator_is_among_these():
 
 
 @pytest.mark.parametrize(("name", "typed", "said"), NUMBERS, ids=[n for n, _, _ in NUMBERS])
-async def test_form_in_result_and_drawing_out(name, typed, said):
+async def test_form_in_result_and_drawing_out(name, typed, said, tmp_path):
     app = app_with()
+    drawn(tmp_path / "sun.pgm", (89.5, 69.5, 46.5, 0.9))
+    drawn(tmp_path / "plate.pgm", (84.0, 70.0, 52.0, 0.9), (80.0, 70.0, 16.0, 0.1))
+    if "image" in typed:
+        typed = {"image": str(tmp_path / typed["image"])}
     async with app.run_test(size=SMALL) as pilot:
         screen = await opened(app, pilot, name, **typed)
         await until(

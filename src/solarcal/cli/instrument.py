@@ -68,8 +68,8 @@ def run(args: argparse.Namespace) -> int:
     words = [args.command]
     if args.command in _KINDS:
         words += [args.what] if args.what != "position" else []
-    elif getattr(args, "design", False):
-        words.append("--design")
+    else:
+        words += [f"--{one}" for one in ("design", "picture") if getattr(args, one, None)]
     wanted = " ".join(words)
     return answer(next(one for one in args.instruments if one.command == wanted), args)
 

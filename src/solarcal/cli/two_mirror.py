@@ -7,16 +7,21 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
-from solarcal.cli.instrument import add_options, answer
-from solarcal.cli.output import print_json
+from solarcal.cli.instrument import add_options, answer, texts_of
+from solarcal.cli.output import print_json, say
+from solarcal.clock import Clock, SystemClock
 from solarcal.decimals import whole_option
 from solarcal.instruments.catalogue import BY_ID
+
+LOOK_EVERY_S = 0.5
+"""At a folder for its next image."""
 
 HELP = "two-mirror altazimuth trackers: axes, diode, base, field of view, a simulated day"
 
 _INSTRUMENTS = {
     "point": "axis angles that look at the Sun, and the matrix of the mirrors",
     "trace": "the diode's four signals traced back to axis corrections",
+    "camera": "the disc in a camera's image as axis corrections",
     "fov": "field of view of diode and tracker against the Sun's 9 mrad",
 }
 
@@ -31,7 +36,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         return one
 
     for name, help_line in _INSTRUMENTS.items():
-        add_options(kind(name, help_line), [BY_ID[f"mirrors-{name}"]])
+        one = kind(name, help_line)
+        add_options(one, [BY_ID[f"mirrors-{name}"]])
+        if name == "camera":
+            one.add_argument(
+                "--images",
+                type=whole_option(1, 1_000_000),
+                metavar="N",
+                help="of a folder being filled: this many images as they come, a line for each",
+            )
 
     fit = kind("fit", "Euler angles of the base from points (CSV, azel)")
     fit.add_argument("file", metavar="FILE", help="points CSV: axis angles on the Sun")
@@ -69,6 +82,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Compute, and print text or the document; 1 when a simulated loop had to stop itself."""
+    if args.kind == "camera" and args.images is not None:
+        return watch_folder(args, SystemClock())
     if args.kind in _INSTRUMENTS:
         return answer(BY_ID[f"mirrors-{args.kind}"], args)
     from solarcal.cli.two_mirror_follow import follow
@@ -85,6 +100,40 @@ def run(args: argparse.Namespace) -> int:
     else:
         print("\n".join(lines))
     return 1 if document.get("stopped") else 0
+
+
+def watch_folder(args: argparse.Namespace, clock: Clock) -> int:
+    """The corrections of every image that comes into the folder, until there are ``--images``."""
+    from solarcal.errors import ConfigurationError
+    from solarcal.optics.disc_image import newest_image
+
+    instrument, folder = BY_ID["mirrors-camera"], args.image
+    seen: set[str] = set()
+    found: list[dict[str, Any]] = []
+    while len(found) < args.images:
+        newest = newest_image(folder, seen)
+        if newest is None:
+            clock.wait(LOOK_EVERY_S)
+            continue
+        args.image = newest[0]
+        seen.add(args.image)
+        try:
+            values, labels = texts_of(instrument, args)
+            one = instrument.answer(instrument.form(values, clock.utc_s(), labels)).document
+        except ConfigurationError as error:
+            say(f"warning: {error}")
+            continue
+        found.append(one)
+        if not args.json:
+            print(
+                f"{args.image}: axis 1 {one['correction1_deg']:+.5f} +- "
+                f"{one['correction1_sigma_deg']:.5f}, axis 2 {one['correction2_deg']:+.5f} +- "
+                f"{one['correction2_sigma_deg']:.5f} deg",
+                flush=True,
+            )
+    if args.json:
+        print_json({"images": found})
+    return 0
 
 
 def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:

@@ -5,7 +5,7 @@ A new calculator is a declaration here, or beside its kind, and a function that 
 
 from solarcal.instruments.form import Field, Flag, Instrument
 from solarcal.instruments.mirror_instruments import MIRROR_INSTRUMENTS
-from solarcal.instruments.sun_instruments import SUN_INSTRUMENTS
+from solarcal.instruments.sun_instruments import PICTURE, PICTURE_FLAGS, SUN_INSTRUMENTS
 
 _HOLE = Field(
     "hole", "Do, hole diameter", "length", example="4", metavar="DO", help="diameter of the hole"
@@ -96,6 +96,32 @@ _SUNSPOT = (
         "sunspot",
         "error_deg, error_up_deg (null where not asked), sky_error_deg, even_rim, device_deg, "
         "tracker_deg (null without --turned)",
+    ),
+    Instrument(
+        "sunspot-picture", "Drives and devices", "Sunspot picture", "E from a picture of the plate",
+        "camera", "plate",
+        (
+            Field(
+                "image", "Picture or folder", hint="a .pgm or .png", flag="--picture",
+                metavar="FILE|FOLDER",
+                help="a picture of the plate (PGM, PNG) instead of --edge; of a folder the newest",
+            ),
+            _HEIGHT, _HOLE,
+            Field(
+                "hole_at", "Hole at pixel x, y", "pixel", hint="found", count=2, metavar="X Y",
+                help="--picture: where the hole's centre is, where it is not a dark disc within "
+                "the spot; needs --spot",
+            ),
+            Field(
+                "spot", "Ds, spot diameter", "length", hint="by the hole",
+                help="diameter of the spot", metavar="DS",
+            ),
+            *PICTURE,
+        ),
+        "sunspot --picture",
+        "image, spot and hole (x, y, radius, sigma in pixels), pixel, spot_diameter, even_rim, "
+        "edge, edge_up, edge_sigma, error_deg, error_up_deg, error_sigma_deg, sky_error_deg",
+        PICTURE_FLAGS,
     ),
     Instrument(
         "sunspot-design", "Drives and devices", "Sunspot design", "its resolution and range",

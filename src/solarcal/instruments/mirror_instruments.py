@@ -3,7 +3,15 @@
 from dataclasses import replace
 
 from solarcal.instruments.form import Field, Flag, Instrument
-from solarcal.instruments.sun_instruments import ELEVATION, LATITUDE, LONGITUDE, MOUNT, TIME
+from solarcal.instruments.sun_instruments import (
+    ELEVATION,
+    LATITUDE,
+    LONGITUDE,
+    MOUNT,
+    PICTURE,
+    PICTURE_FLAGS,
+    TIME,
+)
 
 _SUN = Field(
     "sun", "Sun az, zenith", "deg", example="180 40", hint="by time", count=2,
@@ -126,6 +134,23 @@ def _fov_field(
     )
 
 
+_AXES = tuple(
+    Field(
+        f"t{axis}", f"Axis {axis} (AX{axis})", "deg", example=example, metavar="DEG",
+        help=f"axis {axis} (AX{axis})", required=True,
+    )
+    for axis, example in ((1, "0"), (2, "45"))
+)  # fmt: skip
+_FIXED_MIRROR = Field("mirror", "Fixed mirror", "normal", hint="none", count=3, repeat=2)
+_MIRROR_FLAG = Flag(
+    "--mirror",
+    "normal of a fixed mirror, the tracker's side first (repeatable); write --mirror=-1,0,1 where "
+    "it begins with a minus",
+    to="mirror",
+    metavar="X,Y,Z",
+    repeat=True,
+)
+
 _TWO_MIRROR = (
     Instrument(
         "mirrors-point", "Two-mirror tracker", "Point", "axis angles that look at the Sun",
@@ -155,10 +180,7 @@ _TWO_MIRROR = (
                 )
                 for name in "abcd"
             ),
-            Field("t1", "Axis 1 (AX1)", "deg", example="0", metavar="DEG", help="axis 1 (AX1)",
-                  required=True),
-            Field("t2", "Axis 2 (AX2)", "deg", example="45", metavar="DEG", help="axis 2 (AX2)",
-                  required=True),
+            *_AXES,
             *(
                 Field(
                     f"set{axis}", f"Set point e{axis}c", default="0", flag="--set-point",
@@ -170,17 +192,42 @@ _TWO_MIRROR = (
                 "gain", "Gain", "1/rad", hint="disc", metavar="K",
                 help="signal per radian (default: 4/(pi r) of the Sun)",
             ),
-            Field("mirror", "Fixed mirror", "normal", hint="none", count=3, repeat=2),
+            _FIXED_MIRROR,
         ),
         "two-mirror trace",
-        flags=(
-            Flag(
-                "--mirror",
-                "normal of a fixed mirror, the tracker's side first (repeatable); write "
-                "--mirror=-1,0,1 where it begins with a minus",
-                to="mirror", metavar="X,Y,Z", repeat=True,
+        flags=(_MIRROR_FLAG,),
+    ),
+    Instrument(
+        "mirrors-camera", "Two-mirror tracker", "Camera", "the disc in an image as corrections",
+        "camera", "camera",
+        (
+            Field(
+                "image", "Image or folder", hint="a .pgm or .png", metavar="FILE|FOLDER",
+                help="image of the disc, PGM or PNG; of a folder the newest whole image",
+                required=True,
             ),
+            *_AXES,
+            Field(
+                "aim", "Aim at pixel x, y", "pixel", hint="middle", count=2, metavar="X Y",
+                help="the set point: x to the right, y down from the first pixel (default: the "
+                "image's middle)",
+            ),
+            Field(
+                "disc", "Disc's radius", "mrad", "4.65", low=0.1, high=100, flag="--disc-radius",
+                metavar="MRAD", help="from which a pixel's size follows (default 4.65, the Sun's)",
+            ),
+            Field(
+                "pixel", "or one pixel is", "mrad", hint="by the disc", low=1e-6, high=100,
+                metavar="MRAD", help="a pixel's size, instead of the disc's radius",
+            ),
+            *PICTURE,
+            _FIXED_MIRROR,
         ),
+        "two-mirror camera",
+        "image, disc (x, y, radius, sigma in pixels), aim, pixel_mrad, d1_mrad, d2_mrad, "
+        "sigma_mrad, off_centre_mrad, correction1_deg, correction2_deg, correction1_sigma_deg, "
+        "correction2_sigma_deg",
+        (_MIRROR_FLAG, *PICTURE_FLAGS),
     ),
     Instrument(
         "mirrors-fov", "Two-mirror tracker", "Field of view", "diode and tracker against the Sun",

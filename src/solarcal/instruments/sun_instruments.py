@@ -39,6 +39,19 @@ DUT1 = Field(
     "dut1", "UT1 - UTC", "s", "0", low=-1, high=1, metavar="S",
     help="UT1 - UTC in seconds, for the precise model (default 0)",
 )  # fmt: skip
+PICTURE = (
+    Field(
+        "rotated", "Picture rotated by", "deg", "0", low=-360, high=360, metavar="DEG",
+        help="the picture shows the device rotated clockwise by this (default 0)",
+    ),
+    Field("mirrored", "Picture mirrored", default="no", choices=("no", "yes")),
+    Field(
+        "threshold", "Edge brightness", "0..1", hint="half-way", low=0, high=1, metavar="B",
+        help="brightness of the disc's edge, 0 to 1 (default: half-way between background and "
+        "disc)",
+    ),
+)  # fmt: skip
+PICTURE_FLAGS = (Flag("--mirrored", "the picture is mirrored left to right", {"mirrored": "yes"}),)
 _LIMITS = (
     *(
         Field(

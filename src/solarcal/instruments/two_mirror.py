@@ -74,24 +74,46 @@ SINGULAR_BELOW = math.sin(3.0 * RAD_PER_DEG)
 """Of sin t2: nearer to its pole axis 1 turns twenty times as far as the light moves."""
 
 
+def asked_mirrors(form: Form) -> list[list[float]]:
+    """Normals of the fixed mirrors, the tracker's side first."""
+    normals = [form.numbers(row) for row in form.filled_rows("mirror")]
+    return [list(normal) for normal in normals if normal is not None]
+
+
+def asked_axes_deg(form: Form) -> tuple[float, float]:
+    """Where the axes stand."""
+    t1_deg, t2_deg = form.number("t1"), form.number("t2")
+    if not (-360.0 <= t1_deg <= 360.0 and -180.0 <= t2_deg <= 180.0):
+        raise ConfigurationError("t1 lies between -360 and 360, t2 between -180 and 180 deg")
+    return t1_deg, t2_deg
+
+
+def near_zenith_warning(t2_deg: float) -> list[str]:
+    """A line where axis 1 is near its singularity; none elsewhere."""
+    if abs(math.sin(t2_deg * RAD_PER_DEG)) >= SINGULAR_BELOW:
+        return []
+    return [
+        f"warning: at t2 {t2_deg:g} deg axis 1 is near its singularity (t2 = 0 or 180): its "
+        "correction is the offset divided by sin t2; turn axis 1 in the calculated mode there"
+    ]
+
+
 def trace(form: Form) -> Answer:
     """The four signals as axis corrections."""
-    normals = [form.numbers(row) for row in form.filled_rows("mirror")]
     gain = form.optional("gain")
     diode = QuadrantDiode.with_fixed_mirrors(
-        [list(normal) for normal in normals if normal is not None],
+        asked_mirrors(form),
         gain_per_rad=disc_gain_per_rad() if gain is None else gain,
         set_point1=form.number("set1"),
         set_point2=form.number("set2"),
     )
     signals: Signals = form.number("a"), form.number("b"), form.number("c"), form.number("d")
-    t1_deg, t2_deg = form.number("t1"), form.number("t2")
-    if not (-360.0 <= t1_deg <= 360.0 and -180.0 <= t2_deg <= 180.0):
-        raise ConfigurationError("t1 lies between -360 and 360, t2 between -180 and 180 deg")
+    t1_deg, t2_deg = asked_axes_deg(form)
     e1, e2 = quadrant_errors(signals)
     sun1, sun2 = axes_of(ray_to_sky(diode.ray(e1, e2), t1_deg, t2_deg))
     turn1, turn2 = diode.corrections_deg(e1, e2, t1_deg, t2_deg)
     off_mrad = diode.off_centre_mrad(e1, e2)
+    warning = near_zenith_warning(t2_deg)
     saturated = max(abs(e1), abs(e2)) > 0.95
     document = {
         "e1": e1,
@@ -102,7 +124,7 @@ def trace(form: Form) -> Answer:
         "sun_t2_deg": sun2,
         "correction1_deg": turn1,
         "correction2_deg": turn2,
-        "near_zenith": abs(math.sin(t2_deg * RAD_PER_DEG)) < SINGULAR_BELOW,
+        "near_zenith": bool(warning),
     }
     lines = [
         f"e1 {e1:+.5f}  e2 {e2:+.5f}: {off_mrad:.3f} mrad off the set point"
@@ -110,12 +132,8 @@ def trace(form: Form) -> Answer:
         f"Sun in the tracker's frame: t1 {sun1:+.4f}, t2 {sun2:+.4f} deg",
         f"add to axis 1 {turn1:+.5f} deg",
         f"add to axis 2 {turn2:+.5f} deg",
+        *warning,
     ]
-    if document["near_zenith"]:
-        lines.append(
-            f"warning: at t2 {t2_deg:g} deg axis 1 is near its singularity (t2 = 0 or 180): its "
-            "correction is the offset divided by sin t2; turn axis 1 in the calculated mode there"
-        )
     across = 1e3 * (e1 - diode.set_point1) / diode.gain_per_rad
     up = 1e3 * (e2 - diode.set_point2) / diode.gain_per_rad
     rings = [
