@@ -367,3 +367,48 @@ def test_too_few_positions_are_one_clear_line(
     )
     assert run_command(["two-mirror", "fit", str(few)]) == 2
     assert "at least 3" in capsys.readouterr().err
+
+
+# -- the Moon, and the panels of the fit -----------------------------------------------------
+
+
+def test_the_moon_is_followed_and_gives_the_base_back() -> None:
+    moon = day("target=moon", "day=2026-01-03")
+    assert not moon.stopped
+    assert moon.largest_mrad is not None
+    assert moon.largest_mrad < 1.0
+    assert moon.solution is not None
+    assert moon.solution.base.alpha_deg == pytest.approx(9.96, abs=0.005)
+    assert moon.solution.base.beta_deg == pytest.approx(0.888, abs=0.005)
+    assert moon.solution.base.gamma_deg == pytest.approx(0.174, abs=0.005)
+    assert day_lines(moon)[0] == "maido, 2026-01-03, the Moon"
+
+
+def test_a_thin_moon_is_refused_and_an_unknown_target_too() -> None:
+    with pytest.raises(ConfigurationError, match="the Moon is 2% lit"):
+        day("target=moon", "day=2026-01-17")
+    with pytest.raises(ConfigurationError, match="target must be one of sun, moon"):
+        load_mirror_scenario("maido", ["target=mars"])
+
+
+def test_the_fit_shows_calculated_against_actual_before_and_after(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The published base of 12 September 2011: ten degrees before, at most 0.5 after."""
+    log = tmp_path / "log.csv"
+    words = ["two-mirror", "simulate", "--day", "2011-09-12", "--log", str(log), "--json"]
+    assert run_command(words) == 0
+    capsys.readouterr()
+    assert run_command(["two-mirror", "fit", str(log), "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert 9.0 < document["before_max_deg"] < 11.5
+    assert document["sky_max_deg"] < 0.5
+    assert run_command(["two-mirror", "fit", str(log), "--plot"]) == 0
+    printed = capsys.readouterr().out
+    titles = [line for line in printed.splitlines() if "● calculated" in line]
+    assert [title.split(" the fit")[0] for title in titles] == [
+        "axis 1 before", "axis 1 after", "axis 2 before", "axis 2 after",
+    ]  # fmt: skip
+    # After the fit the dots cover the line on which both are equal; before it they lie beside it.
+    before, after = printed.split("axis 1 before")[1].split("axis 2")[0].split("axis 1 after")
+    assert before.count("·") > 3 * after.count("·")

@@ -5,14 +5,19 @@ The subcommands and the keys of their JSON documents are in docs/two-mirror.md.
 
 import argparse
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from solarcal.cli.instrument import add_options, answer, texts_of
-from solarcal.cli.output import print_json, say
+from solarcal.cli.output import print_json, say, terminal_size
 from solarcal.clock import Clock, SystemClock
 from solarcal.decimals import whole_option
 from solarcal.instruments.catalogue import BY_ID
 
+if TYPE_CHECKING:
+    from solarcal.two_mirror.base import MirrorPoints
+    from solarcal.two_mirror.mirrors import EulerBase
+
+PANEL_ROWS = 14
 LOOK_EVERY_S = 0.5
 """At a folder for its next image."""
 
@@ -48,6 +53,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     fit = kind("fit", "Euler angles of the base from points (CSV, azel)")
     fit.add_argument("file", metavar="FILE", help="points CSV: axis angles on the Sun")
+    fit.add_argument(
+        "--plot",
+        action="store_true",
+        help="calculated against actual angles of both axes, before the fit and after it",
+    )
 
     for name, text in (
         ("simulate", "a clear day in closed loop; the base is fitted back from its log"),
@@ -63,6 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             metavar="KEY=VALUE",
             help="change a key of the scenario, e.g. loop.control=step (repeatable)",
         )
+        one.add_argument("--target", choices=("sun", "moon"), help="(default: the scenario's, sun)")
         one.add_argument("--day", metavar="DATE", help="the local date, like 2026-11-25")
         one.add_argument(
             "--seed",
@@ -141,6 +152,7 @@ def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     from solarcal.instruments.two_mirror import base_document
     from solarcal.session.interchange.csv_points import read_points_csv
     from solarcal.two_mirror.base import MirrorPoints, fit_base
+    from solarcal.two_mirror.mirrors import EulerBase
 
     table = read_points_csv(args.file, geometry=None)
     if table.geometry != "azel":
@@ -148,21 +160,23 @@ def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
             f"{args.file}: geometry {table.geometry}; a two-mirror tracker's points are azel"
         )
     table = table.rows([row for row, status in enumerate(table.status) if status == "accepted"])
-    solution = fit_base(
-        MirrorPoints(
-            table.ax1_deg,
-            table.ax2_deg,
-            table.ax1_deg + table.err1_deg,
-            table.ax2_deg + table.err2_deg,
-            table.labels,
-        )
+    points = MirrorPoints(
+        table.ax1_deg,
+        table.ax2_deg,
+        table.ax1_deg + table.err1_deg,
+        table.ax2_deg + table.err2_deg,
+        table.labels,
     )
+    solution = fit_base(points)
+    before_deg = points.sky_deg(EulerBase())
     document = {
         "file": str(args.file),
         "points": solution.n_points,
         "base": base_document(solution.base),
         "sigma_deg": solution.sigma_deg,
         "start": base_document(solution.start),
+        "before_rms_deg": float((before_deg @ before_deg / len(points)) ** 0.5),
+        "before_max_deg": float(before_deg.max()),
         "sky_rms_deg": solution.sky_rms_deg,
         "sky_max_deg": solution.sky_max_deg,
         "worst_line": solution.worst_label,
@@ -182,7 +196,34 @@ def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
         f"left on the sky: rms {solution.sky_rms_deg:.4f}, at most {solution.sky_max_deg:.4f} deg "
         f"(line {solution.worst_label})"
     )
+    lines.append(
+        f"by a level base:  rms {document['before_rms_deg']:.4f}, at most "
+        f"{document['before_max_deg']:.4f} deg"
+    )
+    if args.plot:
+        lines += _panels(points, solution.base)
     return document, lines
+
+
+def _panels(points: "MirrorPoints", base: "EulerBase") -> list[str]:
+    """Calculated against actual angles, axis by axis, by a level base and by the fitted one."""
+    from solarcal.report.instrument_plots import Curve, curve_plot
+    from solarcal.two_mirror.mirrors import EulerBase
+
+    width, colour = terminal_size()
+    panels = []
+    for axis in (0, 1):
+        actual = (points.axis1_deg, points.axis2_deg)[axis]
+        for name, by in (("before", EulerBase()), ("after", base)):
+            curves = [
+                Curve("equal", actual, "·"),
+                Curve("calculated", points.calculated_deg(by)[axis], "●"),
+            ]
+            title = f"axis {axis + 1} {name} the fit, deg"
+            panels.append(
+                curve_plot(title, actual, curves, "actual, deg", width, PANEL_ROWS, colour)
+            )
+    return panels
 
 
 def _simulate(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
@@ -235,6 +276,8 @@ def _scenario(args: argparse.Namespace) -> Any:
     from solarcal.two_mirror.scenario import load_mirror_scenario
 
     settings = list(args.settings)
+    if args.target:
+        settings.append(f"target={args.target}")
     if args.day:
         settings.append(f'day="{args.day}"')
     return load_mirror_scenario(args.scenario, settings)

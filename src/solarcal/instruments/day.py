@@ -8,6 +8,7 @@ import numpy as np
 
 from solarcal.instruments.answer import Answer, Drawing, paragraph
 from solarcal.instruments.form import Form
+from solarcal.instruments.moon import moon_passage
 from solarcal.instruments.mount_and_collector import asked_mount
 from solarcal.instruments.sun import clock_face
 from solarcal.mount.geometry import MountGeometry
@@ -74,9 +75,12 @@ class AskedDay:
 def day(form: Form) -> Answer:
     """The solar day nearest to the instant asked about."""
     site = form.site()
+    utc_s = form.day_utc_s("at", site)
+    if form.choice("target") == "moon":
+        return moon_passage(form, utc_s, site)
     geometry, limits, limited = asked_mount(form, site)
     asked = AskedDay(
-        form.day_utc_s("at", site),
+        utc_s,
         site,
         geometry,
         limits,

@@ -4,14 +4,13 @@ import numpy as np
 
 from solarcal.instruments.answer import Answer, Drawing, paragraph
 from solarcal.instruments.form import Form
+from solarcal.instruments.moon import moon
 from solarcal.instruments.mount_and_collector import asked_geometry
-from solarcal.mount.geometry import MountGeometry
 from solarcal.report.instrument_plots import Curve, curve_plot
 from solarcal.report.scales import Theme
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun import SunPosition, sun_position
 from solarcal.sun.comparison import compare_models
-from solarcal.sun.moon import BRIGHT_ENOUGH, HIGH_ENOUGH_DEG, moon_position
 from solarcal.timescale import format_utc
 from solarcal.units import Angles
 
@@ -46,7 +45,7 @@ def sun(form: Form) -> Answer:
     utc_s, site = form.utc_s("at"), form.site()
     mount = asked_geometry(form, site.latitude_deg)
     if form.choice("target") == "moon":
-        return _moon(form, utc_s, site, mount)
+        return moon(form, utc_s, site, mount)
     model, refraction, dut1_s = form.choice("model"), form.choice("refraction"), form.number("dut1")
     pressure = form.optional("pressure")
     if pressure is None:
@@ -95,59 +94,6 @@ def sun(form: Form) -> Answer:
         )  # fmt: skip
 
     return Answer(document, (paragraph(*lines),), Drawing("that day", draw))
-
-
-def _moon(form: Form, utc_s: float, site: Site, mount: MountGeometry) -> Answer:
-    """The Moon at an instant, and whether a tracker can use it."""
-    now = moon_position(utc_s, site, form.number("dut1"))
-    ax1_deg, ax2_deg = mount.axes_from_horizontal(float(now.azimuth_deg), float(now.zenith_deg))
-    document = {
-        "target": "moon",
-        "utc": format_utc(utc_s),
-        "azimuth_deg": float(now.azimuth_deg),
-        "zenith_deg": float(now.zenith_deg),
-        "elevation_deg": float(now.elevation_deg),
-        "distance_km": float(now.distance_km),
-        "semidiameter_deg": float(now.semidiameter_deg),
-        "phase_deg": float(now.phase_deg),
-        "illuminated": float(now.illuminated),
-        "waxing": bool(now.waxing),
-        "usable": bool(now.usable),
-        "geometry": mount.name,
-        "ax1_deg": float(ax1_deg),
-        "ax2_deg": float(ax2_deg),
-    }
-    reasons = [
-        text
-        for text, lacking in (
-            (f"lower than {HIGH_ENOUGH_DEG:g} deg", now.elevation_deg < HIGH_ENOUGH_DEG),
-            (f"less than {BRIGHT_ENOUGH:.0%} lit", now.illuminated < BRIGHT_ENOUGH),
-        )
-        if lacking
-    ]
-    lines = [
-        f"Moon, airless, seen from the site, {document['utc']}",
-        *(
-            f"  {label:<24}{value:>10} {unit}".rstrip()
-            for label, value, unit in (
-                ("azimuth (N through E)", f"{now.azimuth_deg:.4f}", "deg"),
-                ("zenith angle", f"{now.zenith_deg:.4f}", "deg"),
-                ("elevation", f"{now.elevation_deg:+.4f}", "deg"),
-                ("distance", f"{now.distance_km:.0f}", "km"),
-                ("semidiameter", f"{now.semidiameter_deg:.4f}", "deg"),
-                ("illuminated", f"{100.0 * now.illuminated:.1f}", "%"),
-                (f"AX1 ({mount.name})", f"{ax1_deg:+.4f}", "deg"),
-                (f"AX2 ({mount.name})", f"{ax2_deg:.4f}", "deg"),
-            )
-        ),
-        f"  {'waxing' if now.waxing else 'waning'}; "
-        + (
-            "high and bright enough to follow"
-            if now.usable
-            else f"not usable: {', '.join(reasons)}"
-        ),
-    ]
-    return Answer(document, (paragraph(*lines),), None)
 
 
 def compare(form: Form) -> Answer:

@@ -39,6 +39,10 @@ DUT1 = Field(
     "dut1", "UT1 - UTC", "s", "0", low=-1, high=1, metavar="S",
     help="UT1 - UTC in seconds, for the precise model (default 0)",
 )  # fmt: skip
+_TARGET = Field(
+    "target", "Target", default="sun", choices=("sun", "moon"), metavar="TARGET",
+    help="sun (default) or moon, with its phase",
+)  # fmt: skip
 PICTURE = (
     Field(
         "rotated", "Picture rotated by", "deg", "0", low=-360, high=360, metavar="DEG",
@@ -102,10 +106,7 @@ SUN_INSTRUMENTS = (
         "sun", "sun",
         (
             *PLACE, TIME,
-            Field(
-                "target", "Target", default="sun", choices=("sun", "moon"),
-                metavar="TARGET", help="sun (default) or moon, with its phase",
-            ),
+            _TARGET,
             Field(
                 "model", "Model", default="precise",
                 choices=("precise", "solartrak", "solartrak+", "noaa"),
@@ -160,7 +161,7 @@ SUN_INSTRUMENTS = (
         "day", "The Sun", "Day", "sunrise, noon, sunset; when the Sun is within limits",
         "day", "day",
         (
-            *PLACE, TIME, *MOUNT, *_LIMITS,
+            *PLACE, TIME, _TARGET, *MOUNT, *_LIMITS,
             Field(
                 "every", "Table every", "min", hint="none", low=1, high=720, metavar="MIN",
                 help="rows of the table, minutes (1 to 720; --table alone: 30)",
@@ -185,7 +186,9 @@ SUN_INSTRUMENTS = (
         "utc, method, altitude_deg, sunrise_utc, transit_utc, sunset_utc (null where there is "
         "none), transit_elevation_deg (airless), daylight_h, polar (day, night or null), "
         "solar_time, equation_of_time_min; with limits: within_limits (hours, spans_utc, "
-        "crosses_branch); with --table: table",
+        "crosses_branch); with --table: table; with --target moon: target, utc, moonrise_utc, "
+        "transit_utc, moonset_utc, transit_elevation_deg, phase_deg, illuminated, waxing, "
+        "usable_utc (from, to; null where it is not high and bright enough), table",
         (
             Flag("--table", "a table of the Sun through the day", {"every": "30"}),
             Flag("--chart", "a text chart of elevation and azimuth", {"chart": "yes"}),

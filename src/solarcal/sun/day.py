@@ -85,8 +85,8 @@ def day_events(
     # The samples only bracket the roots, so the fast path will do for them.
     _, zenith_deg = SiteEphemeris(site, first_s, last_s, dut1_s).horizontal_deg(times)
     above = 90.0 - zenith_deg > altitude_deg
-    sunrise_s = _crossing_nearest_noon(times, above, height_deg, rising=True)
-    sunset_s = _crossing_nearest_noon(times, above, height_deg, rising=False)
+    sunrise_s = crossing_nearest_transit(times, above, height_deg, rising=True)
+    sunset_s = crossing_nearest_transit(times, above, height_deg, rising=False)
     polar: Polar | None = None
     if sunrise_s is None and sunset_s is None:
         polar = "day" if above.all() else "night"
@@ -154,7 +154,7 @@ def _transit_utc_s(utc_s: float, site: Site, dut1_s: float) -> float:
     return transit_s
 
 
-def _crossing_nearest_noon(
+def crossing_nearest_transit(
     times: FloatArray,
     above: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
     height_deg: Callable[[float], float],

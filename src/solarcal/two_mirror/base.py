@@ -6,7 +6,7 @@ import numpy as np
 
 from solarcal.errors import FitError
 from solarcal.two_mirror.mirrors import EulerBase, direction, rotation_x, rotation_y, rotation_z
-from solarcal.units import RAD_PER_DEG, FloatArray
+from solarcal.units import RAD_PER_DEG, FloatArray, wrap_deg
 
 FEWEST_POSITIONS = 3
 LEAST_SPREAD_DEG = 2.0
@@ -46,6 +46,17 @@ class MirrorPoints:
     def suns(self) -> FloatArray:
         """Unit vectors of the Sun in the Earth's frame, (n, 3)."""
         return direction(self.sun1_deg, self.sun2_deg)
+
+    def calculated_deg(self, base: EulerBase) -> tuple[FloatArray, FloatArray]:
+        """Where a base puts the axes, on the branch of the read-outs, (n,) each."""
+        suns = zip(self.sun1_deg.tolist(), self.sun2_deg.tolist(), strict=True)
+        axes = np.array([base.axes_deg(one, two) for one, two in suns]).reshape(-1, 2)
+        return self.axis1_deg + wrap_deg(axes[:, 0] - self.axis1_deg), axes[:, 1]
+
+    def sky_deg(self, base: EulerBase) -> FloatArray:
+        """How far on the sky a base's axes are from the read-outs, (n,)."""
+        apart = direction(*self.calculated_deg(base)) - self.seen()
+        return np.asarray(2.0 * np.arcsin(0.5 * np.linalg.norm(apart, axis=1)) / RAD_PER_DEG)
 
     def seen(self) -> FloatArray:
         """Unit vectors of the Sun in the tracker's frame, (n, 3)."""

@@ -11,6 +11,7 @@ from solarcal.sun import apparent_zenith_deg
 from solarcal.sun.appendix_a import horizontal_deg
 from solarcal.two_mirror.base import BaseSolution, MirrorPoints, fit_base
 from solarcal.two_mirror.mirrors import EulerBase
+from solarcal.two_mirror.scenario import Sky
 
 RATE_SPAN_S = 20.0
 LEAST_LOG_ELEVATION_DEG = 5.0
@@ -35,25 +36,32 @@ class BaseModel:
     ----------
     base : the Euler angles it begins with.
     log_every_s : how often a point is kept.
+    sky : another target than the Sun, airless.
 
     Until three points tell the base, ``offset_deg`` is what to add to the calculated axis angles:
     how far off the spot was found.
     """
 
-    def __init__(self, base: EulerBase, site: Site, log_every_s: float) -> None:
+    def __init__(
+        self, base: EulerBase, site: Site, log_every_s: float, sky: Sky | None = None
+    ) -> None:
         self.base = base
         self.solution: BaseSolution | None = None
         self.log: list[LoggedPoint] = []
         self.offset_deg = (0.0, 0.0)
         self._site = site
+        self._sky = sky
         self._weather = Weather(pressure_hpa=standard_pressure_hpa(site.elevation_m))
         self._log_every_s = log_every_s
 
     def sun_deg(self, utc_s: float) -> tuple[float, float]:
         """The controller's own apparent Sun, AX1 and AX2."""
-        azimuth, zenith = horizontal_deg(
-            utc_s, self._site.latitude_deg, self._site.longitude_deg, plus=True
-        )
+        if self._sky is not None:
+            azimuth, zenith = self._sky.horizontal_deg(utc_s)
+        else:
+            azimuth, zenith = horizontal_deg(
+                utc_s, self._site.latitude_deg, self._site.longitude_deg, plus=True
+            )
         return 180.0 - azimuth, apparent_zenith_deg(zenith, "saemundsson", self._weather)
 
     def calculated_deg(self, utc_s: float) -> tuple[float, float]:

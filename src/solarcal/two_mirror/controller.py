@@ -22,7 +22,7 @@ from solarcal.two_mirror.control import (
 )
 from solarcal.two_mirror.diode import QuadrantDiode, Signals, quadrant_errors
 from solarcal.two_mirror.mirrors import axes_of
-from solarcal.two_mirror.scenario import MirrorLoop
+from solarcal.two_mirror.scenario import MirrorLoop, Sky
 
 SEEN_LIGHT = 0.3
 """Less light than this part of the clear Sun's is no spot."""
@@ -65,6 +65,7 @@ class MirrorController:
     fastest_deg_s : the greatest rate of each axis.
     field_mrad : full field of view.
     log_every_s : how often a point is kept.
+    sky : the target's place as the controller computes it; None: the Sun by its own formula.
     """
 
     def __init__(
@@ -76,9 +77,10 @@ class MirrorController:
         fastest_deg_s: tuple[float, float],
         field_mrad: float,
         log_every_s: float,
+        sky: Sky | None = None,
     ) -> None:
         self.loop = loop
-        self.base_model = BaseModel(loop.believed(), site, log_every_s)
+        self.base_model = BaseModel(loop.believed(), site, log_every_s, sky)
         self.mode = LoopMode.WAIT
         self.message = ""
         self._diode = diode

@@ -7,7 +7,6 @@ import msgspec
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.sun.day import daylight
 from solarcal.two_mirror.base import BaseSolution
 from solarcal.two_mirror.base_model import BaseModel, LoggedPoint
 from solarcal.two_mirror.control import PidGains
@@ -100,19 +99,14 @@ def simulate_day(scenario: MirrorScenario, *, seed: int = 0) -> MirrorDay:
     if seed < 0:
         raise ConfigurationError(f"seed {seed} must not be negative")
     site, loop, truth = scenario.site.place(), scenario.loop, scenario.truth
-    up = daylight(site, scenario.noon_utc_s(), FIRST_ELEVATION_DEG)
-    useful = daylight(site, scenario.noon_utc_s(), LEAST_ELEVATION_DEG)
-    if up is None or useful is None:
-        raise ConfigurationError(
-            f"day {scenario.day}: the Sun does not get {LEAST_ELEVATION_DEG:g} deg high at this "
-            "site; choose another day"
-        )
+    useful, up = (scenario.above(at) for at in (LEAST_ELEVATION_DEG, FIRST_ELEVATION_DEG))
     first_utc_s, updates = up[0], int((up[1] - up[0]) / loop.period_s)
     # The gains were found while sky and wiring were right.
     faultless = msgspec.structs.replace(truth, flip1=False, flip2=False, clouds=[])
     bench = msgspec.structs.replace(scenario, truth=faultless)
     tuning = tune(bench, seed=seed) if loop.control == "pid" else None
     diode = QuadrantDiode.with_fixed_mirrors(truth.fixed_mirrors)
+    sky = scenario.sky(first_utc_s - 60.0, up[1] + 60.0)
     controller = MirrorController(
         loop,
         site,
@@ -121,9 +115,10 @@ def simulate_day(scenario: MirrorScenario, *, seed: int = 0) -> MirrorDay:
         (truth.axis1_deg_s, truth.axis2_deg_s),
         truth.field_mrad,
         (useful[1] - useful[0]) / (loop.points + 1),
+        sky if scenario.target == "moon" else None,
     )
     stands = controller.base_model.calculated_deg(first_utc_s)
-    world = MirrorWorld(truth, site, first_utc_s - 1.0, up[1] + 1.0, *stands, seed)
+    world = MirrorWorld(truth, site, sky, first_utc_s - 1.0, *stands, seed)
     track, found_utc_s = _run(world, controller, first_utc_s, updates, loop.period_s)
     solution = controller.base_model.solution
     return MirrorDay(

@@ -16,6 +16,7 @@ def day_document(day: MirrorDay) -> dict[str, Any]:
     return {
         "scenario": day.scenario.name,
         "day": day.scenario.day,
+        "target": day.scenario.target,
         "found_utc": None if day.found_utc_s is None else format_utc(day.found_utc_s, 0),
         "points": len(day.log),
         "largest_mrad": day.largest_mrad,
@@ -76,7 +77,8 @@ def day_lines(day: MirrorDay) -> list[str]:
         day.tuning,
         day.zenith,
     )
-    lines = [f"{day.scenario.name}, {day.scenario.day}"]
+    moon = ", the Moon" if day.scenario.target == "moon" else ""
+    lines = [f"{day.scenario.name}, {day.scenario.day}{moon}"]
     if day.scenario.summary:
         lines.append(day.scenario.summary)
     if tuning is not None:

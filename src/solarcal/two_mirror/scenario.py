@@ -3,6 +3,7 @@
 import math
 from importlib import resources
 from pathlib import Path
+from typing import Protocol
 
 import msgspec
 
@@ -10,12 +11,23 @@ from solarcal.emulator.scenario import SiteSettings
 from solarcal.emulator.settings import checked, refuse_unknown, with_setting
 from solarcal.errors import ConfigurationError, InputFileError
 from solarcal.input_files import read_utf8
+from solarcal.sun.day import daylight
+from solarcal.sun.ephemeris import SiteEphemeris
 from solarcal.timescale import parse_utc
 from solarcal.toml_text import parse_toml
 from solarcal.two_mirror.mirrors import EulerBase, fixed_mirrors_matrix
 
 DEFAULT_SCENARIO = "maido"
+TARGETS = ("sun", "moon")
 CONTROLS = ("step", "pid", "calculated")
+
+
+class Sky(Protocol):
+    """Where the target stands."""
+
+    def horizontal_deg(self, utc_s: float) -> tuple[float, float]:
+        """Azimuth (north through east) and airless zenith angle at POSIX UTC seconds."""
+        ...
 
 
 class MirrorLoop(msgspec.Struct, frozen=True, kw_only=True):
@@ -101,14 +113,61 @@ class MirrorTruth(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class MirrorScenario(msgspec.Struct, frozen=True, kw_only=True):
-    """A whole scenario. ``day``: the local date that is tracked from sunrise to sunset."""
+    """A whole scenario. ``day``: the local date that is tracked from sunrise to sunset; of the Moon
+    (``target``) the passage whose transit is nearest to that day's noon."""
 
     site: SiteSettings
     name: str = ""
     summary: str = ""
     day: str = "2026-09-12"
+    target: str = "sun"
     loop: MirrorLoop = MirrorLoop()
     truth: MirrorTruth = MirrorTruth()
+
+    def __post_init__(self) -> None:
+        if self.target not in TARGETS:
+            raise ConfigurationError(f"target must be one of {', '.join(TARGETS)}")
+
+    def above(self, lowest_deg: float) -> tuple[float, float]:
+        """When the target is above an airless elevation that day, POSIX UTC seconds.
+
+        Raises
+        ------
+        ConfigurationError
+            It does not get so high, or the Moon is not bright enough.
+        """
+        place, noon_s = self.site.place(), self.noon_utc_s()
+        if self.target == "sun":
+            span = daylight(place, noon_s, lowest_deg)
+        else:
+            # erfa takes 70 ms to import and the Sun's loop does not need the Moon.
+            from solarcal.sun.moon import BRIGHT_ENOUGH, moon_day
+
+            passage = moon_day(noon_s, place, altitude_deg=lowest_deg)
+            lit = float(passage.at_transit.illuminated)
+            if lit < BRIGHT_ENOUGH:
+                raise ConfigurationError(
+                    f"day {self.day}: the Moon is {lit:.0%} lit, less than the {BRIGHT_ENOUGH:.0%} "
+                    "a diode can follow; choose a day nearer to full Moon"
+                )
+            rises, sets = passage.rise_utc_s, passage.set_utc_s
+            span = None if rises is None or sets is None else (rises, sets)
+        if span is None:
+            name = self.target.capitalize()
+            raise ConfigurationError(
+                f"day {self.day}: the {name} does not get {lowest_deg:g} deg high at this site; "
+                "choose another day"
+            )
+        return span
+
+    def sky(self, first_utc_s: float, last_utc_s: float) -> "Sky":
+        """The target's exact airless place between two instants."""
+        place = self.site.place()
+        if self.target == "sun":
+            return SiteEphemeris(place, first_utc_s, last_utc_s)
+        from solarcal.sun.moon import MoonLight
+
+        return MoonLight(place, first_utc_s, last_utc_s)
 
     def noon_utc_s(self) -> float:
         """Local noon of the day by the zone, POSIX seconds."""

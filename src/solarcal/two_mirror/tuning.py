@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.sun.day import daylight
 from solarcal.two_mirror.control import Pid, PidGains, ziegler_nichols
 from solarcal.two_mirror.diode import QuadrantDiode, quadrant_errors
 from solarcal.two_mirror.mirrors import EulerBase
@@ -26,6 +25,8 @@ SETTLED = 0.6
 """A knock that has fallen to this part of itself is over."""
 
 REDUCTION = 0.8
+HIGH_DEG = 30.0
+"""The experiment begins when the target is so high."""
 UPDATES = 80
 EARLY, LATE = 12, 24
 RATE_SPAN_S = 60.0
@@ -56,12 +57,7 @@ def tune(scenario: MirrorScenario, *, seed: int = 0, axis: int = 2) -> LoopTunin
     ConfigurationError
         The Sun does not get 30 deg high that day, or no gain makes the loop swing.
     """
-    site = scenario.site.place()
-    up = daylight(site, scenario.noon_utc_s(), 30.0)
-    if up is None:
-        raise ConfigurationError(
-            f"day {scenario.day}: the Sun does not get 30 deg high; the experiment needs a high Sun"
-        )
+    up = scenario.above(HIGH_DEG)
     period_s = scenario.loop.period_s
     low, high = 0.05 / period_s, 12.0 / period_s
     trials = []
@@ -97,9 +93,8 @@ def _swing_deg(
     """The error of the knocked axis by the diode, (updates,) degrees; cut short when it is lost."""
     period_s = scenario.loop.period_s
     last_utc_s = begin_utc_s + max(UPDATES * period_s, RATE_SPAN_S)
-    world = MirrorWorld(
-        scenario.truth, scenario.site.place(), begin_utc_s, last_utc_s, 0.0, 0.0, seed
-    )
+    sky = scenario.sky(begin_utc_s - 1.0, last_utc_s + 1.0)
+    world = MirrorWorld(scenario.truth, scenario.site.place(), sky, begin_utc_s, 0.0, 0.0, seed)
     stands = list(world.base.axes_deg(*world.sun_deg(begin_utc_s)))
     knock_deg = math.degrees(1e-3 * KNOCK_MRAD)
     stands[axis - 1] += knock_deg / (math.sin(math.radians(stands[1])) if axis == 1 else 1.0)

@@ -9,7 +9,6 @@ import numpy as np
 
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun import apparent_zenith_deg
-from solarcal.sun.ephemeris import SiteEphemeris
 from solarcal.two_mirror.mirrors import (
     Components,
     EulerBase,
@@ -17,7 +16,7 @@ from solarcal.two_mirror.mirrors import (
     fixed_mirrors_matrix,
     ray_from_sky,
 )
-from solarcal.two_mirror.scenario import MirrorTruth
+from solarcal.two_mirror.scenario import MirrorTruth, Sky
 
 _MRAD = 1e3
 _NOISE_BLOCK = 4096
@@ -52,7 +51,7 @@ class MirrorWorld:
 
     Parameters
     ----------
-    first_utc_s, last_utc_s : between which the Sun will be asked for.
+    sky : where the target stands from ``first_utc_s`` on.
     axis1_deg, axis2_deg : where the axes stand at first.
     seed : of the diode's noise.
     """
@@ -61,8 +60,8 @@ class MirrorWorld:
         self,
         truth: MirrorTruth,
         site: Site,
+        sky: Sky,
         first_utc_s: float,
-        last_utc_s: float,
         axis1_deg: float,
         axis2_deg: float,
         seed: int,
@@ -74,7 +73,7 @@ class MirrorWorld:
             MirrorMotor(axis2_deg, truth.axis2_deg_s, truth.lag_s, truth.counts_per_deg),
         )
         self._first_utc_s = first_utc_s
-        self._ephemeris = SiteEphemeris(site, first_utc_s, last_utc_s)
+        self._sky = sky
         self._weather = Weather(
             pressure_hpa=standard_pressure_hpa(site.elevation_m), temperature_c=truth.temperature_c
         )
@@ -88,7 +87,7 @@ class MirrorWorld:
     def sun_deg(self, utc_s: float) -> tuple[float, float]:
         """AX1, AX2 of the apparent Sun in the Earth's frame."""
         if utc_s != self._sun_at[0]:
-            azimuth, zenith = self._ephemeris.horizontal_deg(utc_s)
+            azimuth, zenith = self._sky.horizontal_deg(utc_s)
             apparent_deg = apparent_zenith_deg(zenith, "hughes", self._weather)
             self._sun_at = utc_s, 180.0 - azimuth, apparent_deg
         return self._sun_at[1], self._sun_at[2]
