@@ -133,3 +133,6 @@ def test_a_field_of_heliostats_is_a_fleet(
     assert "H1-heliostat" in worst["file"]
     assert worst["lean_deg"] == pytest.approx(1.2, abs=0.3)
     assert "100003-calibration" in document["unreadable"][0]["reason"]
+    assert run_command(["fleet", str(tmp_path), "--worst-by", "lean"]) == 0
+    rows = [line.split()[0] for line in capsys.readouterr().out.splitlines() if " 12 " in line]
+    assert rows == ["H1", "H0"]

@@ -126,6 +126,7 @@ _LONGEST_NAME = 31
 
 
 def _shortened(path: str, folder: Path) -> str:
-    """The file within its folder; its end, where that is too long for a line."""
-    name = str(Path(path).relative_to(folder))
+    """The file within its folder, or a heliostat's own folder; its end, where that is too long."""
+    within = Path(path).relative_to(folder)
+    name = str(within.parents[1] if within.match("*/Properties/*.json") else within)
     return name if len(name) <= _LONGEST_NAME else "..." + name[3 - _LONGEST_NAME :]
