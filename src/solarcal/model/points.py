@@ -1,5 +1,6 @@
 """The points a model is fitted to."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
@@ -159,6 +160,13 @@ class PointSet:
         columns = [self.ax1_deg, self.ax2_deg, self.err1_deg, self.err2_deg]
         if self.utc_s is not None:
             columns.append(np.where(np.isfinite(self.utc_s), self.utc_s, -1.0))
+        # Equal rows have equal sums; where no two sums are equal there is nothing to look for.
+        sums = np.zeros(len(self))
+        for number, column in enumerate(columns, start=1):
+            sums += math.sqrt(number + 1.0 / number) * column
+        sums.sort()
+        if not np.any(sums[1:] == sums[:-1]):
+            return self
         by_place: dict[tuple[float, ...], list[int]] = {}
         for index, row in enumerate(np.column_stack(columns).tolist()):
             by_place.setdefault(tuple(row), []).append(index)
