@@ -16,14 +16,14 @@ from benchmarks.judgement_trackers import (
 )
 from solarcal.model.evidence.clocks import ClockSetting, clock_findings
 from solarcal.model.evidence.counts import Loss, missed_counts_finding, undo_losses
-from solarcal.model.evidence.residuals import KINDS, diagnose
-from solarcal.model.extended_mechanism import AIR, COLLIMATION, SAG, SQUARENESS, ExtendedMechanism
-from solarcal.model.f_tests import f_probability, norm_beside
+from solarcal.model.evidence.residuals import diagnose
+from solarcal.model.f_tests import PointsTested, f_probability, norm_beside
 from solarcal.model.finding import Finding
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.merging import Merged, merge_sessions
 from solarcal.model.methods import fit_exact
 from solarcal.model.points import PointSet
+from solarcal.model.terms import TERMS
 from solarcal.mount.mechanism import Mechanism
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY
@@ -41,8 +41,16 @@ DAYS: dict[str, tuple[int, ...]] = {
 COUNTS_PER_DEG = 1000.0
 GEOMETRIES = ("azel", "tiltroll-ew")
 GOAL = 1.5
+COLLIMATION, SQUARENESS, SAG, AIR = "C", "N", "SAG", "REFRACTION"
 LARGEST = {COLLIMATION: 2.0, SQUARENESS: 2.0, SAG: 3.0, AIR: 10.0}
 """No mount has more; where even the ideal test needs more, there is nothing to be found."""
+
+
+def kind_of(cause: str) -> str:
+    """The kind of finding a term makes."""
+    tested = TERMS[cause].tested
+    assert tested is not None
+    return tested.finding
 
 
 @dataclass(frozen=True)
@@ -89,11 +97,8 @@ def made_up_day(
     """
     context, rng = context_of(geometry), np.random.default_rng([17, seed])
     times = np.concatenate([np.linspace(*daylight_s(context, day), POINTS) for day in days])
-    extra = {
-        COLLIMATION: {"collimation_deg": amount},
-        SQUARENESS: {"nonperpendicularity_deg": amount},
-        SAG: {"sag_deg": amount},
-    }.get(cause, {})
+    exact = TERMS[cause].exact if cause in (COLLIMATION, SQUARENESS, SAG) else None
+    extra = {} if exact is None else {exact: amount}
     mechanism: Mechanism = msgspec.structs.replace(random_mechanism(rng), **extra)
     points = measured(context, mechanism, times, rng, noise_deg)
     if cause == AIR:
@@ -180,7 +185,7 @@ def drift_found(seed: int, drift_s_per_day: float = 40.0) -> bool:
 def ideal_amount(geometry: str, days: Sequence[int], cause: str) -> float:
     """The amount a single F-test at 5 % finds with 90 % power, knowing what to look for."""
     day = made_up_day(geometry, days, 0, noise_deg=1e-9)
-    model = ExtendedMechanism.of(day.points, day.context)
+    model = PointsTested.of(day.points, day.context)
     rows = model.rows(np.zeros(6), {})
     spare = 2 * len(day.points) - 7
     return NOISE_DEG / norm_beside(rows.six, rows.causes[cause]) * noncentrality(spare)
@@ -206,7 +211,7 @@ def smallest_found(geometry: str, days: Sequence[int], cause: str, ideal: float)
     def power(amount: float) -> float:
         return rate(
             lambda seed: any(
-                KINDS[cause] in finding.causes
+                kind_of(cause) in finding.causes
                 for finding in made_up_day(geometry, days, seed, cause=cause, amount=amount).found()
             )
         )
@@ -224,7 +229,7 @@ def cross_axis_named(cause: str, amount: float, seed: int) -> tuple[bool, bool]:
     """On an azel June day: by its own name, and as a cross-axis term that could be either."""
     found = made_up_day("azel", (JUNE,), seed, cause=cause, amount=amount).found()
     kinds = {finding.kind for finding in found}
-    return KINDS[cause] in kinds, "cross_axis" in kinds
+    return kind_of(cause) in kinds, "cross_axis" in kinds
 
 
 def merged(

@@ -15,7 +15,6 @@ from benchmarks.judgement_trackers import context_of, daylight_s, measured
 from benchmarks.timing import table, timed
 from solarcal.model.analysis import analyse, findings_of
 from solarcal.model.evidence.direct import Evidence
-from solarcal.model.exact_errors import axis_errors_deg
 from solarcal.model.forecast import forecast
 from solarcal.model.known_physics import SkyContext, true_points
 from solarcal.model.mechanism_solution import MechanismSolution
@@ -100,7 +99,7 @@ def _scipy_fit(points: PointSet, context: SkyContext) -> Callable[[], object]:
     sine, unit = np.sin(np.radians(seen.ax2_deg)), DEFAULT_PRIOR.sigma_array()
 
     def left(scaled: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
-        e1, e2 = axis_errors_deg(scaled * unit, points.geometry, seen.ax1_deg, seen.ax2_deg)
+        e1, e2 = Mechanism.of(scaled * unit).errors_deg(points.geometry, seen.ax1_deg, seen.ax2_deg)
         data = np.concatenate(((seen.err1_deg - e1) * sine, seen.err2_deg - e2)) / 0.03
         return np.concatenate((data, scaled))
 

@@ -4,12 +4,16 @@ import numpy as np
 import pytest
 
 from solarcal.errors import FitError
+from solarcal.model.evidence.residuals import diagnose
 from solarcal.model.fit import fit_linear
+from solarcal.model.known_physics import SkyContext
+from solarcal.model.methods import fit
 from solarcal.model.points import PointSet
-from solarcal.model.terms import TERMS, chosen_terms
+from solarcal.model.terms import TERMS, LookedFor, Term, chosen_terms, terms_tested
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry
 from solarcal.mount.mechanism import Mechanism
+from solarcal.report.judgement import coefficients_table
 
 AX1 = np.array([-115.0, -40.0, 10.0, 60.0])
 AX2 = np.array([80.0, 50.0, 20.0, 95.0])
@@ -161,3 +165,53 @@ def test_terms_that_cannot_be_fitted_are_refused(names: tuple[str, ...], complai
 def test_tpoint_terms_belong_to_azel_mounts(geometry: str) -> None:
     with pytest.raises(FitError, match=f"AN is defined for azel mounts only.*{geometry}"):
         chosen_terms(("P1", "AN"), MountGeometry(geometry, 35.0))
+
+
+def test_a_term_added_as_one_row_is_fitted_diagnosed_and_reported(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A roller with one flat side: axis 2 follows the sine of twice axis 1."""
+    row = Term(
+        "ROLLER",
+        "deg",
+        "roller out of round",
+        0.2,
+        lambda at: (0.0, np.sin(np.radians(2.0 * at.ax1_deg))),
+        called={"azel": "azimuth roller out of round"},
+        tested=LookedFor(worth_knowing=0.2, large=0.2, largest=5.0),
+    )
+    monkeypatch.setitem(TERMS, row.name, row)
+    geometry = MountGeometry("azel", 35.0)
+    ax1 = np.linspace(-110.0, 110.0, 24)
+    ax2 = 75.0 - 55.0 * np.cos(np.radians(ax1 * 0.75))
+    e1, e2 = Mechanism(P1=0.4, P2=-0.3, P3=0.2, P5=0.001).errors_deg(geometry, ax1, ax2)
+    e2 = e2 + 0.25 * np.sin(np.radians(2.0 * ax1))
+    noise1, noise2 = np.random.default_rng(5).normal(0.0, 0.01, (2, 24))
+    points = PointSet(
+        geometry=geometry, ax1_deg=ax1, ax2_deg=ax2, err1_deg=e1 + noise1, err2_deg=e2 + noise2
+    )
+
+    fitted = fit_linear(points, ("P1", "P2", "P3", "P4", "P5", "P6", "ROLLER"))
+    assert fitted.values[6] == pytest.approx(0.25, abs=0.02)
+    last = coefficients_table(fitted).rows[-1]
+    assert (last[0], last[-1]) == ("ROLLER", "roller out of round")
+    assert row.label("azel") == "azimuth roller out of round (ROLLER)"
+
+    (found,) = [
+        finding
+        for finding in diagnose(fit(points, SkyContext.for_points(points)))
+        if finding.subject == "roller out of round"
+    ]
+    assert found.certainty == "found"
+    assert found.number == pytest.approx(0.25, abs=0.02)
+    assert "roller out of round of +0.2" in found.sentence
+
+
+def test_what_the_direction_alone_does_not_give_is_tested_for_and_never_fitted() -> None:
+    mount = MountGeometry("azel", 35.0)
+    for name in ("REFRACTION", "BACKLASH1", "BACKLASH2"):
+        assert name in {term.name for term in terms_tested("azel")}
+        with pytest.raises(FitError, match=f"no error term '{name}'"):
+            chosen_terms((name,), mount)
+        with pytest.raises(FitError, match="only tested for"):
+            TERMS[name].design(mount, AX1, AX2)

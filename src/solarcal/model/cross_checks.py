@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from solarcal.model.exact_errors import errors_and_slopes, own_sine
 from solarcal.model.mechanism_solution import OUTLIER_PROBABILITY, MechanismSolution
 from solarcal.model.year_grid import year_grid
+from solarcal.mount.mechanism import Mechanism
 from solarcal.units import FloatArray
 
 LAST_POINTS = 2
@@ -91,7 +91,7 @@ def cross_check(solution: MechanismSolution) -> CrossChecks:
 def _sky_residuals(solution: MechanismSolution) -> FloatArray:
     """(n, 2), measured minus fitted."""
     ax2 = solution.points.ax2_deg
-    sine = own_sine(solution.posterior.mean, ax2, np.zeros_like(ax2))
+    sine = Mechanism.of(solution.posterior.mean).own_sine(ax2, np.zeros_like(ax2))
     return np.column_stack((solution.residual1_deg * sine, solution.residual2_deg))
 
 
@@ -218,12 +218,10 @@ def _last_moved(
     # At the solution all pulls cancel, so leaving these out moves it by minus their own.
     moved = np.linalg.solve(without + 1e-9 * np.eye(6), -pull) * unit
     grid = year_grid(solution.context)
-    values = solution.posterior.mean
-    errors, slopes = errors_and_slopes(
-        values, grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg
+    at = Mechanism.of(solution.posterior.mean).linearised(
+        grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg
     )
-    change = np.einsum("k,kag->ag", moved, slopes)
-    change[0] *= own_sine(values, grid.sun.true2_deg, errors[1])
+    change = np.einsum("k,kag->ag", moved, at.sky_slopes)
     return _rms(np.hypot(change[0], change[1]))
 
 

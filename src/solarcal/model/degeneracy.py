@@ -7,11 +7,11 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from solarcal.model.exact_errors import errors_and_slopes, own_sine
 from solarcal.model.finding import Finding
 from solarcal.model.known_physics import sun_directions
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.year_grid import LOWEST_FORECAST_DEG
+from solarcal.mount.mechanism import Mechanism
 from solarcal.timescale import SECONDS_PER_DAY, format_utc
 from solarcal.units import FloatArray
 
@@ -162,10 +162,9 @@ class _Chances:
         seen: NDArray[np.bool_] = sun.elevation_deg > LOWEST_FORECAST_DEG
         if context.limits is not None:
             seen &= context.limits.distance_deg(sun.ideal1_deg, sun.ideal2_deg) >= 0.0
-        values = solution.posterior.mean
-        true1, true2 = sun.true1_deg[seen], sun.true2_deg[seen]
-        errors, slopes = errors_and_slopes(values, solution.geometry, true1, true2)
-        slopes[:, 0] *= own_sine(values, true2, errors[1])
-        rows = np.transpose(slopes, (2, 1, 0)) * solution.prior.sigma_array()
+        at = Mechanism.of(solution.posterior.mean).linearised(
+            solution.geometry, sun.true1_deg[seen], sun.true2_deg[seen]
+        )
+        rows = np.transpose(at.sky_slopes, (2, 1, 0)) * solution.prior.sigma_array()
         day = np.flatnonzero(seen) // len(of_a_day_s)
         return times[seen], day, np.einsum("nai,naj->nij", rows, rows)

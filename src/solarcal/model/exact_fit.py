@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from solarcal.model.exact_errors import errors_and_slopes, own_sine
 from solarcal.model.known_physics import TruePoints
 from solarcal.model.least_squares import LeastSquares, solve
 from solarcal.model.noisy_points import (
@@ -30,6 +29,7 @@ from solarcal.model.noisy_points import (
 from solarcal.model.posterior import MechanismPosterior
 from solarcal.model.prior import PLAIN, Prior
 from solarcal.mount.geometry import MountGeometry
+from solarcal.mount.mechanism import Mechanism
 from solarcal.units import FloatArray, wrap_deg
 
 FREE_PRECISION = 1e-6
@@ -92,14 +92,16 @@ def fit_mechanism(
     scale_sd = NOISE_LOG_SD if sigma_deg is None else GIVEN_NOISE_LOG_SD
 
     def linearised(values: FloatArray) -> tuple[Linearised, FloatArray, FloatArray]:
-        errors, slopes = errors_and_slopes(values, geometry, points.ax1_deg, points.ax2_deg)
-        left = np.stack((points.err1_deg, points.err2_deg)) - errors
+        there = Mechanism.of(values).linearised(geometry, points.ax1_deg, points.ax2_deg)
+        left = np.stack((points.err1_deg, points.err2_deg)) - there.errors
         left[0] = wrap_deg(left[0])
-        sky = np.stack((own_sine(values, points.ax2_deg, errors[1]), np.ones(n)))
+        sky = there.sky
         return (
             Linearised(
                 residuals=(left * sky).T.copy(),
-                slopes=np.transpose(slopes * sky * unit[:, np.newaxis, np.newaxis], (2, 1, 0)),
+                slopes=np.transpose(
+                    there.slopes * sky * unit[:, np.newaxis, np.newaxis], (2, 1, 0)
+                ),
                 offset=(mean - values) / unit,
                 precision=precision,
                 widths=prior.widths if use_prior else PLAIN,

@@ -1,14 +1,136 @@
-"""Least squares on some columns, and F-tests of more: one column, or points set free."""
+"""Points about a mechanism as columns; least squares on some, and F-tests of more.
 
-from collections.abc import Sequence
+References
+----------
+Cook and Weisberg (1982), Residuals and Influence in Regression, ch. 2: a point set free as two
+columns of its own. Draper and Smith (1998), Applied Regression Analysis, ch. 6: the extra sum of
+squares.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from solarcal.units import FloatArray
+from solarcal.errors import ConfigurationError
+from solarcal.model.known_physics import SkyContext, TruePoints, true_points
+from solarcal.model.points import PointSet
+from solarcal.model.terms import TERMS, NativeAngles, Term, design_matrix, terms_tested
+from solarcal.mount.formula import COEFFICIENT_NAMES
+from solarcal.mount.mechanism import Circumstances, Mechanism
+from solarcal.sun.refraction import apparent_zenith_deg
+from solarcal.units import FloatArray, wrap_deg
 
 RANK_LIMIT = 1e-6
 UNSEEN = 1e-9
 """A column this small is the rounding of another."""
+SIDES_NEEDED = 2
+"""Points that came from either side, before backlash is anything but a bad point."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Rows:
+    """Linearisation on sky, in units of the points' relative noise; rows alternate between axes.
+
+    ``residuals`` (2n,) measured minus computed; ``six`` (2n, 6); ``causes`` name -> (2n,).
+    """
+
+    residuals: FloatArray
+    six: FloatArray
+    causes: dict[str, FloatArray]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PointsTested:
+    """Points of one mount against a mechanism that may have more wrong with it than six numbers.
+
+    Every tested term of ``model.terms`` has its exact effect at the fitted lean: near the zenith a
+    degree of lean changes what a collimation error does by more than the noise. ``seen`` the
+    points from the true Sun; ``approach`` (n, 2): sense of the last motion of each axis, +1, -1 or
+    0 (unknown); ``weights`` (n,) one over the relative noise; ``terms``: what they can be tested
+    for, backlash only where an axis came from both sides.
+    """
+
+    points: PointSet
+    context: SkyContext
+    seen: TruePoints
+    approach: NDArray[np.int_]
+    weights: FloatArray
+    terms: tuple[Term, ...]
+
+    @classmethod
+    def of(
+        cls, points: PointSet, context: SkyContext, approach: NDArray[np.int_] | None = None
+    ) -> "PointsTested":
+        n = len(points)
+        weights = np.ones(n)
+        if points.sigma_deg is not None:
+            weights = np.exp(np.mean(np.log(points.sigma_deg))) / points.sigma_deg
+        sides = np.zeros((n, 2), dtype=np.int_) if approach is None else np.asarray(approach)
+        terms = tuple(
+            term
+            for term in terms_tested(points.geometry.name)
+            if term.tested is not None and _told(sides, term.tested.both_sides_of)
+        )
+        return cls(points, context, true_points(points, context), sides, weights, terms)
+
+    def rows(self, values: FloatArray, amounts: Mapping[str, float]) -> Rows:
+        """Linearise about six numbers (6,) and amounts of tested terms.
+
+        Raises
+        ------
+        ConfigurationError
+            Amounts that no mechanism has, or with which it does not reach every point.
+        """
+        exact: dict[str, float] = {}
+        for name, amount in amounts.items():
+            term = TERMS[name]
+            if term.tested is not None and abs(amount) > term.tested.largest:
+                raise ConfigurationError(f"no mechanism has {name} = {amount:g}")
+            if term.exact is not None:
+                exact[term.exact] = amount
+        geometry, ax1, ax2 = self.points.geometry, self.seen.ax1_deg, self.seen.ax2_deg
+        bent = [term for term in self.terms if term.exact is not None]
+        plain = [term for term in self.terms if term.exact is None]
+        names = (*COEFFICIENT_NAMES, *(term.exact for term in bent if term.exact is not None))
+        at = Mechanism.of(values, **exact).linearised(
+            geometry, ax1, ax2, names, self._circumstances()
+        )
+        design = design_matrix(plain, NativeAngles.at(geometry, ax1, ax2))
+        more = np.array([amounts.get(term.name, 0.0) for term in plain])
+        left = np.stack((self.seen.err1_deg, self.seen.err2_deg)) - at.errors
+        left -= np.einsum("k,kan->an", more, design)
+        left[0] = wrap_deg(left[0])
+        scale = at.sky * self.weights
+
+        def flat(axes: FloatArray) -> FloatArray:
+            return (axes * scale).T.reshape(-1)
+
+        columns = [flat(slope) for slope in at.slopes]
+        called = [term.name for term in (*bent, *plain)]
+        effects = dict(zip(called, (*columns[6:], *map(flat, design)), strict=True))
+        return Rows(
+            flat(left),
+            np.column_stack(columns[:6]),
+            {term.name: effects[term.name] for term in self.terms},
+        )
+
+    def _circumstances(self) -> Circumstances:
+        azimuth, zenith = self.context.sun_of_axes_deg(self.seen.ax1_deg, self.seen.ax2_deg)
+        air = zenith - apparent_zenith_deg(zenith, self.context.refraction, self.context.air)
+
+        def lifted(amount: float) -> tuple[FloatArray, FloatArray]:
+            return self.context.true_axes_deg(azimuth, zenith - amount * air)
+
+        return Circumstances(self.approach.T, lifted)
+
+
+def _told(approach: NDArray[np.int_], axis: int | None) -> bool:
+    if axis is None:
+        return True
+    sides = [int(np.count_nonzero(approach[:, axis - 1] == way)) for way in (1, -1)]
+    return min(sides) >= SIDES_NEEDED
 
 
 def squares_beside(base: FloatArray, residuals: FloatArray) -> float:

@@ -10,13 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from solarcal.model import exact_fit as alone
-from solarcal.model.exact_errors import LARGEST_LEAN_DEG, LEAN_STEP_DEG
 from solarcal.model.fleet_climb import Indices, ManyLinearised, ManyMixtures, solve_mixtures
 from solarcal.model.noisy_points import GIVEN_NOISE_LOG_SD, NOISE_LOG_SD, TYPICAL_NOISE_DEG
 from solarcal.model.prior import Prior
-from solarcal.units import RAD_PER_DEG, FloatArray, wrap_deg
+from solarcal.mount.geometry import MountGeometry
+from solarcal.mount.mechanism import Mechanism
+from solarcal.units import FloatArray, wrap_deg
 
 PLAIN_STEPS = 3
+_ANY_MOUNT = MountGeometry("azel", 0.0)
+"""Without sag a mechanism sees all mounts alike: native angles, on a branch that is theirs."""
 AT_ONCE = 160
 """Sessions a batch: its arrays stay in the processor's cache."""
 
@@ -105,65 +108,23 @@ def _linearised(
     points: ManyPoints, values: FloatArray, widths: tuple[tuple[float, float], ...]
 ) -> tuple[ManyLinearised, FloatArray, FloatArray]:
     """Each session about its place (s, 6); what is left (s, 2, n) and axis to sky (s, 2, n)."""
-    errors, slopes = _errors_and_slopes(points, values)
+    there = Mechanism.of(values).linearised(_ANY_MOUNT, points.ax1_deg, points.ax2_deg)
+    errors, sky = there.errors.swapaxes(0, 1), there.sky.swapaxes(0, 1)
     left = np.stack((points.err1_deg, points.err2_deg), axis=1) - errors
     left[:, 0] = wrap_deg(left[:, 0])
-    own_deg = points.ax2_deg + errors[:, 1] - values[:, 3:4] + values[:, 5:6] * points.ax2_deg
-    sky = np.ones_like(left)
-    sky[:, 0] = np.sin(own_deg * RAD_PER_DEG)
     unit = points.prior_sigma
     given = np.isfinite(points.sigma_deg.sum(axis=1))
     at = ManyLinearised(
         residuals=left * sky,
-        slopes=slopes * sky[..., np.newaxis] * unit[:, np.newaxis, np.newaxis, :],
+        slopes=np.ascontiguousarray(there.sky_slopes.transpose(2, 1, 3, 0))
+        * unit[:, np.newaxis, np.newaxis, :],
         offset=(points.prior_mean - values) / unit,
         widths=widths,
         sigma_deg=np.where(given[:, np.newaxis], points.sigma_deg, 1.0),
         log_scale_mean=np.where(given, 0.0, np.log(TYPICAL_NOISE_DEG)),
         log_scale_sd=np.where(given, GIVEN_NOISE_LOG_SD, NOISE_LOG_SD),
     )
-    return at, left, sky
-
-
-def _errors_and_slopes(points: ManyPoints, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Errors (s, 2, n) and slopes (s, 2, n, 6), as ``exact_errors.errors_and_slopes``."""
-    errors = _axis_errors_deg(points, values)
-    slopes = np.zeros((*errors.shape, 6))
-    for index in (0, 2):
-        nearby = values.copy()
-        step = np.where(values[:, index] > 0.0, -LEAN_STEP_DEG, LEAN_STEP_DEG)
-        nearby[:, index] += step
-        change = _axis_errors_deg(points, nearby) - errors
-        change[:, 0] -= 360.0 * np.round(change[:, 0] / 360.0)
-        slopes[..., index] = change / step[:, np.newaxis, np.newaxis]
-    slopes[:, 0, :, 1] = 1.0
-    slopes[:, 1, :, 3] = 1.0
-    slopes[:, 0, :, 4] = -points.ax1_deg
-    slopes[:, 1, :, 5] = -points.ax2_deg
-    return errors, slopes
-
-
-def _axis_errors_deg(points: ManyPoints, values: FloatArray) -> FloatArray:
-    """(s, 2, n): ``Mechanism.errors_deg`` of a mechanism with neither C, N nor sag."""
-    P1, P2, P3, P4, P5, P6 = values.T[:, :, np.newaxis]
-    lean = np.hypot(P1, P3)
-    shrink = np.minimum(1.0, LARGEST_LEAN_DEG / np.maximum(lean, 1e-12))
-    angle = lean * shrink * RAD_PER_DEG
-    x, y = -P3 / np.maximum(lean, 1e-300), -P1 / np.maximum(lean, 1e-300)
-    cos, sin = np.cos(angle), np.sin(angle)
-    rest = 1.0 - cos
-    ax1, ax2 = points.ax1_deg * RAD_PER_DEG, points.ax2_deg * RAD_PER_DEG
-    sin2 = np.sin(ax2)
-    sun_x, sun_y, sun_z = sin2 * np.cos(ax1), sin2 * np.sin(ax1), np.cos(ax2)
-    # Rodrigues' formula for an axis (x, y, 0) in the plane; see Mechanism.
-    own_x = (cos + rest * x * x) * sun_x + rest * x * y * sun_y - sin * y * sun_z
-    own_y = rest * x * y * sun_x + (cos + rest * y * y) * sun_y + sin * x * sun_z
-    own_z = sin * y * sun_x - sin * x * sun_y + cos * sun_z
-    axis1 = np.arctan2(own_y, own_x) / RAD_PER_DEG
-    axis2 = np.arctan2(np.sqrt(own_x * own_x + own_y * own_y), own_z) / RAD_PER_DEG
-    error1 = wrap_deg(axis1 - points.ax1_deg) + P2 - P5 * points.ax1_deg
-    error2 = axis2 - points.ax2_deg + P4 - P6 * points.ax2_deg
-    return np.stack((error1, error2), axis=1)
+    return at, left, sky.copy()
 
 
 def _plain_steps(at: ManyLinearised) -> FloatArray:

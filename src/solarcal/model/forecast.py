@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.exact_errors import errors_and_slopes, own_sine
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import posterior_without_prior
@@ -21,6 +20,7 @@ from solarcal.model.solution import Solution
 from solarcal.model.unmodelled import DEFAULT_UNMODELLED, Unmodelled, widened, year_columns
 from solarcal.model.year_grid import SLOTS, SunGrid, year_grid
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, correction_deg
+from solarcal.mount.mechanism import Mechanism
 from solarcal.units import FloatArray, wrap_deg
 
 TOLERANCE_DEG = 0.1
@@ -342,9 +342,8 @@ def known_and_slopes(
         known = known - np.einsum("m,mag->ag", values[6:], columns)
         return known, np.concatenate((slopes, columns))
     sun = grid.sun
-    errors, slopes = errors_and_slopes(values, grid.geometry, sun.true1_deg, sun.true2_deg)
+    at = Mechanism.of(values).linearised(grid.geometry, sun.true1_deg, sun.true2_deg)
     driven = np.stack(correction_deg(uploaded, sun.ideal1_deg, sun.ideal2_deg))
-    beside = driven - errors - grid.gap_deg
+    beside = driven - at.errors - grid.gap_deg
     beside[0] = wrap_deg(beside[0])
-    sky = np.stack((own_sine(values, sun.true2_deg, errors[1]), np.ones(len(grid))))
-    return beside * sky, slopes * sky
+    return beside * at.sky, at.sky_slopes

@@ -14,8 +14,7 @@ from typing import Literal
 import numpy as np
 
 from solarcal.errors import FitError
-from solarcal.model.exact_errors import axis_errors_deg, errors_and_slopes
-from solarcal.model.extended_mechanism import ExtendedMechanism
+from solarcal.model.f_tests import PointsTested
 from solarcal.model.finding import Finding, listed
 from solarcal.model.known_physics import LOWEST_ELEVATION_DEG, SkyContext, true_points
 from solarcal.model.mechanism_solution import MechanismSolution
@@ -32,6 +31,7 @@ from solarcal.model.session_changes import (
     what_changed,
 )
 from solarcal.model.year_grid import coefficients_jacobian, year_grid
+from solarcal.mount.mechanism import Mechanism
 from solarcal.units import FloatArray, wrap_deg
 
 Change = Literal["same", "zeros", "tower"]
@@ -213,8 +213,8 @@ def _fit_shifted(
         root = np.sqrt(solution.point_weights)[:, np.newaxis]
         six = (solution.slopes * unit * root[..., np.newaxis]).reshape(-1, 6)
         more = shift_columns(six, session, allowed)
-        at = ExtendedMechanism.of(solution.points, context).rows(solution.posterior.mean, {})
-        weights = ExtendedMechanism.of(solution.points, context).weights[:, np.newaxis]
+        at = PointsTested.of(solution.points, context).rows(solution.posterior.mean, {})
+        weights = PointsTested.of(solution.points, context).weights[:, np.newaxis]
         left = (at.residuals.reshape(-1, 2) / weights * root).reshape(-1)
         both = np.hstack((six, more))
         held = shifts[:, list(allowed)].reshape(-1) / np.tile(unit[list(allowed)], s)
@@ -240,11 +240,11 @@ def _as_the_last(
     """The points as they would have been in the last session's state."""
     seen = true_points(points, context)
     geometry = points.geometry
-    now = axis_errors_deg(values, geometry, seen.ax1_deg, seen.ax2_deg)
+    now = np.stack(Mechanism.of(values).errors_deg(geometry, seen.ax1_deg, seen.ax2_deg))
     err = np.stack((points.err1_deg, points.err2_deg))
     for k, shift in enumerate(shifts):
-        then = values + np.array([*shift, 0.0, 0.0])
-        change = now - axis_errors_deg(then, geometry, seen.ax1_deg, seen.ax2_deg)
+        then = Mechanism.of(values + np.array([*shift, 0.0, 0.0]))
+        change = now - np.stack(then.errors_deg(geometry, seen.ax1_deg, seen.ax2_deg))
         change[0] = wrap_deg(change[0])
         err += change * (session == k)
     return PointSet(
@@ -274,10 +274,10 @@ def _widened(
         point_weights=old.point_weights,
     )
     grid = year_grid(solution.context)
-    _, slopes = errors_and_slopes(
-        posterior.mean, grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg
+    at = Mechanism.of(posterior.mean).linearised(
+        grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg
     )
-    carried = coefficients_jacobian(slopes, solution.context, solution.prior)
+    carried = coefficients_jacobian(at.slopes, solution.context, solution.prior)
     return replace(
         solution, posterior=posterior, covariance=carried @ posterior.covariance @ carried.T
     )

@@ -6,7 +6,6 @@ from typing import Literal, get_args
 import numpy as np
 
 from solarcal.errors import FitError
-from solarcal.model.exact_errors import errors_and_slopes
 from solarcal.model.exact_fit import ExactFit, fit_mechanism
 from solarcal.model.fit import fit_linear
 from solarcal.model.iterated_fit import ITERATED, fit_iterated
@@ -27,6 +26,7 @@ from solarcal.model.year_grid import (
     controller_coefficients,
     year_grid,
 )
+from solarcal.mount.mechanism import Mechanism
 
 Method = Literal["linear", "robust", "exact"]
 METHODS: tuple[Method, ...] = get_args(Method)
@@ -89,10 +89,10 @@ def fit_exact(
     fitted = fit_mechanism(seen, used.geometry, used.sigma_deg, prior, use_prior=use_prior)
     posterior = fitted.posterior
     grid = year_grid(context)
-    _, slopes = errors_and_slopes(
-        posterior.mean, grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg
+    at = Mechanism.of(posterior.mean).linearised(
+        grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg
     )
-    carried = coefficients_jacobian(slopes, context, prior)
+    carried = coefficients_jacobian(at.slopes, context, prior)
     return MechanismSolution(
         method="robust" if use_prior else "exact",
         model_terms=tuple(TERMS[name] for name in CONTROLLER_TERMS),

@@ -13,9 +13,15 @@ from math import comb
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.extended_mechanism import ExtendedMechanism
-from solarcal.model.f_tests import ColumnFit, basis_of, norm_beside, t_limit
+from solarcal.model.f_tests import (
+    ColumnFit,
+    PointsTested,
+    basis_of,
+    norm_beside,
+    t_limit,
+)
 from solarcal.model.prior import Prior
+from solarcal.model.terms import TERMS
 from solarcal.units import FloatArray
 
 FAMILY_LEVEL = 0.05
@@ -24,7 +30,6 @@ SURE_LEVEL = 5e-5
 to a bolt, and a wrong one to the wrong bolt."""
 LARGE_LEVEL = 0.03
 """Enough for an effect so large that somebody will look anyway."""
-LARGE = {"C": 0.45, "N": 0.45, "SAG": 0.2, "REFRACTION": 0.5, "BACKLASH1": 0.1, "BACKLASH2": 0.1}
 RIVAL_SHARE = 0.5
 """A rival explains at least this part of what the cause explains."""
 POWER_QUANTILE = 1.2816
@@ -80,7 +85,7 @@ class ResidualTests:
 
 
 def run_residual_tests(
-    model: ExtendedMechanism,
+    model: PointsTested,
     values: FloatArray,
     prior: Prior,
     *,
@@ -108,7 +113,7 @@ def run_residual_tests(
 class _Search:
     def __init__(
         self,
-        model: ExtendedMechanism,
+        model: PointsTested,
         values: FloatArray,
         prior: Prior,
         suspects: tuple[int, ...],
@@ -246,7 +251,9 @@ class _Search:
             alone, together = self._fit(others), self._fit()
             column = self._kept(self.rows.causes[name])
             value, sigma, p = alone.column(column)
-            level = LARGE_LEVEL if abs(value) >= LARGE[name] else SURE_LEVEL
+            tested = TERMS[name].tested
+            large = tested is not None and abs(value) >= tested.large
+            level = LARGE_LEVEL if large else SURE_LEVEL
             explained = alone.squares - together.squares
             rivals = []
             for rival, effect in self.rows.causes.items():

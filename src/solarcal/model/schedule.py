@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.exact_errors import errors_and_slopes, own_sine
 from solarcal.model.forecast import SHARE_WITHIN, known_and_slopes, thinning, upper_quantile
 from solarcal.model.known_physics import SkyContext, sun_directions
 from solarcal.model.posterior import MechanismPosterior, standard_normals
@@ -27,6 +26,7 @@ from solarcal.model.year_grid import (
     year_grid,
 )
 from solarcal.mount.formula import Coefficients
+from solarcal.mount.mechanism import Mechanism
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray
 
@@ -279,9 +279,8 @@ def day_slots(
     true1, true2 = sun.true1_deg[open_], sun.true2_deg[open_]
     rows = np.zeros((0, 2, 6))
     if len(true1):
-        errors, slopes = errors_and_slopes(posterior.mean, context.geometry, true1, true2)
-        sky = np.stack((own_sine(posterior.mean, true2, errors[1]), np.ones(len(true1))))
-        weighted = slopes * sky * (unit / posterior.noise_rms_deg)[:, np.newaxis, np.newaxis]
+        at = Mechanism.of(posterior.mean).linearised(context.geometry, true1, true2)
+        weighted = at.sky_slopes * (unit / posterior.noise_rms_deg)[:, np.newaxis, np.newaxis]
         rows = np.ascontiguousarray(np.transpose(weighted, (2, 1, 0)))
     return Slots(times[open_], rows, gap_s)
 

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from solarcal.model.extended_mechanism import ExtendedMechanism
-from solarcal.model.f_tests import ColumnFit, f_probability, t_limit
+from solarcal.model.f_tests import ColumnFit, PointsTested, f_probability, t_limit
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.points import PointSet
@@ -35,7 +34,7 @@ def what_changed(
 
     A single bad point that explains more is left out first: it is no move.
     """
-    rows = ExtendedMechanism.of(points, context).rows(values, {})
+    rows = PointsTested.of(points, context).rows(values, {})
     n = len(points)
     kept = list(range(n))
     taken: list[tuple[int, ...]] = []
@@ -80,7 +79,7 @@ def weakest_change_deg(
     points: PointSet, session: SessionIndex, solution: MechanismSolution
 ) -> float:
     """The change of lean or zero, in its worst direction, that would show nine times in ten."""
-    rows = ExtendedMechanism.of(points, solution.context).rows(solution.posterior.mean, {})
+    rows = PointsTested.of(points, solution.context).rows(solution.posterior.mean, {})
     worst = 0.0
     for which in (ZEROS, LEAN):
         fit = ColumnFit(rows.six, rows.residuals)

@@ -9,6 +9,14 @@ own names, signs and arcseconds:
     E - E_enc         =  IE - AN cos A + AW sin A - TF cos E - TX cot E
 
 with AX1 = 180 - A and AX2 = 90 - E, so that E1 = A - A_enc and E2 = E - E_enc.
+
+A term is one row here and nothing elsewhere: fits, tests of the residuals, findings and reports
+are made from it. Only an exact effect that bends the geometry itself is an equation of
+``mount.mechanism``, which the row names.
+
+References
+----------
+Wallace (2000), TPOINT Software: the terms and harmonics of that name.
 """
 
 import re
@@ -19,6 +27,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from solarcal.errors import FitError
+from solarcal.model.finding import Kind as FindingKind
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.geometry import MountGeometry
 from solarcal.units import ARCSEC_PER_DEG, RAD_PER_DEG, FloatArray
@@ -31,6 +40,8 @@ ZERO_PRIOR_DEG = 5.0
 SCALE_PRIOR = 0.002
 CROSS_PRIOR_DEG = 0.5
 SAG_PRIOR_DEG = 0.2
+AIR_PRIOR = 1.0
+"""Forgotten refraction, as a part of the standard air's."""
 
 Kind: TypeAlias = Literal["lean", "zero", "scale", "other"]
 Row: TypeAlias = FloatArray | float
@@ -59,22 +70,65 @@ class NativeAngles:
 
 
 @dataclass(frozen=True, slots=True)
+class LookedFor:
+    """How the tests of the residuals look for a term.
+
+    Attributes
+    ----------
+    worth_knowing
+        An amount that happens. Where it would go unnoticed, that is said.
+    large
+        So large that somebody will look anyway: a weaker proof will do.
+    largest
+        No mechanism has more.
+    finding
+        The kind of finding it makes.
+    both_sides_of
+        The axis (1 or 2) that must have come from both sides before anything is told.
+    """
+
+    worth_knowing: float
+    large: float
+    largest: float
+    finding: FindingKind = "unmodelled"
+    both_sides_of: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Term:
     """One named error term.
 
-    ``rows`` gives (E1, E2) in axis degrees per unit of the term; ``prior_sigma`` is how large the
-    term may physically be, one sigma, in its own unit; ``kind`` says which of the limits of
-    "unrealistic" apply; ``called`` is what a technician calls it on a given mount.
+    Attributes
+    ----------
+    name, unit, meaning
+        As reports have them.
+    prior_sigma
+        How large the term may physically be, one sigma, in its own unit.
+    rows
+        To first order: (E1, E2) in axis degrees per unit of the term. None where the direction
+        alone does not give it: such a term is tested for and never fitted.
+    kind
+        Which of the limits of "unrealistic" apply.
+    only
+        The one geometry that has it.
+    called
+        What a technician calls it on a given mount.
+    exact
+        The number of ``Mechanism`` that is its exact effect; None: ``rows`` already are.
+    tested
+        How the residuals are tested for it; None: they are not.
     """
 
     name: str
-    unit: Literal["deg", "deg/deg", "arcsec"]
+    unit: Literal["deg", "deg/deg", "arcsec", "standard air"]
     meaning: str
     prior_sigma: float
-    rows: Callable[[NativeAngles], tuple[Row, Row]]
+    rows: Callable[[NativeAngles], tuple[Row, Row]] | None
     kind: Kind = "other"
     only: str | None = None
     called: dict[str, str] = field(default_factory=dict)
+    exact: str | None = None
+    tested: LookedFor | None = None
 
     def design(
         self, geometry: MountGeometry, ax1_deg: FloatArray, ax2_deg: FloatArray
@@ -94,11 +148,28 @@ class Term:
 
 
 def design_matrix(terms: Sequence[Term], at: NativeAngles) -> FloatArray:
-    """E1, E2 per unit of each term at each place, shape (k, 2, n), axis degrees."""
+    """E1, E2 per unit of each term at each place, shape (k, 2, n), axis degrees.
+
+    Raises
+    ------
+    FitError
+        A term that is only tested for.
+    """
     design = np.empty((len(terms), 2, len(at.ax1_deg)))
     for block, term in zip(design, terms, strict=True):
+        if term.rows is None:
+            raise FitError(f"{term.name} ({term.meaning}) is only tested for, never fitted")
         block[0], block[1] = term.rows(at)
     return design
+
+
+def terms_tested(geometry_name: str) -> tuple[Term, ...]:
+    """The terms beside P1..P6 that the residuals of such a mount are tested for."""
+    return tuple(
+        term
+        for term in TERMS.values()
+        if term.tested is not None and term.only in (None, geometry_name)
+    )
 
 
 def chosen_terms(names: Iterable[str], geometry: MountGeometry) -> tuple[Term, ...]:
@@ -112,9 +183,10 @@ def chosen_terms(names: Iterable[str], geometry: MountGeometry) -> tuple[Term, .
     terms: list[Term] = []
     for name in names:
         term = TERMS.get(name) or harmonic(name)
-        if term is None:
+        if term is None or term.rows is None:
+            known = ", ".join(known for known, one in TERMS.items() if one.rows is not None)
             raise FitError(
-                f"there is no error term {name!r}; known are {', '.join(TERMS)} and harmonics "
+                f"there is no error term {name!r}; known are {known} and harmonics "
                 "such as HASA2 or HECE"
             )
         if term.only not in (None, geometry.name):
@@ -207,9 +279,58 @@ _ALL = (
         "scale",
         called=_four("elevation scale", "roll scale", "roll scale", "declination scale"),
     ),
-    Term("C", "deg", "collimation", CROSS_PRIOR_DEG, lambda a: (1.0 / a.sin2, 0.0)),
-    Term("N", "deg", "axes not square", CROSS_PRIOR_DEG, lambda a: (a.cos2 / a.sin2, 0.0)),
-    Term("SAG", "deg", "gravity sag", SAG_PRIOR_DEG, _sag),
+    Term(
+        "C",
+        "deg",
+        "collimation",
+        CROSS_PRIOR_DEG,
+        lambda a: (1.0 / a.sin2, 0.0),
+        exact="collimation_deg",
+        tested=LookedFor(worth_knowing=0.5, large=0.45, largest=20.0, finding="collimation"),
+    ),
+    Term(
+        "N",
+        "deg",
+        "axes not square",
+        CROSS_PRIOR_DEG,
+        lambda a: (a.cos2 / a.sin2, 0.0),
+        exact="nonperpendicularity_deg",
+        tested=LookedFor(
+            worth_knowing=0.5, large=0.45, largest=20.0, finding="nonperpendicularity"
+        ),
+    ),
+    Term(
+        "SAG",
+        "deg",
+        "gravity sag",
+        SAG_PRIOR_DEG,
+        _sag,
+        exact="sag_deg",
+        tested=LookedFor(worth_knowing=0.2, large=0.2, largest=20.0, finding="sag"),
+    ),
+    Term(
+        "REFRACTION",
+        "standard air",
+        "refraction other than assumed",
+        AIR_PRIOR,
+        None,
+        exact="air",
+        tested=LookedFor(worth_knowing=1.0, large=0.5, largest=50.0, finding="refraction"),
+    ),
+    *(
+        Term(
+            f"BACKLASH{axis}",
+            "deg",
+            f"backlash of axis {axis}",
+            CROSS_PRIOR_DEG,
+            None,
+            exact=f"backlash{axis}_deg",
+            tested=LookedFor(
+                worth_knowing=0.1, large=0.1, largest=360.0, finding="backlash", both_sides_of=axis
+            ),
+        )
+        for axis in (1, 2)
+    ),
     Term(
         "IA",
         "arcsec",

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.exact_errors import errors_and_slopes, mechanism_of, own_sine
 from solarcal.model.known_physics import SkyContext, true_points
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.posterior import MechanismPosterior
@@ -26,7 +25,7 @@ from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray, wrap_deg
 
 NAMES = ("collimation", "squareness", "sag", "air", "clock")
-_STEP_DEG = 1e-3
+_BENT = ("collimation_deg", "nonperpendicularity_deg", "sag_deg")
 _SUN_DEG_PER_S = 360.0 / SECONDS_PER_DAY
 _LEAST_WEIGHT = 1e-5
 USUAL_SHARE = 0.7
@@ -83,28 +82,15 @@ def sky_columns(
     values: FloatArray, context: SkyContext, ax1_deg: FloatArray, ax2_deg: FloatArray
 ) -> FloatArray:
     """Sky errors per unit of each amount at true directions, (5, 2, n); the clock's as measured."""
-    mechanism, geometry = mechanism_of(values), context.geometry
-    plain = np.stack(mechanism.errors_deg(geometry, ax1_deg, ax2_deg))
-    sky = np.stack((own_sine(values, ax2_deg, plain[1]), np.ones(len(ax1_deg))))
+    at = Mechanism.of(values).linearised(context.geometry, ax1_deg, ax2_deg, _BENT)
     columns = np.zeros((len(NAMES), 2, len(ax1_deg)))
-    six = (
-        mechanism.P1, mechanism.P2, mechanism.P3, mechanism.P4, mechanism.P5, mechanism.P6,
-    )  # fmt: skip
-    for index, amounts in enumerate(
-        (
-            {"collimation_deg": _STEP_DEG},
-            {"nonperpendicularity_deg": _STEP_DEG},
-            {"sag_deg": _STEP_DEG},
-        )
-    ):
-        changed = np.stack(Mechanism(*six, **amounts).errors_deg(geometry, ax1_deg, ax2_deg))
-        columns[index] = _wrapped(changed - plain) / _STEP_DEG * sky
+    columns[: len(_BENT)] = at.sky_slopes
     azimuth, zenith = context.sun_of_axes_deg(ax1_deg, ax2_deg)
     bent = zenith - apparent_zenith_deg(zenith, context.refraction, context.air)
     columns[3] = _wrapped(
         np.stack(context.true_axes_deg(azimuth, zenith - bent)) - np.stack((ax1_deg, ax2_deg))
     )
-    columns[3] *= sky
+    columns[3] *= at.sky
     if context.heliostat is None:
         columns[4] = _clock_column(context, ax1_deg, ax2_deg)
     return columns
@@ -145,7 +131,7 @@ def widened(solution: MechanismSolution, unmodelled: Unmodelled) -> MechanismPos
     n = solution.n_points
     A = solution.slopes.reshape(2 * n, 6)
     B = np.transpose(columns, (2, 1, 0)).reshape(2 * n, len(NAMES))
-    sine = own_sine(posterior.mean, seen.ax2_deg, np.zeros(n))
+    sine = Mechanism.of(posterior.mean).own_sine(seen.ax2_deg, np.zeros(n))
     left = np.column_stack((solution.residual1_deg * sine, solution.residual2_deg)).reshape(-1)
     BW = B.T[np.newaxis] * np.repeat(posterior.point_weights, 2, axis=1)[:, np.newaxis, :]
     residuals = left - (posterior.means - posterior.mean) @ A.T
@@ -212,11 +198,10 @@ def left_over(wide: MechanismPosterior, grid: SunGrid, count: int) -> FloatArray
     The largest are left out, as a plan wants them: more points find or exclude those.
     """
     values, sun = wide.mean[:6], grid.sun
-    errors, slopes = errors_and_slopes(values, grid.geometry, sun.true1_deg, sun.true2_deg)
-    sky = np.stack((own_sine(values, sun.true2_deg, errors[1]), np.ones(len(grid))))
+    at = Mechanism.of(values).linearised(grid.geometry, sun.true1_deg, sun.true2_deg)
     covariance = wide.covariance
     follows = np.linalg.solve(covariance[6:, 6:], covariance[6:, :6])
-    effect = year_columns(values, grid) + np.einsum("mk,kag->mag", follows, slopes * sky)
+    effect = year_columns(values, grid) + np.einsum("mk,kag->mag", follows, at.sky_slopes)
     draws = wide.samples(count)[:, 6:]
     weight = np.einsum("mag,lag->ml", effect, effect)
     order = np.argsort(np.einsum("nm,ml,nl->n", draws, weight, draws), kind="stable")

@@ -10,11 +10,11 @@ from functools import lru_cache
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.exact_errors import axis_errors_deg
 from solarcal.model.known_physics import SkyContext, SunDirections, sun_directions
 from solarcal.model.prior import Prior
 from solarcal.model.terms import CONTROLLER_TERMS, TERMS, NativeAngles, design_matrix
 from solarcal.mount.geometry import MountGeometry
+from solarcal.mount.mechanism import Mechanism
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray, wrap_deg
 
@@ -124,8 +124,8 @@ def controller_coefficients(values: FloatArray, context: SkyContext, prior: Prio
     what makes up for the second order of the lean, for refraction and for the controller's Sun.
     """
     grid = year_grid(context)
-    wanted = axis_errors_deg(values, grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg)
-    missing = wanted + grid.gap_deg - np.einsum("k,kag->ag", values, grid.formula)
+    wanted = Mechanism.of(values).errors_deg(grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg)
+    missing = np.stack(wanted) + grid.gap_deg - np.einsum("k,kag->ag", values, grid.formula)
     missing[0] = wrap_deg(missing[0])
     found: FloatArray = values + _best_fit(context, prior) @ (missing * grid.sky).reshape(-1)
     return found

@@ -2,21 +2,60 @@
 
 A mechanism leans (P1, P3), its encoders are off by constants (P2, P4) and scales (P5, P6), its
 second axis is not quite perpendicular to the first (N), the collector does not look quite along
-its arm (C), and its weight bends it (sag). Its first-order form is ``formula.correction_deg``.
+its arm (C), and its weight bends it (sag); the air bends the ray otherwise than assumed, and an
+axis reads otherwise after a motion in the other sense (backlash). Its first-order form is
+``formula.correction_deg``.
+
+References
+----------
+Luque-Heredia et al. (2007), in Concentrator Photovoltaics, ch. 11: a tracker's error model with
+lean, zeros, squareness and collimation as rotations. Rodrigues (1840), J. Math. Pures Appl. 5,
+380: a rotation about an axis. To first order C and N are the TPOINT terms CA and NPAE (Wallace).
 """
 
 import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import msgspec
+import numpy as np
+from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError
 from solarcal.mount.elementwise import Maths, Value, Vector, dot, maths_for, unit_vector
-from solarcal.mount.formula import Coefficients
+from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients
 from solarcal.mount.geometry import MountGeometry
-from solarcal.units import RAD_PER_DEG, Angles
+from solarcal.units import RAD_PER_DEG, Angles, FloatArray, wrap_deg
 
 _LARGEST_ANGLE_DEG = 45.0
 _LARGEST_SCALE = 0.5
+_LARGEST = {
+    "P1": _LARGEST_ANGLE_DEG,
+    "P2": 360.0,
+    "P3": _LARGEST_ANGLE_DEG,
+    "P4": 360.0,
+    "P5": _LARGEST_SCALE,
+    "P6": _LARGEST_SCALE,
+    "collimation_deg": _LARGEST_ANGLE_DEG,
+    "nonperpendicularity_deg": _LARGEST_ANGLE_DEG,
+    "sag_deg": _LARGEST_ANGLE_DEG,
+    "air": 100.0,
+    "backlash1_deg": 360.0,
+    "backlash2_deg": 360.0,
+}
+_STEPS = {
+    "P1": 1e-4,
+    "P3": 1e-4,
+    "collimation_deg": 1e-3,
+    "nonperpendicularity_deg": 1e-3,
+    "sag_deg": 1e-3,
+    "air": 1e-2,
+}
+"""Of the differences that slopes are made of; whatever is not named here acts linearly."""
+# A search may wander: it is held to what can be computed.
+_LEAN_HELD_DEG = 40.0
+_ZERO_HELD_DEG = 359.0
+_SCALE_HELD = 0.49
 _CONVERGED_DEG = 1e-11
 _CONVERGED_RAD = 1e-15
 _MAX_ITERATIONS = 60
@@ -24,11 +63,45 @@ _MAX_ITERATIONS = 60
 _AXIS_RAD = 1e-11
 
 
+class Circumstances(NamedTuple):
+    """What air and backlash do depends on more than the direction.
+
+    ``approach`` (2, ..., n): sense of each axis' last motion, +1, -1 or 0 (unknown). ``lifted``:
+    (AX1, AX2) that belong to the same Sun seen through so much more of the assumed air.
+    """
+
+    approach: NDArray[np.int_]
+    lifted: Callable[[Value], tuple[Value, Value]]
+
+
+class Linearised(NamedTuple):
+    """A mechanism at some directions, and what a little more of some of its numbers would do.
+
+    ``errors`` (2, ..., n) axis degrees; ``slopes`` (k, 2, ..., n) axis degrees per unit; ``sky``
+    (2, ..., n) what turns axis degrees into degrees on sky: the sine of the mechanism's own
+    axis 2, and one.
+    """
+
+    errors: FloatArray
+    slopes: FloatArray
+    sky: FloatArray
+
+    @property
+    def sky_slopes(self) -> FloatArray:
+        """(k, 2, ..., n) degrees on sky per unit."""
+        on_sky: FloatArray = self.slopes * self.sky
+        return on_sky
+
+
 class Mechanism(msgspec.Struct, frozen=True):
     """What is wrong with a mount. P1..P4 and angles in degrees, P5 and P6 in degrees per degree.
 
     ``sag_deg`` is how far gravity pulls down a collector that looks at the horizon; at the zenith
-    angle z it is sag * sin(z), in the vertical plane.
+    angle z it is sag * sin(z), in the vertical plane. ``air``: refraction there is beyond the
+    assumed, as a part of it. ``backlash1_deg``, ``backlash2_deg``: how much more an axis reads
+    after a motion in the positive sense than after one in the negative.
+
+    Each is a float, or an array (s, 1) for s mechanisms side by side: directions are then (s, n).
 
     Raises
     ------
@@ -36,33 +109,50 @@ class Mechanism(msgspec.Struct, frozen=True):
         A value that is not finite or beyond 45 deg (P1, P3, C, N, sag) or 0.5 (P5, P6).
     """
 
-    P1: float = 0.0
-    P2: float = 0.0
-    P3: float = 0.0
-    P4: float = 0.0
-    P5: float = 0.0
-    P6: float = 0.0
-    collimation_deg: float = 0.0
-    nonperpendicularity_deg: float = 0.0
-    sag_deg: float = 0.0
+    P1: Value = 0.0
+    P2: Value = 0.0
+    P3: Value = 0.0
+    P4: Value = 0.0
+    P5: Value = 0.0
+    P6: Value = 0.0
+    collimation_deg: Value = 0.0
+    nonperpendicularity_deg: Value = 0.0
+    sag_deg: Value = 0.0
+    air: Value = 0.0
+    backlash1_deg: Value = 0.0
+    backlash2_deg: Value = 0.0
 
     def __post_init__(self) -> None:
-        for name, largest in (
-            ("P1", _LARGEST_ANGLE_DEG),
-            ("P2", 360.0),
-            ("P3", _LARGEST_ANGLE_DEG),
-            ("P4", 360.0),
-            ("P5", _LARGEST_SCALE),
-            ("P6", _LARGEST_SCALE),
-            ("collimation_deg", _LARGEST_ANGLE_DEG),
-            ("nonperpendicularity_deg", _LARGEST_ANGLE_DEG),
-            ("sag_deg", _LARGEST_ANGLE_DEG),
-        ):
+        for name, largest in _LARGEST.items():
             value = getattr(self, name)
-            if not abs(value) <= largest:
+            within = abs(value) <= largest
+            if not (within if isinstance(within, bool) else np.all(within)):
+                shown = float(value) if np.ndim(value) == 0 else float(np.abs(value).max())
                 raise ConfigurationError(
-                    f"a mechanism with {name} = {value:g} cannot be: not within +-{largest:g}"
+                    f"a mechanism with {name} = {shown:g} cannot be: not within +-{largest:g}"
                 )
+
+    @classmethod
+    def of(cls, values: FloatArray, **others: float) -> "Mechanism":
+        """P1..P6 from an array (..., 6), held to what can be computed; others by name.
+
+        One mechanism for (6,); s of them side by side for (s, 6).
+        """
+        if values.ndim == 1:
+            P1, P2, P3, P4, P5, P6 = values.tolist()
+            shrink = min(1.0, _LEAN_HELD_DEG / max(math.hypot(P1, P3), 1e-12))
+        else:
+            P1, P2, P3, P4, P5, P6 = np.moveaxis(values, -1, 0)[..., np.newaxis]
+            shrink = np.minimum(1.0, _LEAN_HELD_DEG / np.maximum(np.hypot(P1, P3), 1e-12))
+        return cls(
+            P1 * shrink,
+            _held(P2, _ZERO_HELD_DEG),
+            P3 * shrink,
+            _held(P4, _ZERO_HELD_DEG),
+            _held(P5, _SCALE_HELD),
+            _held(P6, _SCALE_HELD),
+            **others,
+        )
 
     @classmethod
     def from_coefficients(
@@ -81,11 +171,16 @@ class Mechanism(msgspec.Struct, frozen=True):
         )
 
     def errors_deg(
-        self, geometry: MountGeometry, ax1_deg: Angles, ax2_deg: Angles
+        self,
+        geometry: MountGeometry,
+        ax1_deg: Angles,
+        ax2_deg: Angles,
+        seen: Circumstances | None = None,
     ) -> tuple[Angles, Angles]:
         """Axis errors (reading - ideal) with which the collector looks at an ideal direction.
 
         E1 lies in (-180, 180] plus offset and scale; scales act on the ideal branch angle.
+        Without circumstances there is neither other air nor backlash.
 
         Raises
         ------
@@ -93,14 +188,89 @@ class Mechanism(msgspec.Struct, frozen=True):
             A direction on the leaning primary axis, or so near that C and N put it out of reach.
         """
         m = maths_for(ax1_deg, ax2_deg)
-        ax1 = m.wrap_deg(ax1_deg, geometry.ax1_centre_deg)
-        sun = unit_vector(m, ax1 * RAD_PER_DEG, ax2_deg * RAD_PER_DEG)
-        aim = self._raised(m, sun, geometry.up_components())
+        on_branch = m.wrap_deg(ax1_deg, geometry.ax1_centre_deg)
+        return self._errors_deg(geometry.up_components(), on_branch, ax2_deg, seen)
+
+    def _errors_deg(
+        self, up: Vector, ax1_deg: Value, ax2_deg: Value, seen: Circumstances | None
+    ) -> tuple[Value, Value]:
+        """The same at directions on the branch of their mounts."""
+        if seen is None:
+            return self._assumed_air_deg(up, ax1_deg, ax2_deg)
+        lifted1, lifted2 = seen.lifted(self.air) if _any(self.air) else (ax1_deg, ax2_deg)
+        e1, e2 = self._assumed_air_deg(up, lifted1, lifted2)
+        e1 = e1 + wrap_deg(lifted1 - ax1_deg) + 0.5 * self.backlash1_deg * seen.approach[0]
+        e2 = e2 + (lifted2 - ax2_deg) + 0.5 * self.backlash2_deg * seen.approach[1]
+        return e1, e2
+
+    def linearised(
+        self,
+        geometry: MountGeometry,
+        ax1_deg: FloatArray,
+        ax2_deg: FloatArray,
+        names: Sequence[str] = COEFFICIENT_NAMES,
+        seen: Circumstances | None = None,
+    ) -> Linearised:
+        """Errors, their slopes with respect to these of the mechanism's numbers, and axis to sky.
+
+        Parameters
+        ----------
+        ax1_deg, ax2_deg : (..., n)
+            On the branch; (s, n) for s mechanisms side by side, which may be of different mounts
+            as long as nothing sags.
+        names
+            k attributes of a mechanism.
+        seen
+            As in ``errors_deg``.
+
+        Raises
+        ------
+        ConfigurationError
+            As ``errors_deg``.
+        """
+        up = geometry.up_components()
+        errors = np.stack(self._errors_deg(up, ax1_deg, ax2_deg, seen))
+        slopes = np.zeros((len(names), *errors.shape))
+        for slope, name in zip(slopes, names, strict=True):
+            if name in ("P2", "backlash1_deg"):
+                slope[0] = 1.0 if name == "P2" or seen is None else 0.5 * seen.approach[0]
+            elif name in ("P4", "backlash2_deg"):
+                slope[1] = 1.0 if name == "P4" or seen is None else 0.5 * seen.approach[1]
+            elif name == "P5":
+                slope[0] = -ax1_deg
+            elif name == "P6":
+                slope[1] = -ax2_deg
+            else:
+                value, step = getattr(self, name), _STEPS[name]
+                if name in ("P1", "P3"):
+                    # Towards zero, so that a lean at its largest is not stepped over.
+                    step = maths_for(value).where(value > 0.0, -step, step)
+                nearby = msgspec.structs.replace(self, **{name: value + step})
+                change = np.stack(nearby._errors_deg(up, ax1_deg, ax2_deg, seen)) - errors
+                change[0] -= 360.0 * np.round(change[0] / 360.0)
+                np.divide(change, step, out=slope)
+        sky = np.ones_like(errors)
+        sky[0] = self.own_sine(ax2_deg, errors[1])
+        return Linearised(errors, slopes, sky)
+
+    def own_sine(self, ax2_deg: FloatArray, error2_deg: FloatArray) -> FloatArray:
+        """Sine of the mechanism's OWN axis 2 (..., n): what turns axis 1 degrees into sky degrees.
+
+        Near the primary axis a lean makes it quite another number than the sine of ideal AX2.
+        """
+        own_deg = ax2_deg + error2_deg - self.P4 + self.P6 * ax2_deg
+        sine: FloatArray = np.sin(own_deg * RAD_PER_DEG)
+        return sine
+
+    def _assumed_air_deg(self, up: Vector, ax1_deg: Value, ax2_deg: Value) -> tuple[Value, Value]:
+        m = maths_for(ax1_deg, ax2_deg)
+        sun = unit_vector(m, ax1_deg * RAD_PER_DEG, ax2_deg * RAD_PER_DEG)
+        aim = self._raised(m, sun, up)
         own_x, own_y, own_z = self._own_axes()
         axis1, axis2 = self._axes_aiming_along(
             m, (dot(own_x, aim), dot(own_y, aim), dot(own_z, aim))
         )
-        e1 = m.wrap_deg(axis1 / RAD_PER_DEG - ax1) + self.P2 - self.P5 * ax1
+        e1 = m.wrap_deg(axis1 / RAD_PER_DEG - ax1_deg) + self.P2 - self.P5 * ax1_deg
         e2 = axis2 / RAD_PER_DEG - ax2_deg + self.P4 - self.P6 * ax2_deg
         return e1, e2
 
@@ -145,13 +315,15 @@ class Mechanism(msgspec.Struct, frozen=True):
 
     def _own_axes(self) -> tuple[Vector, Vector, Vector]:
         """The mechanism's own x, y, z in native components: rotated by omega = (-P3, -P1, 0)."""
+        m = maths_for(self.P1, self.P3)
         x, y = -self.P3 * RAD_PER_DEG, -self.P1 * RAD_PER_DEG
-        angle = math.hypot(x, y)
-        if angle == 0.0:
+        angle = m.hypot(x, y)
+        if isinstance(angle, float) and angle == 0.0:
             return (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-        # Rodrigues' formula for an axis (x, y, 0) in the plane.
-        x, y = x / angle, y / angle
-        cos, sin = math.cos(angle), math.sin(angle)
+        # Rodrigues' formula for an axis (x, y, 0) in the plane; without a lean any axis will do.
+        straight = m.where(angle == 0.0, 1.0, angle)
+        x, y = x / straight, y / straight
+        cos, sin = m.cos(angle), m.sin(angle)
         rest = 1.0 - cos
         return (
             (cos + rest * x * x, rest * x * y, -sin * y),
@@ -166,27 +338,41 @@ class Mechanism(msgspec.Struct, frozen=True):
         the axis, because 1 - cos^2 would lose half the digits near it.
         """
         x, y, z = direction
+        if self._plain():
+            square = x * x + y * y
+            if m.any(square < _AXIS_RAD * _AXIS_RAD):
+                self._refuse_axis()
+            return m.arctan2(y, x), m.arctan2(m.sqrt(square), z)
         sin_c, _, sin_n, _ = self._sines()
         square = x * x + y * y - sin_c * sin_c - sin_n * sin_n - 2.0 * z * sin_c * sin_n
         if m.any(square < _AXIS_RAD * _AXIS_RAD):
-            raise ConfigurationError(
-                "a direction on the leaning primary axis, or so near that collimation "
-                f"{self.collimation_deg:g} and non-perpendicularity "
-                f"{self.nonperpendicularity_deg:g} deg put it out of reach: axis 1 is undetermined"
-            )
+            self._refuse_axis()
         axis2 = m.arctan2(m.sqrt(square), z + sin_c * sin_n)
         across, along = self._arm(m, axis2)
         return m.arctan2(y, x) - m.arctan2(across, along), axis2
+
+    def _plain(self) -> bool:
+        """Neither collimation nor non-perpendicularity: half of the trigonometry is zeros."""
+        return not (_any(self.collimation_deg) or _any(self.nonperpendicularity_deg))
+
+    def _refuse_axis(self) -> None:
+        raise ConfigurationError(
+            "a direction on the leaning primary axis, or so near that collimation "
+            f"{float(np.max(self.collimation_deg)):g} and non-perpendicularity "
+            f"{float(np.max(self.nonperpendicularity_deg)):g} deg put it out of reach: axis 1 is "
+            "undetermined"
+        )
 
     def _arm(self, m: Maths, axis2: Value) -> tuple[Value, Value]:
         """y and x component of Rx(N) Ry(A2) Rx(C) z: how far axis 1 misses the collector."""
         sin_c, cos_c, sin_n, cos_n = self._sines()
         return -sin_c * cos_n - m.cos(axis2) * cos_c * sin_n, m.sin(axis2) * cos_c
 
-    def _sines(self) -> tuple[float, float, float, float]:
+    def _sines(self) -> tuple[Value, Value, Value, Value]:
+        m = maths_for(self.collimation_deg, self.nonperpendicularity_deg)
         c = self.collimation_deg * RAD_PER_DEG
         n = self.nonperpendicularity_deg * RAD_PER_DEG
-        return math.sin(c), math.cos(c), math.sin(n), math.cos(n)
+        return m.sin(c), m.cos(c), m.sin(n), m.cos(n)
 
     def _looked_at(
         self,
@@ -221,7 +407,7 @@ class Mechanism(msgspec.Struct, frozen=True):
 
     def _raised(self, m: Maths, look: Vector, up: Vector) -> Vector:
         """Where a stiff arm must aim for a bending one to look at ``look``: sag*sin(z) higher."""
-        if self.sag_deg == 0.0:
+        if not _any(self.sag_deg):
             return look
         cos_z = dot(look, up)
         rise = _across(up, look, cos_z)
@@ -233,7 +419,7 @@ class Mechanism(msgspec.Struct, frozen=True):
 
         The zenith angle looked at solves z - sag*sin(z) = z_aim (Kepler's equation, by Newton).
         """
-        if self.sag_deg == 0.0:
+        if not _any(self.sag_deg):
             return aim
         sag = self.sag_deg * RAD_PER_DEG
         cos_aim = dot(aim, up)
@@ -247,6 +433,16 @@ class Mechanism(msgspec.Struct, frozen=True):
             if not m.any(abs(step) > _CONVERGED_RAD):
                 break
         return _turned(m, aim, rise, sin_aim, z_aim - z)
+
+
+def _any(value: Value) -> bool:
+    return value != 0.0 if isinstance(value, (float, int)) else bool(np.any(value))
+
+
+def _held(value: Value, largest: float) -> Value:
+    if isinstance(value, float):
+        return min(max(value, -largest), largest)
+    return np.clip(value, -largest, largest)
 
 
 def _across(up: Vector, direction: Vector, cosine: Value) -> Vector:

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from solarcal.model.extended_mechanism import ExtendedMechanism
-from solarcal.model.f_tests import squares_beside
+from solarcal.model.f_tests import PointsTested, squares_beside
 from solarcal.model.finding import Finding, points_named
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.points import PointSet
@@ -85,7 +84,7 @@ def _shifted(points: PointSet, loss: Loss, after: Sequence[int]) -> PointSet:
 
 
 def _squares(points: PointSet, context: SkyContext, values: FloatArray) -> float:
-    rows = ExtendedMechanism.of(points, context).rows(values, {})
+    rows = PointsTested.of(points, context).rows(values, {})
     return squares_beside(rows.six, rows.residuals)
 
 

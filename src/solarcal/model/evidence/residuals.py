@@ -12,16 +12,7 @@ from numpy.typing import NDArray
 
 from solarcal.model.degeneracy import clock_utc, degeneracies
 from solarcal.model.evidence.counts import Loss, undo_losses
-from solarcal.model.exact_errors import errors_and_slopes, mechanism_of, own_sine
-from solarcal.model.extended_mechanism import (
-    AIR,
-    BACKLASH,
-    COLLIMATION,
-    SAG,
-    SQUARENESS,
-    ExtendedMechanism,
-)
-from solarcal.model.f_tests import ColumnFit, f_probability
+from solarcal.model.f_tests import ColumnFit, PointsTested, f_probability
 from solarcal.model.finding import Finding, Kind, listed
 from solarcal.model.fit import FEWEST_POINTS as LINEAR_FEWEST
 from solarcal.model.fit import fit_linear
@@ -34,36 +25,13 @@ from solarcal.model.prior import Prior
 from solarcal.model.residual_tests import BadPoint, Cause, ResidualTests, run_residual_tests
 from solarcal.model.session_changes import ZEROS
 from solarcal.model.solution import Solution
-from solarcal.model.terms import CONTROLLER_TERMS
+from solarcal.model.terms import CONTROLLER_TERMS, TERMS, LookedFor
 from solarcal.model.year_grid import year_grid
+from solarcal.mount.mechanism import Mechanism
 from solarcal.units import FloatArray, wrap_deg
 
-KINDS: dict[str, Kind] = {
-    COLLIMATION: "collimation",
-    SQUARENESS: "nonperpendicularity",
-    SAG: "sag",
-    AIR: "refraction",
-    BACKLASH[0]: "backlash",
-    BACKLASH[1]: "backlash",
-}
-NAMES = {
-    COLLIMATION: "collimation",
-    SQUARENESS: "axes not square",
-    SAG: "gravity sag",
-    AIR: "refraction other than assumed",
-    BACKLASH[0]: "backlash of axis 1",
-    BACKLASH[1]: "backlash of axis 2",
-}
-WORTH_KNOWING = {
-    COLLIMATION: 0.5,
-    SQUARENESS: 0.5,
-    SAG: 0.2,
-    AIR: 1.0,
-    BACKLASH[0]: 0.1,
-    BACKLASH[1]: 0.1,
-}
-"""Amounts that happen. Where they would go unnoticed, that is said."""
-
+CROSS_AXIS: set[Kind] = {"collimation", "nonperpendicularity"}
+"""Told apart from each other by hardly any day."""
 NEGLIGIBLE_SHARE = 0.1
 """An effect below this part of the tolerance, added to it in squares, is half a percent of it."""
 FEWEST_POINTS = 5
@@ -106,7 +74,7 @@ def diagnose(
         return (_too_few(len(points)), *doubtful)
     outliers = set(solution.outliers)
     tests = run_residual_tests(
-        ExtendedMechanism.of(points, solution.context, approach),
+        PointsTested.of(points, solution.context, approach),
         solution.posterior.mean,
         solution.prior,
         suspects=[i for i, label in enumerate(points.labels) if label in outliers],
@@ -133,7 +101,7 @@ def _steps(solution: MechanismSolution, tolerance_deg: float) -> tuple[Finding, 
     if times is None or not np.isfinite(times).all() or n < 2 * SHORTEST_RUN + 1:
         return ()
     order = np.argsort(times, kind="stable")
-    rows = ExtendedMechanism.of(points, solution.context).rows(solution.posterior.mean, {})
+    rows = PointsTested.of(points, solution.context).rows(solution.posterior.mean, {})
     base = ColumnFit(rows.six, rows.residuals)
     place = np.empty(n, dtype=np.intp)
     place[order] = np.arange(n)
@@ -224,7 +192,7 @@ def solution_to_test(
     )
     # With the air and the better Sun taken out, as every fit of a mechanism has them.
     linear = fit_linear(there)
-    exact1, exact2 = mechanism_of(linear.values).errors_deg(
+    exact1, exact2 = Mechanism.of(linear.values).errors_deg(
         points.geometry, there.ax1_deg, there.ax2_deg
     )
     return fit_exact(
@@ -247,38 +215,50 @@ def _too_few(n: int) -> Finding:
     )
 
 
+def _looked_for(name: str) -> LookedFor:
+    tested = TERMS[name].tested
+    assert tested is not None
+    return tested
+
+
+def _times(name: str) -> str:
+    """The unit of an amount, as a sentence has it."""
+    unit = TERMS[name].unit
+    return "times the standard air" if unit == "standard air" else unit
+
+
 def _amount(name: str, value: float, sigma: float) -> str:
-    if name == AIR:
-        return f"{value:+.2f} +- {sigma:.2f} times the standard air"
-    return f"{value:+.3f} +- {sigma:.3f} deg"
+    decimals = 3 if TERMS[name].unit == "deg" else 2
+    return f"{value:+.{decimals}f} +- {sigma:.{decimals}f} {_times(name)}"
 
 
 def _cause(cause: Cause, tests: ResidualTests, tolerance_deg: float) -> Finding:
     causes = (cause.name, *cause.rivals)
     effect = float(np.sqrt(max(cause.without_deg**2 - cause.leaves_deg[0] ** 2, 0.0)))
-    cross = set(causes) <= {COLLIMATION, SQUARENESS}
-    kind: Kind = KINDS[cause.name]
+    kinds = tuple(_looked_for(c).finding for c in causes)
+    cross = set(kinds) <= CROSS_AXIS
+    kind: Kind = kinds[0]
+    axis = _looked_for(cause.name).both_sides_of
     if cause.rivals:
         kind = "cross_axis" if cross else "unmodelled"
     amount = _amount(cause.name, cause.value, cause.sigma)
     sigmas = abs(cause.value) / cause.sigma
-    name = NAMES[cause.name]
-    subject = name
+    names = [TERMS[c].meaning for c in causes]
+    name = subject = names[0]
     leaves = [
-        f"{NAMES[c]} would leave {_small(rms)}"
-        for c, rms in zip(causes, cause.leaves_deg, strict=True)
+        f"{called} would leave {_small(rms)}"
+        for called, rms in zip(names, cause.leaves_deg, strict=True)
     ]
     against = f"against {_small(cause.without_deg)} with the six numbers"
     if cause.rivals:
-        subject = "cross-axis term" if cross else listed([NAMES[c] for c in causes], "or")
+        subject = "cross-axis term" if cross else listed(names, "or")
         r = cause.correlations[0]
         called = "a cross-axis term is missing" if cross else "something is missing in the model"
         sentence = (
-            f"{called} ({sigmas:.1f} sigma): {listed([NAMES[c] for c in causes])} cannot be told "
-            f"apart with these points (r = {_correlation(r)}); {', '.join(leaves)} {against}"
+            f"{called} ({sigmas:.1f} sigma): {listed(names)} cannot be told apart with these "
+            f"points (r = {_correlation(r)}); {', '.join(leaves)} {against}"
         )
-    elif cause.name in BACKLASH:
-        axis = BACKLASH.index(cause.name) + 1
+    elif axis is not None:
         subject = f"axis {axis}"
         sentence = (
             f"backlash: axis {axis} reads {amount} more after a motion in the positive sense than "
@@ -292,7 +272,7 @@ def _cause(cause: Cause, tests: ResidualTests, tolerance_deg: float) -> Finding:
             f"; it makes {_small(effect)} of pointing and does not matter against "
             f"{tolerance_deg:g} deg"
         )
-    elif cause.name not in BACKLASH:
+    elif axis is None:
         sentence += "; P1..P6 cannot hold it"
     return Finding(
         kind=kind,
@@ -300,8 +280,8 @@ def _cause(cause: Cause, tests: ResidualTests, tolerance_deg: float) -> Finding:
         sentence=sentence,
         number=cause.value,
         sigma=cause.sigma,
-        unit="standard air" if cause.name == AIR else "deg",
-        causes=tuple(KINDS[c] for c in causes),
+        unit=TERMS[cause.name].unit,
+        causes=kinds,
         leaves_deg=cause.leaves_deg,
         effect_deg=effect,
     )
@@ -320,11 +300,8 @@ def _bad_point(bad: BadPoint, solution: MechanismSolution) -> Finding:
     label = solution.points.labels[bad.index]
     grid = year_grid(solution.context)
     values = solution.posterior.mean
-    errors, slopes = errors_and_slopes(
-        values, grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg
-    )
-    change = np.einsum("k,kag->ag", bad.step, slopes)
-    change[0] *= own_sine(values, grid.sun.true2_deg, errors[1])
+    at = Mechanism.of(values).linearised(grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg)
+    change = np.einsum("k,kag->ag", bad.step, at.sky_slopes)
     moved = float(np.sqrt(np.mean(np.sum(change**2, axis=0))))
     return Finding(
         kind="bad_point",
@@ -345,22 +322,23 @@ def _bad_point(bad: BadPoint, solution: MechanismSolution) -> Finding:
 def _undecided(tests: ResidualTests) -> list[Finding]:
     said = []
     for name, weakest in tests.weakest.items():
-        if weakest <= WORTH_KNOWING[name]:
+        tested = _looked_for(name)
+        if weakest <= tested.worth_knowing:
             continue
-        unit = " times the standard air" if name == AIR else " deg"
+        unit = _times(name)
         less = (
-            f"less than {weakest:.2g}{unit} would not show"
-            if weakest < 20.0 * WORTH_KNOWING[name]
+            f"less than {weakest:.2g} {unit} would not show"
+            if weakest < 20.0 * tested.worth_knowing
             else "no likely amount would show"
         )
         said.append(
             Finding(
-                kind=KINDS[name],
-                subject=NAMES[name],
-                sentence=f"{NAMES[name]} cannot be told with these points: {less}",
+                kind=tested.finding,
+                subject=TERMS[name].meaning,
+                sentence=f"{TERMS[name].meaning} cannot be told with these points: {less}",
                 certainty="cannot_be_told",
                 number=weakest if np.isfinite(weakest) else None,
-                unit=unit.strip(),
+                unit=unit,
             )
         )
     return said
