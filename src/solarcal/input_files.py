@@ -1,4 +1,4 @@
-"""Files that others give us, read whole: regular ones only, and none larger than has a use.
+"""Files read and written whole; of others regular ones only, and none larger than has a use.
 
 A pipe would be waited for, a device or a growing file would never end: both are refused before a
 byte is read.
@@ -6,9 +6,11 @@ byte is read.
 
 import os
 import stat
+from contextlib import suppress
 from pathlib import Path
 
-from solarcal.errors import InputFileError, SolarcalError
+from solarcal.errors import ConfigurationError, InputFileError, SolarcalError
+from solarcal.plain_text import harmless
 
 LARGEST_RECORD_BYTES = 32_000_000
 """Of a session or points file: ten thousand points with everything about them are a third."""
@@ -117,3 +119,48 @@ def _too_large(path: str | Path, largest: int) -> str:
 def reason_of(failure: OSError | ValueError) -> str:
     """Why, in the system's own words."""
     return getattr(failure, "strerror", None) or str(failure)
+
+
+def read_text(path: str | Path) -> str:
+    """The file's text (UTF-8, a byte order mark is dropped), line ends as they are.
+
+    What a terminal would obey is written out (``plain_text``).
+
+    Raises
+    ------
+    InputFileError
+        It cannot be read, is not a regular file, too large, or not text.
+    """
+    content = read_bytes(path)
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise InputFileError(
+            f"{path}:{line}: not UTF-8 text (byte {content[error.start]:#04x}); "
+            "save the file as UTF-8"
+        ) from None
+    # Carriage returns may be line ends.
+    return "\r".join(map(harmless, text.split("\r")))
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Put the text in place in one step, so that no half-written file is ever met.
+
+    Raises
+    ------
+    ConfigurationError
+        It cannot be written.
+    """
+    try:
+        path = Path(path)
+        unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
+        try:
+            unfinished.write_bytes(text.encode("utf-8"))
+            unfinished.replace(path)
+        except BaseException:
+            with suppress(OSError):
+                unfinished.unlink()
+            raise
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(f"{path} cannot be written: {reason_of(error)}") from error

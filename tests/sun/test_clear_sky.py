@@ -4,8 +4,14 @@ import numpy as np
 import pytest
 
 from solarcal.sun.circular_orbit import CircularDay
-from solarcal.sun.clear_sky import air_mass, day_kwh_m2, direct_w_m2, moment_w_m2
-from solarcal.sun.energy import FixedCollector, TrackingCollector
+from solarcal.sun.energy import (
+    FixedCollector,
+    TrackingCollector,
+    air_mass,
+    day_kwh_m2,
+    direct_w_m2,
+    moment_w_m2,
+)
 
 
 @pytest.mark.parametrize(

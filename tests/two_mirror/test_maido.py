@@ -255,7 +255,7 @@ def test_the_field_lets_the_sun_through_until_it_passes_its_edge() -> None:
     ("module", "stranger"),
     [
         ("controller", "world"),
-        ("base_model", "world"),
+        ("base", "world"),
         ("world", "controller"),
     ],
 )

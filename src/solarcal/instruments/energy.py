@@ -15,11 +15,13 @@ from solarcal.instruments.mount_and_collector import (
 from solarcal.report.instrument_plots import Curve, curve_plot
 from solarcal.report.scales import Theme
 from solarcal.sun.circular_orbit import CircularDay, days_after_march_equinox
-from solarcal.sun.clear_sky import SUNCALC_W_M2, day_kwh_m2, moment_w_m2
 from solarcal.sun.energy import (
+    SUNCALC_W_M2,
+    day_kwh_m2,
     day_percent,
     disc_percent,
     moment_percent,
+    moment_w_m2,
     pointing_loss,
     suncalc_day_percent,
     year_percent,

@@ -9,8 +9,7 @@ from solarcal.instruments.answer import Answer, Drawing, paragraph
 from solarcal.instruments.form import Form
 from solarcal.instruments.mount_and_collector import asked_geometry, drawn_latitude_deg
 from solarcal.instruments.sun import apparent_sun, asked_sun_deg
-from solarcal.optics.aiming import Heliostat, format_mirror, format_target
-from solarcal.optics.drift import drift_over
+from solarcal.optics.aiming import Heliostat, drift_over, format_mirror, format_target
 from solarcal.optics.heliostat import Target
 from solarcal.optics.mirror_roots import Root, exact_roots
 from solarcal.optics.offset_mirror import MirrorOffset

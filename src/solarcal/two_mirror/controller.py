@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from enum import StrEnum
 
 from solarcal.site import Site
-from solarcal.two_mirror.base_model import BaseModel
+from solarcal.two_mirror.base import BaseModel
 from solarcal.two_mirror.control import (
     REVERSED,
     GrowthWatch,

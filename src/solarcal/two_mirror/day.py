@@ -7,8 +7,7 @@ import msgspec
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.two_mirror.base import BaseSolution
-from solarcal.two_mirror.base_model import BaseModel, LoggedPoint
+from solarcal.two_mirror.base import BaseModel, BaseSolution, LoggedPoint
 from solarcal.two_mirror.control import PidGains
 from solarcal.two_mirror.controller import LoopMode, MirrorController
 from solarcal.two_mirror.diode import QuadrantDiode

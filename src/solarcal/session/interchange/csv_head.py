@@ -17,7 +17,6 @@ from solarcal.optics.aiming import (
     parse_target,
 )
 from solarcal.plain_text import one_line
-from solarcal.session.interchange.files import fill
 from solarcal.session.points import IDEALS, PointTable
 from solarcal.site import Site
 from solarcal.timescale import format_utc, parse_utc
@@ -187,3 +186,10 @@ def instant_text(utc_s: float) -> str:
 
 def _number(value: str | float | None) -> float | None:
     return None if value is None else float(value)
+
+
+def fill(given: str, path: str | Path, written: object, supplied: object) -> str | None:
+    """A warning where an option contradicts what the file says; the file is believed."""
+    if supplied is None or written is None or written == supplied:
+        return None
+    return f"{path}: its own {given} {written} was used, not the option's {supplied}"

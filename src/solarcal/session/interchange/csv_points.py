@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.input_files import read_text, write_text
 from solarcal.plain_text import harmless
 from solarcal.session.interchange.csv_head import (
     head_lines,
@@ -22,7 +23,6 @@ from solarcal.session.interchange.csv_head import (
     read_head,
     without_separator_line,
 )
-from solarcal.session.interchange.files import read_text, write_text
 from solarcal.session.points import STATUSES, PointTable
 from solarcal.timescale import parse_utc
 from solarcal.units import FloatArray, wrap_deg

@@ -11,6 +11,7 @@ No comments and no END line; a fifth number of a row is passed over.
 from pathlib import Path
 
 from solarcal.errors import InputFileError
+from solarcal.input_files import read_text
 from solarcal.session.interchange.altaz import (
     Row,
     altaz_table,
@@ -18,7 +19,6 @@ from solarcal.session.interchange.altaz import (
     possible,
     refuse_radians,
 )
-from solarcal.session.interchange.files import read_text
 from solarcal.session.points import PointTable
 
 _COLUMNS = (4, 5)

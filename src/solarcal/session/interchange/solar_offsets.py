@@ -17,9 +17,9 @@ from typing import Literal
 import numpy as np
 
 from solarcal.errors import InputFileError
+from solarcal.input_files import read_text
 from solarcal.session.interchange.csv_head import complete_head
 from solarcal.session.interchange.csv_points import TAB, Sheet, read_sheet
-from solarcal.session.interchange.files import read_text
 from solarcal.session.points import PointTable
 from solarcal.units import RAD_PER_DEG, FloatArray, wrap_deg
 

@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.input_files import read_text, write_text
 from solarcal.session.interchange.altaz import (
     DECIMAL,
     Row,
@@ -30,7 +31,6 @@ from solarcal.session.interchange.altaz import (
     sexagesimal_row,
 )
 from solarcal.session.interchange.csv_head import head_lines, take_key
-from solarcal.session.interchange.files import read_text, write_text
 from solarcal.session.points import PointTable
 from solarcal.units import FloatArray
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.input_files import read_text, write_text
 from solarcal.session.interchange.altaz import plain_numbers
-from solarcal.session.interchange.files import read_text, write_text
 
 _FLAGS = "=&"
 
