@@ -143,6 +143,13 @@ def test_what_is_no_disc_is_refused(image: FloatArray, complaint: str) -> None:
         find_disc(image)
 
 
+def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "camera.pgm")
+    with pytest.raises(InputFileError, match="a pipe or a device"):
+        read_image(tmp_path / "camera.pgm")
+    assert newest_image(tmp_path) is None
+
+
 def plate(
     spot: tuple[float, float, float], hole: tuple[float, float, float], darkness: float = 0.1
 ) -> FloatArray:

@@ -15,12 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.errors import InputFileError
+from solarcal.input_files import read_bytes
 from solarcal.units import FloatArray
 
 Mask = NDArray[np.bool_]
 
 ENDINGS = (".pgm", ".png")
 PNG = b"\x89PNG\r\n\x1a\n"
+LARGEST_IMAGE_BYTES = 200_000_000
 _MOST_PIXELS = 50_000_000
 _FEWEST_EDGES = 12
 _LEAST_CONTRAST = 0.05
@@ -80,13 +82,7 @@ def read_image(path: str | Path) -> FloatArray:
     InputFileError
         Missing, damaged, or of a kind that is not read, named.
     """
-    try:
-        content = Path(path).read_bytes()
-    except FileNotFoundError:
-        raise InputFileError(f"{path} is missing: no such file") from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputFileError(f"{path} cannot be read: {reason}") from None
+    content = read_bytes(path, LARGEST_IMAGE_BYTES)
     if content.startswith(PNG):
         return _png(content, str(path))
     if content[:2] in (b"P2", b"P5"):
