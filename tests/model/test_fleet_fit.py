@@ -11,8 +11,8 @@ from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
 
 SESSIONS = 12
-TOLERANCE_SIGMA = 1e-2
-"""Both end within SETTLED of the mixture's mean on ways of their own."""
+TOLERANCE_SIGMA = 1e-6
+"""Both take the same steps: what is left is where least squares is content."""
 
 
 def fleet(n: int, given_sigmas: bool = False) -> ManyPoints:
@@ -44,7 +44,7 @@ def fleet(n: int, given_sigmas: bool = False) -> ManyPoints:
 
 @pytest.mark.parametrize(
     ("n", "given_sigmas"),
-    [(1, False), (2, False), (3, False), (12, False), (12, True), (15, False)],
+    [(1, False), (2, False), (3, False), (12, False), (12, True), (15, False), (40, False)],
 )
 def test_every_session_is_fitted_as_it_would_be_alone(n: int, given_sigmas: bool) -> None:
     points = fleet(n, given_sigmas)

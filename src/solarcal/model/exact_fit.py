@@ -41,8 +41,6 @@ PLACE_SETTLED = 1e-10
 MOST_STEPS = 12
 SETTLED = 2e-3
 """In units of the prior: the curvature over so small a step is below a thousandth of the noise."""
-LEAN_TRUSTED_DEG = 10.0
-"""A lean step no linearisation is believed beyond."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -91,11 +89,13 @@ def fit_mechanism(
     scale_mean = float(np.log(TYPICAL_NOISE_DEG)) if sigma_deg is None else 0.0
     scale_sd = NOISE_LOG_SD if sigma_deg is None else GIVEN_NOISE_LOG_SD
 
-    def linearised(values: FloatArray) -> tuple[Linearised, FloatArray, FloatArray]:
+    def linearised(
+        values: FloatArray, sky: FloatArray | None = None
+    ) -> tuple[Linearised, FloatArray, FloatArray]:
         there = Mechanism.of(values).linearised(geometry, points.ax1_deg, points.ax2_deg)
         left = np.stack((points.err1_deg, points.err2_deg)) - there.errors
         left[0] = wrap_deg(left[0])
-        sky = there.sky
+        sky = there.sky if sky is None else sky
         return (
             Linearised(
                 residuals=(left * sky).T.copy(),
@@ -114,14 +114,19 @@ def fit_mechanism(
         )
 
     def nearest(start: FloatArray, weights: FloatArray, pull: FloatArray) -> FloatArray:
-        """Weighted least squares of the points (n,) and the prior (6,), from ``start``."""
+        """Weighted least squares of the points (n,) and the prior (6,), from ``start``.
+
+        Axis degrees count on sky as they do at the start: weights that move with the place would
+        have slopes of their own.
+        """
+        _, _, sky = linearised(start)
         place: list[FloatArray] = []
         found: list[Linearised] = []
         root, prior_root = np.sqrt(np.repeat(weights, 2)), np.sqrt(pull)
 
         def at_place(scaled: FloatArray) -> Linearised:
             if not place or not np.array_equal(place[0], scaled):
-                place[:], found[:] = [scaled.copy()], [linearised(scaled * unit)[0]]
+                place[:], found[:] = [scaled.copy()], [linearised(scaled * unit, sky)[0]]
             return found[0]
 
         def residuals(scaled: FloatArray) -> FloatArray:
@@ -134,7 +139,13 @@ def fit_mechanism(
             rows = at_place(scaled).slopes.reshape(2 * n, 6) * root[:, np.newaxis]
             return np.concatenate((-rows, -np.diag(prior_root)))
 
-        solved = least_squares(residuals, start / unit, slopes, method="lm", xtol=PLACE_SETTLED)
+        solved = least_squares(
+            residuals,
+            start / unit,
+            slopes,
+            method="lm",
+            xtol=PLACE_SETTLED,
+        )
         return np.asarray(solved.x * unit, dtype=np.float64)
 
     values = nearest(mean, np.full(n, FIRST_NOISE_DEG**-2.0), np.maximum(precision, FREE_PRECISION))

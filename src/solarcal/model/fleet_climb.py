@@ -132,26 +132,40 @@ def _search_blunders(at: ManyLinearised) -> FloatArray:
 
 
 def _start_rows(at: ManyLinearised) -> FloatArray:
-    """No point, every point, every pair of suspects taken for blunders: (n, s, r)."""
+    """No point, each suspect, each pair of them taken for a blunder: (n, s, r)."""
     s, n = len(at), at.residuals.shape[2]
-    few: list[tuple[int, ...]] = [(), *((i,) for i in range(n))]
     if n <= alone.MOST_SUSPECTS + 4:
-        chosen = [*few, *combinations(range(n), 2)] if n > 3 else few
-        rows = np.zeros((n, 1, len(chosen)))
-        for column, points in enumerate(chosen):
-            rows[list(points), 0, column] = 1.0
-        return np.broadcast_to(rows, (n, s, len(chosen)))
-    singles = np.eye(n)[:, np.newaxis, :]
-    log_scales = np.broadcast_to((at.log_scale_mean + alone.COARSE_STEP)[:, np.newaxis], (s, n))
-    climbed = _climb(at, log_scales, np.ones(n), np.broadcast_to(singles, (n, s, n)), 2)
-    suspects = np.sort(np.argsort(climbed.scores, axis=1)[:, ::-1][:, : alone.MOST_SUSPECTS])
-    pairs = np.array(list(combinations(range(alone.MOST_SUSPECTS), 2)))
-    rows = np.zeros((n, s, len(few) + len(pairs)))
-    rows[:, :, 1 : len(few)] = singles
-    session, start = np.arange(s)[:, np.newaxis], len(few) + np.arange(len(pairs))
-    for side in (0, 1):
-        rows[suspects[:, pairs[:, side]], session, start] = 1.0
+        suspects = np.broadcast_to(np.arange(n), (s, n))
+    else:
+        suspects = _suspects(at)
+    m = suspects.shape[1]
+    chosen: list[tuple[int, ...]] = [(), *((i,) for i in range(m))]
+    if n > 3:
+        chosen += combinations(range(m), 2)
+    rows = np.zeros((n, s, len(chosen)))
+    for start, places in enumerate(chosen):
+        for place in places:
+            rows[suspects[:, place], np.arange(s), start] = 1.0
     return rows
+
+
+def _suspects(at: ManyLinearised) -> Indices:
+    """``noisy_points._suspects`` of every session, (s, MOST_SUSPECTS) in rising order."""
+    scale = np.exp(at.log_scale_mean + alone.COARSE_STEP)[:, np.newaxis]
+    weights = 1.0 / (scale * at.sigma_deg) ** 2
+    slopes = at.slopes.transpose(0, 2, 1, 3)
+    weighted = slopes * weights[..., np.newaxis, np.newaxis]
+    normal = np.einsum("snai,snaj->sij", weighted, slopes) + np.eye(_K)
+    pull = np.einsum("snai,san->si", weighted, at.residuals) + at.offset
+    normal += alone.ROUNDING * np.einsum("sii->s", normal)[:, np.newaxis, np.newaxis] * np.eye(_K)
+    inverse = np.linalg.inv(normal)
+    left = at.residuals.transpose(0, 2, 1) - np.einsum("snai,sij,sj->sna", slopes, inverse, pull)
+    leverage = (weighted @ inverse[:, np.newaxis]) @ slopes.swapaxes(2, 3)
+    others = np.eye(2) * (1.0 + alone.ROUNDING) - leverage
+    predicted = np.linalg.solve(others, left[..., np.newaxis])[..., 0]
+    distance = weights * np.einsum("sna,sna->sn", left, predicted)
+    farthest = np.argsort(distance, axis=1)[:, ::-1][:, : alone.MOST_SUSPECTS]
+    return np.sort(farthest, axis=1)
 
 
 def _at_scales(at: ManyLinearised, scales: FloatArray, start: FloatArray) -> ManyMixtures:

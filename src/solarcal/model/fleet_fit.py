@@ -17,11 +17,20 @@ from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
 from solarcal.units import FloatArray, wrap_deg
 
-PLAIN_STEPS = 3
+MOST_STEPS = 30
+PLACE_SETTLED = 1e-7
+"""In units of the prior: the step after so small a one would be lost in rounding."""
+LEAN_TRUSTED_DEG = 10.0
+"""A lean step no linearisation is believed beyond."""
 _ANY_MOUNT = MountGeometry("azel", 0.0)
 """Without sag a mechanism sees all mounts alike: native angles, on a branch that is theirs."""
-AT_ONCE = 160
-"""Sessions a batch: its arrays stay in the processor's cache."""
+_AT_ONCE, _OF_POINTS = 160, 12
+"""So many sessions of so many points a batch: its arrays stay in the processor's cache."""
+
+
+def at_once(n: int) -> int:
+    """How many sessions of n points are best fitted in one call."""
+    return max(1, _AT_ONCE * _OF_POINTS // max(n, _OF_POINTS))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -76,47 +85,89 @@ class ManyMechanisms:
 def fit_many(
     points: ManyPoints, widths: tuple[tuple[float, float], ...] = Prior().widths
 ) -> ManyMechanisms:
-    """Fit sessions of the same number of points, at least one; best AT_ONCE of them a call.
+    """Fit sessions of the same number of points, at least one; best ``at_once`` of them a call.
 
     ``widths`` are the prior's. Agrees with ``methods.fit(method="robust")`` but for rounding.
     """
-    values = points.prior_mean.copy()
-    active: Indices = np.arange(len(points))
-    for _ in range(PLAIN_STEPS):
-        at, _, _ = _linearised(points.take(active), values[active], widths)
-        step = _plain_steps(at)
-        values[active] += _trusted(step, points.prior_sigma[active])
-        active = active[np.abs(step).max(axis=1) >= 10.0 * alone.SETTLED]
-        if not active.size:
-            break
+    s, n = points.ax1_deg.shape
+    even = np.full((s, n), alone.FIRST_NOISE_DEG**-2.0)
+    values = _nearest(points, points.prior_mean, even, np.ones(s), widths)
     at, left, sky = _linearised(points, values, widths)
     mixture = solve_mixtures(at)
-    for _ in range(alone.MOST_STEPS):
+    for turn in range(alone.MOST_STEPS):
         mean_step = mixture.mean_step
         active = np.flatnonzero(np.abs(mean_step).max(axis=1) >= alone.SETTLED)
         if not active.size:
             break
-        values[active] += _trusted(mean_step[active], points.prior_sigma[active])
-        moved, left[active], sky[active] = _linearised(points.take(active), values[active], widths)
+        here = points.take(active)
+        if turn == 0:
+            found = mixture.take(active)
+            weighted = np.einsum("sq,sqn->sn", found.weights, found.point_weights)
+            pull = np.einsum("sq,sq->s", found.weights, found.widths**-2.0)
+            values[active] = _nearest(here, values[active], weighted, pull, widths)
+        else:
+            values[active] += mean_step[active] * here.prior_sigma
+        moved, left[active], sky[active] = _linearised(here, values[active], widths)
         mixture = mixture.replaced(active, solve_mixtures(moved, mixture.take(active)))
         at.residuals[active], at.slopes[active] = moved.residuals, moved.slopes
         at.offset[active] = moved.offset
     return _concluded(points, at, mixture, values, left, sky)
 
 
+def _nearest(
+    points: ManyPoints,
+    start: FloatArray,
+    weights: FloatArray,
+    pull: FloatArray,
+    widths: tuple[tuple[float, float], ...],
+) -> FloatArray:
+    """Least squares of weighted points (s, n) and priors of precision ``pull`` (s,), from (s, 6).
+
+    Gauss and Newton's steps to where scipy's least squares ends in ``exact_fit``.
+    """
+    values = start.copy()
+    active: Indices = np.arange(len(points))
+    _, _, sky = _linearised(points, start, widths)
+    for _ in range(MOST_STEPS):
+        here = points.take(active)
+        at, _, _ = _linearised(here, values[active], widths, sky[active])
+        s, _, n, k = at.slopes.shape
+        rows = at.slopes.reshape(s, 2 * n, k)
+        turned = rows.swapaxes(1, 2) * np.tile(weights[active], 2)[:, np.newaxis]
+        precision = pull[active][:, np.newaxis]
+        wanted = (turned @ at.residuals.reshape(s, 2 * n, 1))[..., 0] + at.offset * precision
+        normal = turned @ rows + precision[..., np.newaxis] * np.eye(k)
+        step: FloatArray = np.asarray(
+            np.linalg.solve(normal, wanted[..., np.newaxis])[..., 0], dtype=np.float64
+        )
+        values[active] += _trusted(step, here.prior_sigma)
+        active = active[np.abs(step).max(axis=1) >= PLACE_SETTLED]
+        if not active.size:
+            break
+    return values
+
+
 def _linearised(
-    points: ManyPoints, values: FloatArray, widths: tuple[tuple[float, float], ...]
+    points: ManyPoints,
+    values: FloatArray,
+    widths: tuple[tuple[float, float], ...],
+    sky: FloatArray | None = None,
 ) -> tuple[ManyLinearised, FloatArray, FloatArray]:
-    """Each session about its place (s, 6); what is left (s, 2, n) and axis to sky (s, 2, n)."""
+    """Each session about its place (s, 6); what is left (s, 2, n) and axis to sky (s, 2, n).
+
+    ``sky`` another axis to sky than the place's own.
+    """
     there = Mechanism.of(values).linearised(_ANY_MOUNT, points.ax1_deg, points.ax2_deg)
-    errors, sky = there.errors.swapaxes(0, 1), there.sky.swapaxes(0, 1)
+    errors = there.errors.swapaxes(0, 1)
+    sky = there.sky.swapaxes(0, 1).copy() if sky is None else sky
     left = np.stack((points.err1_deg, points.err2_deg), axis=1) - errors
     left[:, 0] = wrap_deg(left[:, 0])
     unit = points.prior_sigma
     given = np.isfinite(points.sigma_deg.sum(axis=1))
     at = ManyLinearised(
         residuals=left * sky,
-        slopes=np.ascontiguousarray(there.sky_slopes.transpose(2, 1, 3, 0))
+        slopes=np.ascontiguousarray(there.slopes.transpose(2, 1, 3, 0))
+        * sky[..., np.newaxis]
         * unit[:, np.newaxis, np.newaxis, :],
         offset=(points.prior_mean - values) / unit,
         widths=widths,
@@ -124,26 +175,15 @@ def _linearised(
         log_scale_mean=np.where(given, 0.0, np.log(TYPICAL_NOISE_DEG)),
         log_scale_sd=np.where(given, GIVEN_NOISE_LOG_SD, NOISE_LOG_SD),
     )
-    return at, left, sky.copy()
-
-
-def _plain_steps(at: ManyLinearised) -> FloatArray:
-    """Ridge regressions with a generous noise (s, 6): only to come near."""
-    s, _, n, k = at.slopes.shape
-    rows = at.slopes.reshape(s, 2 * n, k) / alone.FIRST_NOISE_DEG
-    turned = rows.transpose(0, 2, 1)
-    seen = at.residuals.reshape(s, 2 * n, 1) / alone.FIRST_NOISE_DEG
-    pull = turned @ seen + at.offset[..., np.newaxis]
-    steps = np.linalg.solve(turned @ rows + np.eye(k), pull)[..., 0]
-    return steps.astype(np.float64, copy=False)
+    return at, left, sky
 
 
 def _trusted(step: FloatArray, unit: FloatArray) -> FloatArray:
     full = step * unit
     lean = np.hypot(full[:, 0], full[:, 2])
-    held: FloatArray = full * np.minimum(
-        1.0, alone.LEAN_TRUSTED_DEG / np.maximum(lean, 1e-12)
-    ).reshape(-1, 1)
+    held: FloatArray = full * np.minimum(1.0, LEAN_TRUSTED_DEG / np.maximum(lean, 1e-12)).reshape(
+        -1, 1
+    )
     return held
 
 

@@ -14,8 +14,9 @@ from typing import Any, Literal
 import numpy as np
 
 from solarcal.errors import FitError, InputFileError, SolarcalError
-from solarcal.model.fleet_fit import AT_ONCE, ManyMechanisms, fit_many
+from solarcal.model.fleet_fit import ManyMechanisms, at_once, fit_many
 from solarcal.model.mechanism_solution import OUTLIER_PROBABILITY, MechanismSolution
+from solarcal.model.noisy_points import ENOUGH_FOR_SCALE
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.session.interchange.paint import Tower, paint_files, paint_table
 from solarcal.session.interchange.sessions import points_only
@@ -154,7 +155,8 @@ def fit_fleet(paths: Sequence[Path], progress: Progress = _silent) -> Fleet:
         except SolarcalError as error:
             unreadable.append((str(path), str(error)))
         else:
-            if session is None:
+            # A large session is fitted alone: nothing is gained side by side.
+            if session is None or len(read.labels) > ENOUGH_FOR_SCALE:
                 unusual.append(path)
             else:
                 plain.append(session)
@@ -164,9 +166,10 @@ def fit_fleet(paths: Sequence[Path], progress: Progress = _silent) -> Fleet:
     unusual += [Path(session.path) for session in refused]
     fitted = 0
     for sessions, points, sine2, labels in seen:
-        for low in range(0, len(sessions), AT_ONCE):
+        together = at_once(points.ax1_deg.shape[1])
+        for low in range(0, len(sessions), together):
             progress("fitting", fitted, len(paths))
-            part = slice(low, low + AT_ONCE)
+            part = slice(low, low + together)
             found = fit_many(points.take(part))
             members += _members(sessions[part], labels[part], sine2[part], found)
             fitted += len(sessions[part])
