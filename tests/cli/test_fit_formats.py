@@ -97,3 +97,17 @@ def test_of_a_large_file_a_part_is_tested_and_that_is_reported(
     assert document["coefficients"]["P2"]["value"] == pytest.approx(0.3, abs=0.01)
     sentences = [finding["sentence"] for finding in document["findings"]]
     assert any("looked at 500 of 700 points" in sentence for sentence in sentences)
+
+
+def test_the_text_prints_what_pmfit_prints(capsys: pytest.CaptureFixture[str]) -> None:
+    """Of 105 observations whose solution the documentation of PMFIT prints."""
+    published = Path(__file__).parents[1] / "model" / "published_pmfit_105.dat"
+    assert run_command(["fit", str(published), "--method", "iterated"]) == 0
+    text = capsys.readouterr().out
+    rows = [line.split()[:3] for line in text.splitlines() if " arcsec " in line]
+    assert [row for row in rows if row[0] in ("IA", "CA", "TF")] == [
+        ["IA", "-142.148", "4.378"],
+        ["CA", "+19.843", "3.022"],
+        ["TF", "+279.752", "4.361"],
+    ]
+    assert "population SD 8.349" in text

@@ -29,7 +29,7 @@ _AXES = {
     "tiltroll-ns": ("tilt", "angle from north"),
     "polar": ("hour angle", "polar distance"),
 }
-DECIMALS = {"deg": 4, "deg/deg": 6, "arcsec": 2}
+DECIMALS = {"deg": 4, "deg/deg": 6, "arcsec": 3}
 """How many a coefficient is shown with, by its unit."""
 
 
@@ -71,7 +71,7 @@ def fit_summary(solution: Solution) -> Blocks:
     spread = solution.population_sd_deg
     # A fit of TPOINT terms is compared with others in their unit.
     fine = set(solution.units) == {"arcsec"}
-    unit, per_deg, decimals = ("arcsec", ARCSEC_PER_DEG, 2) if fine else ("deg", 1.0, 4)
+    unit, per_deg, decimals = ("arcsec", ARCSEC_PER_DEG, 3) if fine else ("deg", 1.0, 4)
 
     def shown(value_deg: float) -> str:
         return f"{value_deg * per_deg:.{decimals}f}"
