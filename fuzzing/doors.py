@@ -126,7 +126,7 @@ def _into_frames(content: bytes) -> None:
     for start in range(0, len(content), 17):
         for line in buffer.feed(content[start : start + 17]):
             if len(line) > 252:
-                raise DoorBroken(f"a line of {len(line)} characters was kept")
+                raise DoorBroken(f"a line of {len(line)} characters was stored")
 
 
 @cache

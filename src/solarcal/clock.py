@@ -9,7 +9,7 @@ from typing import Protocol
 
 
 class Clock(Protocol):
-    """The laptop's clock: what time it believes it is, and a way to wait."""
+    """The laptop's clock: the time it shows, and a way to wait."""
 
     def utc_s(self) -> float:
         """The laptop's UTC, POSIX seconds."""

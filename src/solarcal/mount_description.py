@@ -15,7 +15,7 @@ DisplayShows = Literal["angles", "counts"]
 GeometryName = Literal["azel", "tiltroll-ew", "tiltroll-ns", "polar"]
 
 NOMINAL_DRIVE = "rotary:100"
-"""Where nobody says how an axis is geared: a count is the hundredth of a degree that many
+"""Where no gearing is given: a count is the hundredth of a degree that many
 controllers show."""
 
 

@@ -1,7 +1,7 @@
 """Text of others made harmless: what a terminal would obey is written out instead.
 
 A session file, a profile, a points file or a file's name may hold escape sequences that clear the
-screen, change its title or turn words around. Every door through which such text comes in, and
+screen, change its title or turn words around. Every reader of such text, and
 every error message, passes it through here.
 """
 

@@ -12,7 +12,7 @@ from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS
 
 FIELDS: tuple[tuple[str, str, str], ...] = (
     ("name", "Profile name", "letters, digits, - and _"),
-    ("operator", "Operator", "your name, kept in every session"),
+    ("operator", "Operator", "your name, recorded in every session"),
     ("pointing_device", "Pointing device", "e.g. sunspot plate, 1 m"),
     ("tolerance_deg", "Tolerance, deg", "0.1"),
     ("driver", "Driver", ", ".join(DRIVERS)),
@@ -27,7 +27,7 @@ FIELDS: tuple[tuple[str, str, str], ...] = (
     ("lean_north_deg", "Inclinometer: lean north, deg", "empty: not read"),
     ("lean_east_deg", "Inclinometer: lean east, deg", "empty: not read"),
     ("lean_sigma_deg", "Inclinometer: sigma, deg", "e.g. 0.05"),
-    ("unit_name", "Mount: name of the unit", "the rest is for units that cannot tell it"),
+    ("unit_name", "Mount: name of the unit", "the rest is for units that do not report it"),
     ("geometry", "Mount: geometry", "azel, tiltroll-ew, tiltroll-ns or polar"),
     ("ax1_centre_deg", "Mount: centre of axis 1, deg", "empty: by the site"),
     ("drive1", "Mount: drive of axis 1", "rotary:COUNTS_PER_DEG or screwjack:..."),

@@ -42,7 +42,7 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True):
             place = f"{self.site.latitude_deg:+.4f} {self.site.longitude_deg:+.4f}"
             parts.append(f"{self.site.name} {place}".strip())
         else:
-            parts.append("site as the unit says")
+            parts.append("site as the unit reports")
         parts.append(f"operator {self.operator}" if self.operator else "no operator named")
         if self.driver != DEFAULT_DRIVER:
             parts.append(f"driver {self.driver}")

@@ -1,4 +1,4 @@
-"""Angle constants and wrapping, shared by every floor."""
+"""Angle constants and wrapping, shared by all packages."""
 
 from typing import TypeAlias, TypeVar
 

@@ -224,7 +224,7 @@ def test_year_without_limits_and_beyond_the_polar_circle(
         (("energy", "--date", "the 1st"), "is not a date and time"),
         (("year", *TIJERAS, "--year", "1800"), "--year: 1800 is not"),
         (("day", "--lat", "95", "--lon", "0"), "--lat: 95 is not between -90 and 90"),
-        (("day", *TIJERAS, "--limits1", "60", "-60"), "leave an axis no room"),
+        (("day", *TIJERAS, "--limits1", "60", "-60"), "leave the axis no range"),
         (("day", *TIJERAS, "--every", "0"), "--every: 0 is not"),
         (("day", *TIJERAS, "--lowest", "90"), "--lowest: 90 is not"),
         (("day", *TIJERAS, "--geometry", "boat"), "--geometry: 'boat' is none of azel"),

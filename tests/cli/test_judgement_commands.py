@@ -213,7 +213,7 @@ def test_the_rounding_and_its_effect_are_shown(session, capsys):
     with serve_tcp(emulator(), "127.0.0.1", 0) as port:
         assert run_command(["upload", str(session), "--port", port, "--method", "linear"]) == 0
     out = capsys.readouterr().out
-    assert "as the unit keeps it" in out
+    assert "as the unit stores it" in out
     assert "over the year, 95 %" in out
     assert "read back exactly" in out
     assert uploads_of(session)[-1].method == "linear"

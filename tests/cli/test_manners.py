@@ -32,7 +32,7 @@ def test_a_usage_error_is_one_line_that_names_the_help(capsys, words, said):
     assert out == ""
     assert err.count("\n") == 1
     assert said in err
-    assert "--help` tells the options" in err
+    assert "--help` lists the options" in err
 
 
 @pytest.mark.parametrize(

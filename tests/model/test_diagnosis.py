@@ -75,7 +75,7 @@ def test_a_cross_axis_term_says_what_each_cause_would_leave() -> None:
     assert finding.subject == "cross-axis term"
     assert set(finding.causes) == {"collimation", "nonperpendicularity"}
     assert len(finding.leaves_deg) == 2
-    assert "cannot be told apart" in finding.sentence
+    assert "cannot be separated" in finding.sentence
     assert finding.as_json()["certainty"] == "found"
 
 
@@ -119,15 +119,15 @@ def test_what_a_december_day_cannot_decide_is_neither_found_nor_excluded() -> No
     assert not [f for f in findings if f.certainty == "found"]
     for kind in ("collimation", "sag", "refraction"):
         finding = of_kind(findings, kind)
-        assert finding.certainty == "cannot_be_told"
-        assert "cannot be told with these points" in finding.sentence
+        assert finding.certainty == "not_determinable"
+        assert "is not determinable from these points" in finding.sentence
 
 
 def test_three_points_tell_nothing_of_what_is_not_in_the_six_numbers() -> None:
     day = made_up_day("azel", (JUNE,), 2)
     few = fit_exact(day.points.subset([0, 5, 11]), day.context)
     finding = of_kind(diagnose(few), "unmodelled")
-    assert finding.certainty == "cannot_be_told"
+    assert finding.certainty == "not_determinable"
 
 
 def test_a_degeneracy_is_named_with_its_cure_and_the_cure_cures() -> None:

@@ -51,10 +51,10 @@ def test_too_few_readings_tell_no_drift(n: int) -> None:
 
 
 def test_the_laptop_clock_is_known_by_a_time_signal_only() -> None:
-    assert laptop_finding(None, None).certainty == "cannot_be_told"
+    assert laptop_finding(None, None).certainty == "not_determinable"
     assert laptop_finding(-30.0, 0.5).certainty == "found"
     assert "set the laptop right" in laptop_finding(-30.0, 0.5).sentence
-    assert laptop_finding(0.2, 0.5).certainty == "cannot_be_told"
+    assert laptop_finding(0.2, 0.5).certainty == "not_determinable"
 
 
 def test_missed_counts_name_check_axis_and_points() -> None:
@@ -69,7 +69,7 @@ def test_points_that_hardly_tell_when_leave_all_between_the_checks_in_doubt() ->
     finding = missed_counts_finding(3, 412, Loss(1, 0.3, (4, 5, 6)), Moment(5, False))
     assert finding is not None
     assert finding.labels == (4, 5, 6)
-    assert "hardly tell when" in finding.sentence
+    assert "hardly show when" in finding.sentence
 
 
 @pytest.mark.parametrize(("counts", "angle"), [(3, 0.3), (400, 0.004)])

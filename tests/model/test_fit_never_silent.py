@@ -69,7 +69,7 @@ def test_awkward_points_end_in_a_line_or_in_numbers(geometry: str) -> None:
         fitted += 1
         assert document
         named = any(
-            "cannot be told apart" in sentence or "say nothing about" in sentence
+            "cannot be separated" in sentence or "say nothing about" in sentence
             for sentence in solution.inseparable
         )
         assert named == (solution.rank < len(terms))

@@ -54,7 +54,7 @@ class TestPolarDay:
         assert solution.rank == 5
         assert solution.condition_number == np.inf
         assert solution.inseparable == (
-            "declination zero (P4) and declination scale (P6) cannot be told apart with these "
+            "declination zero (P4) and declination scale (P6) cannot be separated with these "
             "points: only one combination of them is fixed",
         )
         assert any("smallest values were taken" in note for note in solution.notes)
@@ -122,7 +122,7 @@ class TestEquinoxTiltRoll:
         assert abs(solution.correlations["P2,P5"]) > 0.99
         (sentence,) = [s for s in solution.inseparable if "P2" in s]
         assert sentence.startswith(
-            "tilt zero (P2) and tilt scale (P5) can hardly be told apart with these points (r = "
+            "tilt zero (P2) and tilt scale (P5) can hardly be separated with these points (r = "
         )
         assert "1.0" not in sentence
 
@@ -155,7 +155,7 @@ def test_a_term_under_two_names_is_found_out() -> None:
     solution = fit_linear(points, ("P1", "P2", "P3", "P4", "AN"))
     assert solution.rank == 4
     assert solution.inseparable == (
-        "north lean (P1) and north-south lean (AN) cannot be told apart with these points: "
+        "north lean (P1) and north-south lean (AN) cannot be separated with these points: "
         "only one combination of them is fixed",
     )
 

@@ -137,7 +137,7 @@ def test_the_two_conventions_of_sigma_are_named() -> None:
     ("terms", "complaint"),
     [
         (("P1", "P2"), "is of TPOINT terms"),
-        (("IA", "IE", "CA", "NPAE", "AN", "AW", "TF", "TX", "HESE", "HECE"), "cannot tell"),
+        (("IA", "IE", "CA", "NPAE", "AN", "AW", "TF", "TX", "HESE", "HECE"), "cannot separate"),
         (("IA", "XX"), "no error term 'XX'"),
     ],
 )

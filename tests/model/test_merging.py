@@ -101,7 +101,7 @@ def test_two_points_a_session_cannot_tell_whether_the_tower_moved() -> None:
     ]
     result = merge_sessions(parts, context, names=("monday.jsonl", "tuesday.jsonl"))
     (finding,) = result.findings
-    assert finding.certainty == "cannot_be_told"
+    assert finding.certainty == "not_determinable"
     assert "monday.jsonl and tuesday.jsonl" in finding.sentence
     assert last > first
 

@@ -70,6 +70,6 @@ def test_a_clock_that_runs_away_leaves_the_coefficients_right_but_is_said(good_d
 
 
 def test_what_is_only_inferred_or_cannot_be_told_is_left_to_the_fits_own_checks(good_day):
-    for more in ({"direct": False}, {"certainty": "cannot_be_told"}):
+    for more in ({"direct": False}, {"certainty": "not_determinable"}):
         said = verdict(good_day, seen("frozen", 0.0, (3, 4), **more))
         assert said.as_json() == verdict(good_day).as_json()

@@ -40,5 +40,5 @@ def test_the_nearest_limit_is_named(reading1, reading2, words):
 
 @pytest.mark.parametrize(("low", "high"), [(10.0, 10.0), (20.0, -20.0), (float("nan"), 5.0)])
 def test_limits_without_room_are_refused(low, high):
-    with pytest.raises(ConfigurationError, match="leave an axis no room"):
+    with pytest.raises(ConfigurationError, match="leave the axis no range"):
         AxisLimits(low, high)

@@ -93,7 +93,7 @@ def test_an_unknown_record_still_needs_a_place_in_the_sequence() -> None:
 def test_a_future_format_is_refused_by_its_number(tmp_path: Path) -> None:
     path = tmp_path / "future.jsonl"
     path.write_text('{"type":"header","format":3,"other":"fields"}\n{"seq":"new"}\n')
-    with pytest.raises(SessionFileError, match=r"newer solarcal \(format 3; this one knows 2\)"):
+    with pytest.raises(SessionFileError, match=r"newer solarcal \(format 3; this one reads 2\)"):
         read_session(path)
 
 

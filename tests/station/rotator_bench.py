@@ -24,7 +24,7 @@ class Cable:
 
     def open(self):
         if self.pulled:
-            raise LinkError("nobody answers at the emulated rotator")
+            raise LinkError("no answer from the emulated rotator")
         return _Link(self)
 
     def motions(self):

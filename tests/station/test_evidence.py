@@ -44,7 +44,7 @@ def kinds(session: SessionView, certainty: str = "found") -> set[str]:
 
 def test_a_good_day_has_nothing_but_the_laptop_clock_to_say(day):
     assert kinds(day) == set()
-    assert kinds(day, "cannot_be_told") == {"laptop_clock"}
+    assert kinds(day, "not_determinable") == {"laptop_clock"}
     assert any(
         "laptop's own clock cannot be found" in sentence for sentence in evidence_sentences(day)
     )

@@ -48,7 +48,7 @@ def test_initialise_asks_for_confirmation_and_happens_once_per_file(bench):
     with pytest.raises(ProcedureRefused, match="confirmation"):
         b.station.initialise(confirmed=False)
     b.technician.prepare()
-    with pytest.raises(ProcedureRefused, match="closes and keeps"):
+    with pytest.raises(ProcedureRefused, match="closes this file"):
         b.station.initialise(confirmed=True)
 
 

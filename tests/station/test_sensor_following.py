@@ -57,7 +57,7 @@ def test_points_take_themselves(scenario: str) -> None:
 def test_it_starts_only_on_explicit_command() -> None:
     station, look = ready()
     before = station.poll()
-    with pytest.raises(ProcedureRefused, match="explicit command"):
+    with pytest.raises(ProcedureRefused, match="command"):
         follow_sensor(station, look, FollowPlan(1), commanded=False)
     assert station.poll().offsets == before.offsets
     assert station.session.points == ()

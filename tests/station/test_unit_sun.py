@@ -33,8 +33,8 @@ def test_a_right_unit_agrees():
 @pytest.mark.parametrize(
     ("site", "utc_s", "words"),
     [
-        (SITE, NOW + 3600.0, "off by +1 h"),
-        (SITE, NOW - 7200.0, "off by -2 h"),
+        (SITE, NOW + 3600.0, "wrong by +1 h"),
+        (SITE, NOW - 7200.0, "wrong by -2 h"),
         (Site(-35.05, -106.48), NOW, "other hemisphere"),
         (Site(35.05, 106.48), NOW, "wrong sign"),
         (SITE, NOW + 7 * 86400.0 + 1234.0, "no single wrong"),

@@ -105,7 +105,7 @@ async def test_a_wrong_text_keeps_its_field_and_escape_gives_up_only_the_second_
 @on_loop
 async def test_stop_says_where_it_is_on_every_screen_and_asks_nothing() -> None:
     async with workstation_by_hand() as (_, pilot, station, _clock):
-        await shows(pilot, "STOP is at the unit", "TYPED BY HAND", "Nobody hears this unit")
+        await shows(pilot, "STOP is at the unit", "TYPED BY HAND", "No connection to this unit")
         await pilot.press("f12")
         await shows(pilot, "press STOP on the UNIT: there is no line to it")
         await ask_for_an_offset(pilot)

@@ -174,7 +174,7 @@ BAD = [
     ("day", {"lat": "91", "lon": "0"}, "Latitude: 91 is not between -90 and 90"),
     ("day", {"lat": "35", "lon": "0", "at": "soon"}, "Time (UTC): 'soon' is not a date"),
     ("day", {"lat": "35", "lon": "0", "limits1": "60 -60"}, "the lower one comes first"),
-    ("energy", {"acceptance": "1"}, "Half acceptance: asks what an error costs"),
+    ("energy", {"acceptance": "1"}, "Half acceptance: needs the error whose cost is computed"),
     ("energy", {"collector": "normal", "vector": ""}, "normal, axis: write North, East and Up"),
 ]
 

@@ -73,7 +73,7 @@ async def test_every_action_has_a_target_at_80_columns() -> None:
     station, _ = bench()
     async with workstation(station, SMALL) as (app, pilot):
         await app.push_screen(WorkstationScreen())
-        await shows(pilot, "e Report", "g Calcs", "^P All", "time stands [+ - w]")
+        await shows(pilot, "e Report", "g Calcs", "^P All", "clock paused [+ - w]")
         row = screen_text(app).splitlines()[1]
         await pilot.click("#file", offset=(row.index("+"), 0))
         await until(pilot, lambda: app.emulated_speed)

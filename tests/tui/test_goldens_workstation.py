@@ -97,8 +97,8 @@ async def test_link_lost(size, tmp_path):
     offset_set(station)
     async with workstation(station, size) as (app, pilot):
         app.push_screen(WorkstationScreen())
-        await shows(pilot, "LINK OK", "time stands")
+        await shows(pilot, "LINK OK", "clock paused")
         cable.pulled = True
         app.station_worker().submit(StatusRead, lambda s: s.poll())
-        await shows(pilot, "LINK LOST", "reconnects by itself")
+        await shows(pilot, "LINK LOST", "reconnects automatically")
         await shows_golden(pilot, name_of("link-lost", size))

@@ -146,6 +146,16 @@ def test_solarcal_keys_tells_bytes_key_and_action(sent, key, action_id):
     assert f"({action_id})" in line
 
 
+@pytest.mark.parametrize(
+    ("sent", "key"), [(b"\x1b[M", "F1"), (b"\x1b[O", "F3"), (b"\x1b[T", "F8"), (b"\x1b[X", "F12")]
+)
+def test_function_keys_of_putty_in_its_sco_setting_are_no_letters_but_an_advice(sent, key):
+    ((name, line),) = read_keys(sent, ACTIONS)
+    assert name == ""
+    assert f"SCO {key}" in line
+    assert "Xterm R6" in line
+
+
 def test_solarcal_keys_without_a_terminal_prints_the_table(capsys):
     assert run_command(["keys", "--headless"]) == 0
     printed = capsys.readouterr().out

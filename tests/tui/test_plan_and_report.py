@@ -184,7 +184,9 @@ async def test_an_upload_that_does_not_fit_wants_a_reason_which_is_kept(monkeypa
     )
     async with workstation(station) as (_, pilot):
         await pilot.press("u")
-        await shows(pilot, "REFUSED", "scatter by 0.40 deg", "DOES NOT FIT", "as the unit keeps it")
+        await shows(
+            pilot, "REFUSED", "scatter by 0.40 deg", "DOES NOT FIT", "as the unit stores it"
+        )
         await pilot.press("y")
         await shows(pilot, "Type the reason")
         await pilot.press("enter")

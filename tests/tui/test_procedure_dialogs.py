@@ -144,7 +144,7 @@ async def test_initialise_again_keeps_the_file_and_starts_another(tmp_path: Path
             station.clock,
         )
         await pilot.press("f3")
-        await shows(pilot, "closes and keeps", "day.jsonl")
+        await shows(pilot, "AGAIN closes this file", "day.jsonl")
         await pilot.press("y")
         await until(pilot, lambda: station.session_path == second)
         app.line = None

@@ -125,7 +125,7 @@ async def test_stop_is_large_clickable_and_acts_at_once(station_and_cable):
         stop = screen.query_one(StopKey)
         assert stop.region.area >= 20
         await pilot.click(stop)
-        await shows(pilot, "every motion was told to end")
+        await shows(pilot, "every motion is stopped")
         assert station.tracker.status().mode is Mode.STOP
 
 
@@ -135,7 +135,7 @@ async def test_stop_has_three_keys(key, station_and_cable):
     async with workstation(station, SMALL) as (app, pilot):
         await on_workstation(app, pilot)
         await pilot.press(key)
-        await shows(pilot, "every motion was told to end")
+        await shows(pilot, "every motion is stopped")
 
 
 async def test_stop_works_while_text_is_typed_in_the_palette(station_and_cable):
@@ -162,7 +162,7 @@ async def test_a_lost_line_is_said_recorded_and_comes_back_by_itself(station_and
         await on_workstation(app, pilot)
         cable.pulled = True
         app.worker.submit(StatusRead, lambda s: s.poll())
-        await shows(pilot, "LINK LOST", "reconnects by itself")
+        await shows(pilot, "LINK LOST", "reconnects automatically")
         assert isinstance(station.session.records[-1], LinkLost)
         cable.pulled = False
         app.worker.reconnect_now()
@@ -193,7 +193,7 @@ async def test_what_is_refused_says_why_and_changes_nothing(station_and_cable):
         before = station.session.records
         app.emulated_speed = None
         await pilot.press("plus")
-        await shows(pilot, "time can only be hurried on an emulated tracker")
+        await shows(pilot, "only emulated time can be accelerated")
         assert station.session.records == before
 
 

@@ -163,7 +163,7 @@ def test_babble_is_kept_in_bounded_memory_and_the_line_recovers(pty_end):
     for k in range(LINES_KEPT * 5):
         pty_end.write(b"\nline %d" % k)
     pty_end.write(b"\nthe last\n")
-    # Read only once all has arrived: what matters is how much was kept unread.
+    # Read only once all has arrived: what matters is how much was stored unread.
     with link._arrived:
         assert link._arrived.wait_for(lambda: b"the last" in link._lines, LONG_S)
     kept = []
@@ -192,8 +192,8 @@ def test_ports_that_cannot_be_opened_say_why_in_one_line(tmp_path):
         (str(no_port), "does not exist; `solarcal ports` lists"),
         (str(plain_file), "is not a serial port"),
         (str(tmp_path), "is not a serial port"),
-        (f"socket://{nobody}", "nobody answers"),
-        (f"rfc2217://{nobody}", "nobody answers"),
+        (f"socket://{nobody}", "no answer from"),
+        (f"rfc2217://{nobody}", "no answer from"),
         ("socket://127.0.0.1", "write it as socket://host:port"),
         ("socket://127.0.0.1:99999", "with a port from 1 to 65535"),
         ("carrier-pigeon://roof", "cannot be opened"),

@@ -103,7 +103,7 @@ def test_position_motion_stop_and_park():
         (4, "cannot do that"),
         (9, "rejects the command"),
         (11, "cannot do that"),
-        (999, "an error this program does not know"),
+        (999, "an unknown error code"),
     ],
 )
 def test_a_refusal_is_a_sentence_and_leaves_the_line_open(number, words):
@@ -194,7 +194,7 @@ def test_a_whole_reply_without_a_position_in_it_is_none(lines):
 def test_a_reply_that_comes_twice_is_not_taken_for_the_next_answer():
     rotator, link = opened(("+\\get_pos", *AT_REST, *AT_REST))
     assert rotator.position_deg() == (180.0, 45.0)
-    with pytest.raises(ProtocolError, match="'get_pos:' without being asked"):
+    with pytest.raises(ProtocolError, match="'get_pos:' without a request"):
         rotator.position_deg()
     assert link.closed
 
@@ -224,7 +224,7 @@ def test_no_motion_decided_before_a_stop_goes_out_after_it():
     rotator, link = opened(("+\\stop", "stop:", "RPRT 0"))
     decided = rotator.stops()
     rotator.stop()
-    with pytest.raises(ProcedureRefused, match="told to stop or park meanwhile"):
+    with pytest.raises(ProcedureRefused, match="stopped or parked meanwhile"):
         rotator.go_to(10.0, 10.0, decided)
     link.assert_finished()
 

@@ -170,7 +170,7 @@ async def link_lost(folder: Path) -> str:
         app = pilot.app
         assert isinstance(app, SolarcalApp)
         app.station_worker().submit(StatusRead, lambda station: station.poll())
-        await shows(pilot, "LINK LOST", "reconnects by itself")
+        await shows(pilot, "LINK LOST", "reconnects automatically")
         return await picture(pilot, "The cable was pulled")
 
 

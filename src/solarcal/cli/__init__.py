@@ -59,7 +59,7 @@ class OneLineParser(argparse.ArgumentParser):
     """argparse, but a usage error is one line like every other error of solarcal."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message}; `{self.prog} --help` tells the options\n")
+        self.exit(2, f"{self.prog}: {message}; `{self.prog} --help` lists the options\n")
 
 
 def command_module(name: str) -> str:
@@ -72,7 +72,7 @@ def build_parser(asked: str | None = None) -> argparse.ArgumentParser:
     parser = OneLineParser(
         prog="solarcal",
         description="Calibrate a sun tracker from the terminal.",
-        epilog="`solarcal COMMAND --help` tells a command's options.",
+        epilog="`solarcal COMMAND --help` lists a command's options.",
     )
     parser.add_argument("--version", action="version", version=f"solarcal {__version__}")
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")

@@ -93,7 +93,7 @@ def start_utc_s(args: argparse.Namespace) -> float | None:
 def run_calibration(
     args: argparse.Namespace, tracker: "Tracker", name: str, noise_deg: float | None
 ) -> "Calibration":
-    """The calibration itself, its steps told on stderr."""
+    """The calibration itself; its steps are reported on stderr."""
     from solarcal.errors import ConfigurationError
     from solarcal.model.methods import DEFAULT_METHOD
     from solarcal.station.headless import calibrate

@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--driver", choices=tuple(name for name, one in DRIVERS.items() if one.has_line),
         default=DEFAULT_DRIVER,
-        help="what is emulated: a controller, or a rotator that knows nothing of the Sun",
+        help="what is emulated: a controller, or a rotator that does not compute the Sun",
     )  # fmt: skip
     add_emulator_arguments(parser)
     parser.add_argument(

@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--driver",
         choices=tuple(name for name, driver in DRIVERS.items() if driver.has_line),
         default=DEFAULT_DRIVER,
-        help="what it speaks; a rotator knows no Sun: the client is its controller",
+        help="what it speaks; a rotator does not compute the Sun: the client is its controller",
     )
     add_emulator_arguments(parser)
     parser.add_argument(
@@ -160,7 +160,7 @@ def _client(driver: str, port: str) -> str:
 
 
 def _seen(rotator: "EmulatedRotator") -> str:
-    """One line of ``--watch``: where it reads, and where the Sun stands on its sunspot device."""
+    """One line of ``--watch``: where it reads, and where the Sun is on its sunspot device."""
     from solarcal.timescale import format_utc
 
     with rotator.time.turn:

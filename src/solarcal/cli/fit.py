@@ -123,7 +123,7 @@ def add_point_options(parser: argparse.ArgumentParser) -> None:
 
 
 def fill_in(args: argparse.Namespace) -> "FillIn":
-    """What ``add_point_options`` was told."""
+    """The values of ``add_point_options``."""
     return {
         "geometry": args.geometry,
         "latitude_deg": args.lat,

@@ -105,7 +105,7 @@ def _table(
         ),
         "",
         "out: points that are more likely blunders than not",
-        "`solarcal fit FILE` tells the rest of a session",
+        "`solarcal fit FILE` reports the rest of a session",
     ]
     if fleet.unreadable:
         lines += ["", f"{len(fleet.unreadable)} files could not be read or fitted:"]

@@ -13,6 +13,11 @@ _KITTY_ON, _KITTY_OFF = "\x1b[>1u", "\x1b[<u"
 _QUIET_S = 0.05
 """Bytes of one key come together; after this silence a lone ESC is the key itself."""
 
+_SCO_KEYS = {b"\x1b[" + bytes((code,)): f"F{n}" for n, code in enumerate(b"MNOPQRSTUVWX", 1)}
+"""What PuTTY sends for F1 to F12 with its setting "SCO"; four of them are other keys elsewhere."""
+_AMBIGUOUS = (b"\x1b[P", b"\x1b[Q", b"\x1b[R", b"\x1b[S")
+_SCO_HINT = "SCO {key}: in PuTTY set Terminal > Keyboard > The Function keys and keypad to Xterm R6"
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command."""
@@ -66,6 +71,10 @@ def read_keys(data: bytes, actions: "tuple[object, ...]") -> Iterator[tuple[str,
 
     from solarcal.tui.keys import action_for, modified_f3
 
+    if data in _SCO_KEYS and data not in _AMBIGUOUS:
+        sent = f"{data.hex(' ')}  {_readable(data)}"
+        yield "", f"{sent:30} {'no key':16} {_SCO_HINT.format(key=_SCO_KEYS[data])}"
+        return
     parser = XTermParser()
     told = [*parser.feed(data.decode("utf-8", errors="replace")), *parser.feed("")]
     sent = f"{data.hex(' ')}  {_readable(data)}"

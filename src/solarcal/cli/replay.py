@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """In a terminal on the workstation's screen; without one told record by record."""
+    """In a terminal on the workstation's screen; without one printed record by record."""
     from solarcal.cli.run import has_terminal, run_workstation
     from solarcal.station.replay import Replay
 

@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
             if unit.stored().coefficients != replaced.new_coefficients:
                 say(
                     f"the unit holds other coefficients than upload {replaced.seq} of {path} "
-                    "wrote; they are kept in the record of this rollback"
+                    "wrote; they are in the record of this rollback"
                 )
             record = unit.restore(replaced)
             header = journal.header

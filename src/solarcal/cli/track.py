@@ -77,7 +77,7 @@ def _tracked(
 
     if not isinstance(tracker, RotatorTracker):
         raise ConfigurationError(
-            f"{unit} tracks by itself: put it into mode TRACK with `solarcal run`, and give it its "
+            f"{unit} has its own tracking: put it into mode TRACK with `solarcal run`, and load "
             "coefficients with `solarcal upload`; this command is for --driver rotctld"
         )
     source = "what was uploaded last"

@@ -55,7 +55,7 @@ def _followed(
     if emulation is None:
         tracker.close()
         raise ConfigurationError(
-            f"{identity.model} {identity.serial} does not tell what a sun sensor sees; "
+            f"{identity.model} {identity.serial} does not report a sun sensor; "
             "take points by eye with `solarcal run`"
         )
     sky = emulation.sky()

@@ -15,7 +15,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_unit_options(parser)
     add_method_option(parser)
     parser.add_argument(
-        "--force", metavar="REASON", help="upload although the points do not fit; kept in the file"
+        "--force",
+        metavar="REASON",
+        help="upload although the points do not fit; written to the file",
     )
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
 

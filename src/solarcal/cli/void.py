@@ -13,7 +13,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "seq", metavar="SEQ", type=whole_option(), help="sequence number of the record"
     )
-    parser.add_argument("--reason", metavar="TEXT", required=True, help="why; kept in the file")
+    parser.add_argument("--reason", metavar="TEXT", required=True, help="why; written to the file")
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
 
 

@@ -218,7 +218,7 @@ class Controller:
         self._reconsider(now_s)
 
     def set_parameters(self, new: UnitParameters, now_s: float) -> None:
-        """Raises ConfigurationError where a drive or the mirror cannot be as told."""
+        """Raises ConfigurationError where a drive or the mirror is impossible as described."""
         self._refuse_while_checking()
         require_reach(new)
         heliostat = new.heliostat

@@ -1,4 +1,4 @@
-"""What the controller believes: the time, its place, its Sun, and P and O on top of it."""
+"""The controller's own model: its time, place and Sun, with P and O applied."""
 
 from typing import Protocol
 
@@ -22,8 +22,8 @@ class Quartz(Protocol):
 class EmulatedControllerModel:
     """Clock, site, Sun, coefficients and limits of one controller.
 
-    Its Sun is Appendix A's, airless, for the site it was told and the time its own clock shows.
-    A heliostat's ideal angles are those of the normal, from that Sun and the target it was told.
+    Its Sun is Appendix A's, airless, for its configured site and the time its own clock shows.
+    A heliostat's ideal angles are those of the normal, from that Sun and its configured target.
     """
 
     def __init__(

@@ -62,7 +62,7 @@ class EmulatorRequests:
         """The reply's fields; raises Refusal or ProtocolError."""
         word = self._words.get(arguments[0]) if arguments else None
         if word is None:
-            raise Refusal(Code.UNKNOWN, f"unknown request; X knows {' '.join(self._words)}")
+            raise Refusal(Code.UNKNOWN, f"unknown request; X takes {' '.join(self._words)}")
         return word(arguments[1:])
 
     def _time(self, arguments: list[str]) -> list[str]:

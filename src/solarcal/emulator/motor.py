@@ -1,7 +1,7 @@
 """One axis of the real machine: motor, encoder, slack and reference switch.
 
 Positions are MOTOR counts from the nominal switch point, and exact functions of time between two
-events: nothing here is ticked, so the answer cannot depend on how often somebody looked.
+events: nothing here is ticked, so the answer cannot depend on how often it is read.
 """
 
 import math

@@ -115,7 +115,7 @@ class EmulatedRotator:
         self._protocol = protocol if protocol is not None else RotctldProtocol()
         self._input = LineBuffer()
         self.silent = False
-        """A fault: it hears, and answers nothing."""
+        """A fault: it receives, and answers nothing."""
         # Drives nothing: only its formula is asked where P and O would put the axes.
         self._yardstick = Controller(
             unit, site, 0.0, (motor1, motor2), lambda now_s: now_s, self.world.laptop_utc_s(0.0)
@@ -218,7 +218,7 @@ class RotatorWorld:
 
     Attributes
     ----------
-    stand_in : who commands; nobody until it is set.
+    stand_in : who commands; ``None`` until it is set.
     """
 
     def __init__(self, rotator: EmulatedRotator) -> None:

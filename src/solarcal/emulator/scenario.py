@@ -19,7 +19,7 @@ from solarcal.toml_text import parse_toml
 
 DEFAULT_SCENARIO = "tijeras-azel"
 START_ELEVATION_DEG = 12.0
-"""How high the Sun stands when a scenario begins: high enough for a first point."""
+"""Elevation of the Sun when a scenario begins: high enough for a first point."""
 
 
 class SiteSettings(msgspec.Struct, frozen=True, kw_only=True):
@@ -199,7 +199,7 @@ def _require_reach(scenario: Scenario) -> None:
 
 
 def _merged(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
-    """``over`` laid over ``base``, table by table."""
+    """``over`` merged into ``base``, table by table."""
     merged = dict(base)
     for key, value in over.items():
         below = merged.get(key)

@@ -21,7 +21,7 @@ catch up. Input wakes it at once."""
 PSEUDO_TERMINALS = Path("/dev/pts")
 
 BUSY = b"# busy: one station at a time\r\n"
-"""What a second simultaneous TCP client is told; no frame, so a station sees a damaged reply."""
+"""What a second simultaneous TCP client receives; no frame, so a station sees a damaged reply."""
 
 
 class UnitOnALine(Protocol):
@@ -71,7 +71,7 @@ def serve_pty(emulator: UnitOnALine, link_path: str | Path | None = None) -> Ite
     """Serve on a pseudo-terminal while the context lasts; gives the name to connect to.
 
     With ``link_path`` a symbolic link of that name is made and removed again. The station may
-    close and reopen the line as often as it likes.
+    close and reopen the line any number of times.
 
     Raises
     ------
@@ -107,8 +107,8 @@ def serve_pty(emulator: UnitOnALine, link_path: str | Path | None = None) -> Ite
 def serve_tcp(emulator: UnitOnALine, host: str = "127.0.0.1", port: int = 0) -> Iterator[str]:
     """Serve on TCP while the context lasts; gives the URL to connect to (port 0: a free one).
 
-    One station at a time, any number one after the other; a second simultaneous one is told that
-    the line is busy, and closed.
+    One station at a time, any number one after the other; a second simultaneous one gets a line
+    that says busy, and is closed.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def exposure(host: str) -> str:
 
 
 class _Server:
-    """Runs in a thread of its own until told to end."""
+    """Runs in its own thread until it is closed."""
 
     def __init__(self, emulator: UnitOnALine) -> None:
         self.emulator = emulator
@@ -178,7 +178,7 @@ class _Server:
         os.close(self._wake_writer)
 
     def ready(self, *sources: int) -> list[int]:
-        """Descriptors with input, an empty list after a while; raises ``_Ended`` when told so."""
+        """Descriptors with input, an empty list after a while; raises ``_Ended`` on request."""
         readable, _, _ = select.select([*sources, self._wake_reader], [], [], WAKE_S)
         if self._ending:
             raise _Ended

@@ -85,8 +85,8 @@ class WorldTruth(msgspec.Struct, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         if self.noise_deg > MOST_NOISE_DEG:
             raise ConfigurationError(
-                f"truth.noise_deg: {self.noise_deg:g} is more than {MOST_NOISE_DEG:g}: nobody who "
-                "sees the spot is so far off"
+                f"truth.noise_deg: {self.noise_deg:g} is more than {MOST_NOISE_DEG:g}: "
+                "use the noise of a real reading"
             )
         for name, value, known in (
             ("sun", self.sun, SUN_MODELS),
@@ -128,7 +128,7 @@ class WorldTruth(msgspec.Struct, frozen=True, kw_only=True):
         )
 
     def heliostat(self, told: Heliostat | None) -> Heliostat | None:
-        """Where the target and the mirror really are; as told where the truth says nothing."""
+        """True position of target and mirror; the configured one where the truth gives none."""
         if told is None:
             return None
         return Heliostat(

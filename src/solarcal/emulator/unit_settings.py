@@ -1,4 +1,4 @@
-"""What the controller of an emulated tracker is told: the ``[unit]`` table of a scenario."""
+"""Configuration of an emulated tracker's controller: the ``[unit]`` table of a scenario."""
 
 import msgspec
 
@@ -17,8 +17,8 @@ from solarcal.unit.parameters import RANGES
 class UnitSettings(msgspec.Struct, frozen=True, kw_only=True):
     """Factory and installation settings. Readings in degrees; drives as in ``docs/protocol.md``.
 
-    ``latitude_deg``, ``longitude_deg``, ``zone_west_h`` are what the unit BELIEVES; left out, it
-    believes the truth of ``[site]``.
+    ``latitude_deg``, ``longitude_deg``, ``zone_west_h`` are the unit's own settings; left out, it
+    has the true ones of ``[site]``.
 
     With a ``target`` (azimuth, zenith angle, distance) it is a heliostat: AX1, AX2 are the angles
     of the mirror's normal. ``mirror_offset``: AzimPivot_R, PivotRefl_R, PivotRefl_Z, in the unit of
@@ -89,7 +89,7 @@ class UnitSettings(msgspec.Struct, frozen=True, kw_only=True):
         return Limits(AxisLimits(*self.limits1_deg), AxisLimits(*self.limits2_deg))
 
     def heliostat(self) -> Heliostat | None:
-        """What the controller is told of its target and mirror; ``None`` for a tracker."""
+        """The configured target and mirror; ``None`` for a tracker."""
         if self.target is None:
             return None
         return Heliostat(Target(*self.target), MirrorOffset(*self.mirror_offset))

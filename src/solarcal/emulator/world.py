@@ -108,7 +108,7 @@ def random_stream(seed: int, purpose: str) -> np.random.Generator:
 
 
 class World:
-    """Everything that is so whatever the controller believes.
+    """Everything that is true independently of the controller's model.
 
     Times ``now_s`` are true seconds since ``start_utc_s`` and must not decrease between commands.
     """

@@ -127,7 +127,7 @@ _SUNSPOT = (
         "sunspot-design", "Drives and devices", "Sunspot design", "its resolution and range",
         "sunspot", "design",
         (
-            Field("from", "Begin with", default="its size", choices=("its size", "a wish")),
+            Field("from", "Begin with", default="its size", choices=("its size", "a resolution")),
             _HOLE,
             Field(
                 "shift", "E is read to", "length", "0.5", metavar="E",
@@ -138,15 +138,15 @@ _SUNSPOT = (
                 "plate", "Plate diameter", "length", example="60", metavar="D",
                 help="--design: diameter of the plate",
             ),
-            Field("resolution", "wish: resolution", "deg", example="0.02"),
-            Field("range", "wish: range", "deg", example="1.5"),
+            Field("resolution", "wanted resolution", "deg", example="0.02"),
+            Field("range", "wanted range", "deg", example="1.5"),
         ),
         "sunspot --design",
         "height, hole, plate, spot, even_rim, smallest_shift, resolution_deg, range_deg",
         (
-            Flag("--resolution", "--design: wanted, instead of --height", {"from": "a wish"},
+            Flag("--resolution", "--design: wanted, instead of --height", {"from": "a resolution"},
                  "resolution", "DEG"),
-            Flag("--range", "--design: wanted, instead of --plate", {"from": "a wish"},
+            Flag("--range", "--design: wanted, instead of --plate", {"from": "a resolution"},
                  "range", "DEG"),
         ),
     ),

@@ -38,7 +38,9 @@ def energy(form: Form) -> Answer:
     collector = asked_collector(form, latitude_deg)
     pointing_error_deg, acceptance_deg = form.optional("error"), form.optional("acceptance")
     if acceptance_deg is not None and pointing_error_deg is None:
-        raise form.error("acceptance", f"asks what an error costs: give {form.label('error')} too")
+        raise form.error(
+            "acceptance", f"needs the error whose cost is computed: give {form.label('error')} too"
+        )
     date = form.text("date")
     if date:
         noon = date if "T" in date else f"{date}T12:00Z"

@@ -116,7 +116,7 @@ def circle(form: Form) -> Answer:
             lines += [
                 "",
                 f"  published bisection, {side}",
-                f"  {'step':>4}{'from':>12}{'to':>12}{'middle T':>13}{'d/r off by':>13}",
+                f"  {'step':>4}{'from':>12}{'to':>12}{'middle T':>13}{'d/r residual':>13}",
                 *(
                     f"  {number:4d}{step.low_deg:12.6f}{step.high_deg:12.6f}"
                     f"{step.incidence_deg:13.6f}{step.difference:+13.6f}"

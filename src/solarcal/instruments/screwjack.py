@@ -173,7 +173,7 @@ def _setup_lines(asked: Asked, setup: ScrewjackSetup) -> list[str]:
         lines.append(f"  The betas agree within {setup.spread_deg:.3f} deg.")
     else:
         lines.append(
-            f"  The betas lie {setup.spread_deg:.3f} deg apart: a length or the sense is wrong."
+            f"  The betas differ by {setup.spread_deg:.3f} deg: a length or the sense is wrong."
         )
         for why in setup.explanations:
             what = "the other sense" if why.name == "sense" else f"{why.name} {why.change:+.4f}"

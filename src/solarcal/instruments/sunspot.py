@@ -57,7 +57,7 @@ def error(form: Form) -> Answer:
 def design(form: Form) -> Answer:
     """What a device shows: its resolution and its range; by its size, or by what is wanted."""
     hole, shift = form.number("hole"), form.number("shift")
-    if form.choice("from") == "a wish":
+    if form.choice("from") == "a resolution":
         device = design_for(form.number("resolution"), form.number("range"), hole, shift)
     else:
         device = design_from_size(form.number("height"), hole, form.number("plate"), shift)

@@ -84,7 +84,7 @@ def asked_axes_deg(form: Form) -> tuple[float, float]:
     """Where the axes stand."""
     t1_deg, t2_deg = form.number("t1"), form.number("t2")
     if not (-360.0 <= t1_deg <= 360.0 and -180.0 <= t2_deg <= 180.0):
-        raise ConfigurationError("t1 lies between -360 and 360, t2 between -180 and 180 deg")
+        raise ConfigurationError("give t1 between -360 and 360, t2 between -180 and 180 deg")
     return t1_deg, t2_deg
 
 

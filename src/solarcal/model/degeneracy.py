@@ -16,7 +16,7 @@ from solarcal.timescale import SECONDS_PER_DAY, format_utc
 from solarcal.units import FloatArray
 
 TOLD_APART = 0.9
-"""|r| above which two numbers cannot be told apart."""
+"""|r| above which two numbers cannot be separated."""
 
 _MOST_SAID = 2
 _SLOT_S = 1800.0
@@ -70,13 +70,13 @@ def _said(
     names = [solution.model_terms[i].label(solution.geometry.name) for i in pair]
     value = float(r[pair])
     shown = f"{value:+.2f}" if abs(value) < 0.995 else f"{np.clip(value, -0.9999, 0.9999):+.4f}"
-    sentence = f"{names[0]} and {names[1]} cannot be told apart from these points, r = {shown}"
+    sentence = f"{names[0]} and {names[1]} cannot be separated with these points, r = {shown}"
     cure = _cure(chances, normal, pair, clock)
     return Finding(
         kind="degeneracy",
         subject=f"{solution.terms[pair[0]]},{solution.terms[pair[1]]}",
         sentence=f"{sentence}; {cure}" if cure else sentence,
-        certainty="cannot_be_told",
+        certainty="not_determinable",
         number=value,
         unit="correlation",
     )

@@ -3,7 +3,7 @@
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-Certainty = Literal["found", "cannot_be_told"]
+Certainty = Literal["found", "not_determinable"]
 
 Kind = Literal[
     "clock_offset",

@@ -73,7 +73,7 @@ def fit_iterated(
         solved = solve(rows, left.reshape(2 * n), priors, float(np.sqrt(np.vdot(weights, weights))))
         if solved.rank < k:
             raise FitError(
-                "these points cannot tell the terms apart, so that the iterated fit has no "
+                "these points cannot separate the terms, so that the iterated fit has no "
                 "answer; leave terms out"
             )
         values = values + solved.values

@@ -2,7 +2,7 @@
 
 A controller without refraction aims below the Sun; a controller with its own small ephemeris aims
 a little beside it. Neither is an error of the mount, so neither belongs into a fit of the mount:
-the fit is told where the Sun really stood.
+the fit uses the Sun's true position.
 """
 
 from functools import lru_cache
@@ -145,7 +145,7 @@ class SkyContext(msgspec.Struct, frozen=True):
 
 
 class SunDirections(NamedTuple):
-    """The Sun as the controller believes and as it is seen; all arrays of one shape, degrees."""
+    """The Sun as the controller computes it and as observed; all arrays of one shape, degrees."""
 
     ideal1_deg: FloatArray
     ideal2_deg: FloatArray

@@ -107,8 +107,8 @@ class MechanismSolution(Solution):
         notes = [*self.left_out]
         for i in np.flatnonzero(self.blunder_probability > OUTLIER_PROBABILITY):
             notes.append(
-                f"point {self.labels[i]} is off by {self.sky_deg[i]:.2f} deg and counts for "
-                "almost nothing; look what happened there"
+                f"point {self.labels[i]} has a residual of {self.sky_deg[i]:.2f} deg and has "
+                "almost no weight; look what happened there"
             )
         if self.rank < len(self.model_terms) and self.method == "robust":
             notes.append(

@@ -151,14 +151,14 @@ def _no_change(called: Sequence[str], weakest_deg: float) -> tuple[tuple[Finding
         )
     less = f"less than {weakest_deg:.2g} deg" if np.isfinite(weakest_deg) else "any move at all"
     sentence = (
-        f"no sign that the tower moved between {between}, but it cannot be told with these "
+        f"no sign that the tower moved between {between}, but that is not determinable from these "
         f"points: {less} might not show"
     )
     finding = Finding(
         kind="moved",
         subject="tower",
         sentence=sentence,
-        certainty="cannot_be_told",
+        certainty="not_determinable",
         number=weakest_deg if np.isfinite(weakest_deg) else None,
     )
     return (finding,), sentence

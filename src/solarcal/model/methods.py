@@ -1,4 +1,4 @@
-"""The front door of fitting: ``linear``, ``robust`` (the default) or ``exact``."""
+"""Entry point of fitting: ``linear``, ``robust`` (the default) or ``exact``."""
 
 from collections.abc import Iterable
 from typing import Literal, get_args
@@ -135,8 +135,8 @@ def _high_enough(
     low = [points.labels[i] for i in np.flatnonzero(~high)]
     if not high.any():
         raise FitError(
-            f"every point lies below {LOWEST_ELEVATION_DEG:g} deg of elevation, where the air "
-            "decides; take points higher up"
+            f"every point is below {LOWEST_ELEVATION_DEG:g} deg of elevation, where refraction "
+            "dominates; take points higher up"
         )
     names = ", ".join(str(label) for label in low)
     sentence = (

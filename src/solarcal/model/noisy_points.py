@@ -1,4 +1,4 @@
-"""Linear regression with a prior, a noise scale nobody knows, and points that may be blunders.
+"""Linear regression with a prior, an unknown noise scale, and points that may be blunders.
 
 Every point (both its axes at once, on sky) is either good, with normal noise of an unknown scale
 s, or with a small probability a blunder, thrown about by BLUNDER_DEG. For each s on a grid the most

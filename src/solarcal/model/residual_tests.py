@@ -26,8 +26,8 @@ from solarcal.units import FloatArray
 
 FAMILY_LEVEL = 0.05
 SURE_LEVEL = 5e-5
-"""A cause is told from its rival when it is needed beside it at this level: a name sends somebody
-to a bolt, and a wrong one to the wrong bolt."""
+"""A cause is separated from its rival when it is needed beside it at this level: a name
+sends a person to a bolt, and a wrong one to the wrong bolt."""
 LARGE_LEVEL = 0.03
 """Enough for an effect so large that somebody will look anyway."""
 RIVAL_SHARE = 0.5

@@ -32,7 +32,7 @@ from solarcal.units import FloatArray
 
 SLOT_S = 300.0
 GAP_S = 600.0
-"""A point with its three questions takes some minutes; nobody takes two within ten."""
+"""A point with its three questions takes some minutes; ten is the least between two."""
 
 _LEAST_GAIN = 1e-9
 _ROUNDS = 8

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from solarcal.units import FloatArray
 
 NEAR_LIMIT = 0.95
-"""|r| above which two parameters can hardly be told apart."""
+"""|r| above which two parameters can hardly be separated."""
 
 SHARE_LIMIT = 0.02
 """Part of a parameter (squared, column-normalised) that must lie in a free direction for the
@@ -50,7 +50,7 @@ def inseparable_sentences(
             strongest = pairs.flat[np.abs(pairs).argmax()]
             names = _listed([labels[i] for i in group])
             sentences.append(
-                f"{names} can hardly be told apart with these points "
+                f"{names} can hardly be separated with these points "
                 f"({'r' if len(group) == 2 else 'strongest r'} = {_correlation(strongest)})"
             )
     return tuple(sentences)
@@ -64,9 +64,9 @@ def _free_sentence(names: list[str], shares: FloatArray) -> str:
         return f"these points say nothing about {_listed(names)}"
     fixed = "one combination" if combinations == 1 else f"{combinations} combinations"
     return (
-        f"{_listed(names)} cannot be told apart with these points: only {fixed} of them is fixed"
+        f"{_listed(names)} cannot be separated with these points: only {fixed} of them is fixed"
         if combinations == 1
-        else f"{_listed(names)} cannot be told apart with these points: only {fixed} of them "
+        else f"{_listed(names)} cannot be separated with these points: only {fixed} of them "
         "are fixed"
     )
 

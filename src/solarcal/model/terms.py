@@ -33,7 +33,7 @@ from solarcal.mount.geometry import MountGeometry
 from solarcal.units import ARCSEC_PER_DEG, RAD_PER_DEG, FloatArray
 
 CONTROLLER_TERMS = COEFFICIENT_NAMES
-"""P1..P6: all that the controller's formula knows."""
+"""P1..P6: all parameters of the controller's formula."""
 
 LEAN_PRIOR_DEG = 2.0
 ZERO_PRIOR_DEG = 5.0

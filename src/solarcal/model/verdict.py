@@ -98,7 +98,7 @@ def assess(
     bolt_circle
         For shim heights where the tower leans too much.
     evidence
-        What clocks, reference checks, settings and read-outs say by themselves.
+        What clocks, reference checks, settings and read-outs show directly.
     """
     tolerance_deg = expected.rule.tolerance_deg
     checks = cross_check(solution) if isinstance(solution, MechanismSolution) else None

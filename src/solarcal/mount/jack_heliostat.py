@@ -1,7 +1,7 @@
 """A heliostat on two screwjacks: from motor positions to the mirror's normal and centre.
 
-The first axis is fixed to Earth and points East, the second stands on it and points up where the
-first is at zero; the mirror looks South there. In the frame of a `tiltroll-ew` mount the normal
+The first axis is fixed to Earth and points East, the second is carried by it and points up where
+the first is at zero; the mirror looks South there. In the frame of a `tiltroll-ew` mount the normal
 stands at AX1 = joint 1 + 90 deg (0 straight up, positive South) and AX2 = 90 deg - joint 2 (from
 East), so that its errors are those of any mechanism: leans of the first axis, zeros, scales, axes
 not square.

@@ -16,7 +16,7 @@ class AxisLimits(msgspec.Struct, frozen=True):
     def __post_init__(self) -> None:
         if not self.low_deg < self.high_deg:
             raise ConfigurationError(
-                f"limits {self.low_deg:g} to {self.high_deg:g} deg leave an axis no room: "
+                f"limits {self.low_deg:g} to {self.high_deg:g} deg leave the axis no range: "
                 "the lower one comes first"
             )
 

@@ -148,7 +148,7 @@ def reach_deg(jack: ScrewjackDrive) -> tuple[float, float]:
 
 @dataclass(frozen=True, slots=True)
 class WrongLength:
-    """What a controller told wrong lengths makes of the axis; columns (n,), degrees.
+    """Axis angles a controller with wrong lengths produces; columns (n,), degrees.
 
     ``error_deg``: read-out minus where the axis stands, zero at the reference. ``left_deg``: what
     an offset and a scale (P2 with P5, P4 with P6) cannot take out of it. ``offset_deg``,
@@ -165,7 +165,7 @@ class WrongLength:
 def wrong_length(
     true: ScrewjackDrive, told: ScrewjackDrive, reference_deg: float, angle_deg: FloatArray
 ) -> WrongLength:
-    """Read-outs of ``told`` while ``true`` moves the axis, counting from the reference.
+    """Read-outs with the lengths ``told`` while ``true`` ones move it, counting from the reference.
 
     Raises
     ------

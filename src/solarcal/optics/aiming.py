@@ -1,4 +1,4 @@
-"""A heliostat as its controller is told of it: the Sun's direction to that of the mirror's normal.
+"""A heliostat as its controller describes it: the Sun's direction to that of the mirror's normal.
 
 Two ways, each for floats or arrays: ``controller_normal_deg`` is what the controller computes (its
 target and REDUCED offsets, first order, repeated), ``true_normal_deg`` what the geometry demands.

@@ -2,7 +2,7 @@
 
 The normal must stand half-way between the Sun and the target as seen from the middle of the mirror,
 and the middle stands where the normal puts it (``offset_mirror``). That has two roots: in front,
-the light falls on the mirror's face; at the back, the machine is turned right about and the light
+the light falls on the mirror's face; at the back, the machine is rotated by 180 deg and the light
 would fall on the mirror's reverse. Both are looked for with a bracketing root finder.
 """
 
@@ -58,7 +58,7 @@ def exact_roots(
     """Front and back root, by bracketing in azimuth and, for each azimuth, in zenith angle.
 
     The front one is the one to use: there the light falls on the mirror's face. The back one,
-    ``None`` where the offsets leave none, is the same geometry with the machine turned right about.
+    ``None`` where the offsets leave none, is the same geometry with the machine rotated by 180 deg.
 
     Raises
     ------

@@ -129,7 +129,7 @@ def design_for(
     Raises
     ------
     ConfigurationError
-        A wish that is not greater than zero, or a range beyond the small angles (0.1 rad).
+        A wanted value that is not greater than zero, or a range beyond the small angles (0.1 rad).
     """
     _require_length("the resolution", resolution_deg)
     _require_length("the range", range_deg)

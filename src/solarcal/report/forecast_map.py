@@ -1,7 +1,7 @@
 """The year at a glance: expected error by day of the year (across) and solar hour (down).
 
 Each cell is drawn with one of five glyphs. The first three are thin and within the tolerance, the
-last two are filled and beyond it: nothing is said by colour alone.
+last two are filled and beyond it: nothing is shown by colour alone.
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,6 +1,6 @@
 """Drawings for the field calculators: heliostats, screwjacks, the sunspot device.
 
-Any size from 40 x 10 on; nothing is said by colour alone. Draw on one thread only (``canvas``).
+Any size from 40 x 10 on; nothing is shown by colour alone. Draw on one thread only (``canvas``).
 """
 
 import math

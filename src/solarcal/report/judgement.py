@@ -66,7 +66,7 @@ def coefficients_table(solution: Solution) -> Table:
 
 
 def fit_summary(solution: Solution) -> Blocks:
-    """Residuals, rank, condition, what cannot be told apart, and every note, one sentence each."""
+    """Residuals, rank, condition, inseparable parameters, and every note, one sentence each."""
     condition = solution.condition_number
     spread = solution.population_sd_deg
     # A fit of TPOINT terms is compared with others in their unit.
@@ -249,11 +249,11 @@ def rounding_blocks(offer: UploadOffer) -> Blocks:
         )
     exact, kept_year = offer.judgement.forecast, offer.kept
     return (
-        Table(("", "fitted", "as the unit keeps it", "rounding", "unit"), tuple(rows), "<>>><"),
+        Table(("", "fitted", "as the unit stores it", "rounding", "unit"), tuple(rows), "<>>><"),
         Prose(
             (
                 *(
-                    f"over the year, {what}: {before:.4f} deg as fitted, {after:.4f} as kept"
+                    f"over the year, {what}: {before:.4f} deg as fitted, {after:.4f} as stored"
                     for what, before, after in (
                         ("95 %", exact.year_p95_deg, kept_year.year_p95_deg),
                         ("rms ", exact.year_rms_deg, kept_year.year_rms_deg),
@@ -261,7 +261,7 @@ def rounding_blocks(offer: UploadOffer) -> Blocks:
                 ),
                 "probability of the tolerance: "
                 f"{exact.probability_within_tolerance:.3f} as fitted, "
-                f"{kept_year.probability_within_tolerance:.3f} as kept",
+                f"{kept_year.probability_within_tolerance:.3f} as stored",
             )
         ),
     )

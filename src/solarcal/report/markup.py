@@ -41,7 +41,7 @@ _SPECIAL = re.compile(r"([\\`*_\[\]<>#|&~])")
 _FIRST = re.compile(r"^(\d*)([-+=.)])")
 """What would begin a list or a heading at the start of a line."""
 _LINKED = re.compile(r"(://|www\.)", re.IGNORECASE)
-"""What GitHub makes a link of by itself."""
+"""What GitHub turns into a link unasked."""
 
 PITCH, LINE, MARGIN = 7.3, 17, 28
 LEAST_COLUMNS = 84

@@ -1,6 +1,6 @@
 """The plots a technician judges by, as text.
 
-Amber is axis 1 and green is axis 2, and each has its own glyphs: nothing is said by colour alone.
+Amber is axis 1 and green is axis 2, and each has its own glyphs: nothing is shown by colour alone.
 All of them take any size from 40 x 10 on and answer an empty session with axes and a sentence.
 Draw on one thread only (see ``canvas``).
 """

@@ -70,10 +70,10 @@ def diagnosis_section(findings: Sequence[Finding]) -> str:
     """What was seen, what the residuals ask for, and what these points cannot tell."""
     found = tuple(f.sentence for f in findings if f.certainty == "found")
     open_ = tuple(f.sentence for f in findings if f.certainty != "found")
-    nothing = Prose(("Nothing was found to be the matter.",))
+    nothing = Prose(("No problems found.",))
     blocks: list[Block] = [Sentences(found) if found else nothing]
     if open_:
-        blocks += [Prose(("Cannot be told with these points:",)), Sentences(open_)]
+        blocks += [Prose(("Not determinable from these points:",)), Sentences(open_)]
     return section_text("Diagnosis", *blocks)
 
 
@@ -240,7 +240,7 @@ def _what(record: Record) -> str:
 
 
 def replay_text(replay: "Replay") -> str:
-    """A session told record by record, then as it ended."""
+    """A session record by record, then its end."""
     session = replay.view
     log = "\n".join(record_line(record) for record in session.records)
     parts = [text_of(Sentences(replay.warnings))] if replay.warnings else []
@@ -252,7 +252,7 @@ def replay_text(replay: "Replay") -> str:
 
 
 def hand_calibration_text(calibration: "HandCalibration") -> str:
-    """A field book's calibration, told whole; last what to key in, and whether that was done."""
+    """A field book's whole calibration; last what to key in, and whether that was done."""
     session = calibration.session
     parts = [session_text(session, analyse_session(session, calibration.method))]
     if calibration.key_in:
@@ -273,7 +273,7 @@ def _hand_ending(calibration: "HandCalibration") -> str:
             "`upload` with what the display shows."
         )
     if upload.rollback:
-        return "Rolled back: the unit holds what it held before."
+        return "Rolled back: the unit holds its previous values."
     if not upload.verified:
         return "NOT completed: the display shows something else than was to be keyed in."
     return "Calibration completed, keyed in and typed back equal."

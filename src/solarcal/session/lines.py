@@ -299,7 +299,7 @@ class _Reading:
         version = raw.get("format")
         if isinstance(version, int) and version > FORMAT_VERSION:
             raise SessionFileError(
-                f"{self.name} was written by a newer solarcal (format {version}; this one knows "
+                f"{self.name} was written by a newer solarcal (format {version}; this one reads "
                 f"{FORMAT_VERSION}): update solarcal to read it"
             )
         if not isinstance(version, int) or version < 1:

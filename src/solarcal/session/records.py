@@ -21,7 +21,7 @@ FORMAT_VERSION = 2
 
 TYPED_FIRMWARE = "typed"
 IMPORTED_MODEL = "imported"
-"""What stands for the firmware of a unit nobody hears: its display was read, and typed."""
+"""Firmware name of a unit without a connection: its display was read, and typed."""
 
 PointStatus = Literal["accepted", "aborted", "rejected"]
 Pair = tuple[float, float]
@@ -66,8 +66,8 @@ class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
     another; there, a pressure of 0 hPa means a world without air.
 
     ``sun_model`` of an imported session is what its ideal angles are: ``apparent``, ``airless`` or
-    ``solartrak``. ``unknown`` names what an import was not told (``latitude``, ``longitude``): the
-    site then holds a zero in its place.
+    ``solartrak``. ``unknown`` names what an import did not contain (``latitude``, ``longitude``):
+    the site then holds a zero in its place.
     """
 
     format: int = FORMAT_VERSION
@@ -169,8 +169,8 @@ class PointRecord(_Record, frozen=True, kw_only=True, tag="point"):
 
     ``error_deg`` is the axis error, reading - ideal on the Sun: E(coefficients in force) + O, the
     TOTAL correction. ``ideal_deg``, ``reading_deg``, ``counts`` and ``offsets`` belong to the
-    instant ``read_utc``: the Set Sun Offset this point stands on (``basis`` "sun_offset"), or,
-    where the offset was set without us seeing it, the gathering ("gathering").
+    instant ``read_utc``: the Set Sun Offset the error is taken from (``basis`` "sun_offset"),
+    or, where the offset was set without us seeing it, the gathering ("gathering").
     """
 
     status: PointStatus
@@ -274,7 +274,7 @@ class Note(_Record, frozen=True, kw_only=True, tag="note"):
 
 
 class Typed(_Record, frozen=True, kw_only=True, tag="typed"):
-    """What somebody read off a unit's display and typed, by field, in their own digits.
+    """What a person read off a unit's display and typed, by field, in their own digits.
 
     ``form`` is the step (``open``, ``clock``, ``reference``, ``offset``, ``point``, ``upload``,
     ``zero``, ``held``), ``read_utc`` the laptop's time of the look. ``kept``: what was doubted and

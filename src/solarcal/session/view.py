@@ -79,7 +79,7 @@ class SessionView:
 
     @property
     def fresh_sun_offset(self) -> SunOffset | None:
-        """The newest Set Sun Offset no stored point or check stands on yet."""
+        """The newest Set Sun Offset not yet used by a stored point or check."""
         if not self.sun_offsets:
             return None
         newest = self.sun_offsets[-1]

@@ -23,7 +23,7 @@ from solarcal.unit.tracker import Tracker
 class Connection:
     """How to reach a unit: what the command line or the start screen said of it.
 
-    ``profile`` holds what a controller that cannot tell its site or its mount has to be told;
+    ``profile`` holds what a controller that does not report its site or its mount needs them given;
     ``display`` answers for one that has no line, by ``clock``, the laptop's (the system's without).
     """
 
@@ -63,11 +63,11 @@ class Connection:
         Raises
         ------
         ConfigurationError
-            The unit cannot tell it, and neither did anybody else.
+            The unit does not report it, and it was not given.
         """
         if self.profile is None or self.profile.site is None:
             raise ConfigurationError(
-                f"driver {self.driver} needs the site, which its controller cannot tell: give "
+                f"driver {self.driver} needs the site, which its controller does not report: give "
                 "--site FILE or --profile NAME, or fill in the profile form"
             )
         return self.profile.site
@@ -78,17 +78,17 @@ class Connection:
         Raises
         ------
         ConfigurationError
-            Nobody does.
+            No such person was given.
         """
         if self.display is None:
             raise ConfigurationError(
-                f"driver {self.driver} needs somebody who reads the display: use the workstation, "
+                f"driver {self.driver} needs a person who reads the display: use the workstation, "
                 "or give what was read with --input FILE"
             )
         return self.display
 
     def mount(self) -> MountDescription:
-        """How the mount is described; the default description where nobody did."""
+        """How the mount is described; by default the default description."""
         described = self.profile.mount if self.profile is not None else None
         return described if described is not None else MountDescription()
 
@@ -108,9 +108,9 @@ def open_tracker(
     Raises
     ------
     ConfigurationError
-        No such driver, it was not told what it needs, or the trace file cannot be written.
+        No such driver, something it needs is missing, or the trace file cannot be written.
     LinkError
-        The port cannot be opened, or nobody answers in the driver's protocol.
+        The port cannot be opened, or there is no answer in the driver's protocol.
     """
     connection = Connection(port, driver, baudrate, trace, profile, display, clock)
     tracker = _tracker(connection, demand_driver(driver))

@@ -23,7 +23,7 @@ def disagreements(station: StationCore) -> Iterator[str]:
 
 
 def _typed_otherwise(station: StationCore) -> Iterator[str]:
-    """P1..P6 of a unit nobody hears, typed anew in a session that is gone on with."""
+    """P1..P6 of a unit without a connection, typed again in a session that is gone on with."""
     session, in_force = station.session, station.coefficients_in_force
     uploads = session.uploads
     known = uploads[-1].new_coefficients if uploads else session.header.coefficients

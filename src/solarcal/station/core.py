@@ -1,4 +1,4 @@
-"""What every step of the procedure stands on: one unit on a line, one journal, one state.
+"""What every step of the procedure is built on: one unit on a line, one journal, one state.
 
 A record is written and synced BEFORE the state shows it. Time comes from an injected clock.
 """

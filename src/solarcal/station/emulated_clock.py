@@ -15,7 +15,7 @@ class EmulatedClock:
 
     At speed 0 virtual time moves only by this clock's ``X ADVANCE``: a headless day runs as fast
     as it can be computed, and the same commands meet the same instants on every kind of line. At
-    any other speed it flows by itself and ``wait`` really waits, so that a technician at the
+    any other speed it flows on and ``wait`` really waits, so that a technician at the
     screen sees it flow.
     """
 

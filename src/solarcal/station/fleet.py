@@ -30,7 +30,7 @@ from solarcal.units import FloatArray
 WorstBy = Literal["rms", "lean", "sigma", "noise"]
 
 Progress = Callable[[str, int, int], None]
-"""Told what is being done, how many are done, of how many."""
+"""Called with the current work, how many are done, of how many."""
 
 _READ_BETWEEN_REPORTS = 200
 

@@ -2,10 +2,10 @@
 
 What the technician vouches for is the instant of the Set Sun Offset: there the axes stood on the
 Sun, and reading - ideal is the axis error. A minute later the ideal has moved on, and with a lean
-of 2.5 deg the error with it by 0.01 deg. So a point stands on its Set Sun Offset when we saw it
-made, and the gathering proves that nothing has changed since: same O, same P, still tracking.
-Where the offset was set without us seeing it (on the unit's own keys), the point stands on the
-gathering: E(P in force) + O there, for the tracking the technician has watched.
+of 2.5 deg the error with it by 0.01 deg. So the error is taken from the Set Sun Offset when we saw
+it made, and the gathering proves that nothing has changed since: same O, same P, still tracking.
+Where the offset was set without us seeing it (on the unit's own keys), the error is taken from
+the gathering: E(P in force) + O there, for the tracking the technician has watched.
 """
 
 from collections.abc import Callable
@@ -63,7 +63,7 @@ def gather(station: "StationCore", progress: Callable[[float], None] | None = No
     Raises
     ------
     ProcedureRefused
-        The unit does not track, its offsets changed while gathering, or it believes in another Sun.
+        The unit does not track, its offsets changed while gathering, or its Sun differs.
     """
     if isinstance(station.tracker, ReadByHand):
         return _read_by_hand(station, station.tracker, progress)
@@ -80,10 +80,10 @@ def gather(station: "StationCore", progress: Callable[[float], None] | None = No
             progress((index + 1) / READINGS)
     if len({status.offsets for status in statuses}) > 1:
         raise ProcedureRefused(
-            "the reference offsets changed while gathering; nobody may touch the unit's keys then"
+            "the reference offsets changed while gathering; do not touch the unit's keys meanwhile"
         )
     if station.unit_site is None:
-        raise ProcedureRefused("the unit has not told its site; connect again")
+        raise ProcedureRefused("the unit has not reported its site; connect again")
     sun = check_unit_sun(station.unit_site, station.session.header.site, statuses[-1], times[-1])
     if not sun.agrees:
         raise ProcedureRefused(
@@ -107,7 +107,7 @@ def _read_by_hand(
 def _standing(
     session: SessionView, last: Status, laptop_utc_s: float
 ) -> tuple[SunOffset | None, str]:
-    """The Set Sun Offset this attempt stands on, or why it stands on the gathering instead."""
+    """The Set Sun Offset this attempt uses, or why it uses the gathering instead."""
     fresh = session.fresh_sun_offset
     if fresh is None:
         return None, "no Set Sun Offset seen since the last point"
@@ -192,8 +192,8 @@ def demand_plausible(session: SessionView, candidate: PointRecord | CheckRecord)
     for axis, value in enumerate(error, start=1):
         if not abs(value) <= MOST_ERROR_DEG:
             raise ProcedureRefused(
-                f"axis {axis} would be off by {value:+.3f} deg, more than half a turn: the unit's "
-                "read-out or offset is wrong"
+                f"the error of axis {axis} would be {value:+.3f} deg, more than half a turn: "
+                "the unit's read-out or offset is wrong"
             )
     if isinstance(candidate, CheckRecord) or candidate.reading_deg is None:
         return
@@ -202,7 +202,7 @@ def demand_plausible(session: SessionView, candidate: PointRecord | CheckRecord)
     if beyond > unit.update_range_deg + OFFSET_TOLERANCE_DEG:
         raise ProcedureRefused(
             f"the read-outs ({candidate.reading_deg[0]:.3f}, {candidate.reading_deg[1]:.3f}) deg "
-            f"lie {beyond:.3f} deg beyond a limit: no axis stands there"
+            f"lie {beyond:.3f} deg beyond a limit: no axis can be there"
         )
     for sentence in offset_disagreements(unit, candidate):
         raise ProcedureRefused(f"{sentence}; do a reference check and set the Sun offset again")

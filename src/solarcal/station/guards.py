@@ -45,13 +45,13 @@ def demand_clear_of_limits(header: Header, status: Status, step: str) -> float:
 def demand_sun_high_enough(elevation_deg: float, step: str) -> None:
     if elevation_deg < MIN_ELEVATION_DEG:
         raise GuardRefused(
-            f"{step} refused: the Sun stands at {elevation_deg:.1f} deg elevation, where "
+            f"{step} refused: the Sun is at {elevation_deg:.1f} deg elevation, where "
             f"refraction is uncertain; wait until it is above {MIN_ELEVATION_DEG:.0f} deg"
         )
 
 
 def demand_tracking(header: Header, status: Status) -> None:
-    """A point needs a unit that tracks and stands where it believes it should."""
+    """A point needs a unit that tracks and has reached its target."""
     if status.mode is not Mode.TRACK:
         raise ProcedureRefused(
             f"the unit is in mode {status.mode}, not tracking; set it to TRACK and watch it "

@@ -24,7 +24,7 @@ from solarcal.unit.tracker import Tracker, Truth
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 15.0
 GIVE_UP_S = 120.0
-"""A line that is gone for longer needs somebody who looks after it."""
+"""A line that is gone for longer needs a person who looks after it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +84,7 @@ def calibrate(
     Raises
     ------
     ConfigurationError
-        The unit is not an emulator: nobody here can look at a real sunspot.
+        The unit is not an emulator: this program cannot see a real sunspot.
     LinkError, ProcedureRefused, SessionFileError
         As the steps raise them; the session file keeps everything up to there.
     """

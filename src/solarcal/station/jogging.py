@@ -156,7 +156,7 @@ class SunOffsetJog:
         Raises
         ------
         ProcedureRefused
-            The unit was stopped and has not been told to track since, or the aim lies beyond a
+            The unit was stopped and has not been set to track since, or the aim lies beyond a
             limit; the aim is then what it was.
         """
         before = self._aim
@@ -277,7 +277,7 @@ class SunOffsetJog:
         if status.mode in STOPPED:
             raise ProcedureRefused(
                 f"the unit is in mode {status.mode} and is not jogged out of it; "
-                "tell it to track first"
+                "set it to track first"
             )
         reading = (status.reading1_deg, status.reading2_deg)
         if not self.follows:

@@ -15,7 +15,7 @@ Ask = Callable[[Sequence[str]], str | None]
 
 @dataclass(frozen=True, slots=True)
 class LaptopClock:
-    """``synchronised`` is ``None`` when nobody on this laptop can tell."""
+    """``synchronised`` is ``None`` where this laptop has no time service."""
 
     synchronised: bool | None
     sentence: str
@@ -30,7 +30,7 @@ def laptop_clock(ask: Ask | None = None) -> LaptopClock:
             return answer
     return LaptopClock(
         None,
-        "Nobody here can say whether the laptop's clock is right; compare it with a time signal.",
+        "It is not known whether the laptop's clock is right; compare it with a time signal.",
     )
 
 
@@ -43,7 +43,7 @@ def _chrony(ask: Ask) -> LaptopClock | None:
         return LaptopClock(False, "chrony has NOT synchronised the laptop's clock.")
     off = fields.get("System time", "").partition(" ")[0]
     return LaptopClock(
-        True, "The laptop's clock is kept by chrony" + (f", {off} s off." if off else ".")
+        True, "The laptop's clock is synchronised by chrony" + (f", {off} s off." if off else ".")
     )
 
 
@@ -63,7 +63,7 @@ def _ntpd(ask: Ask) -> LaptopClock | None:
         return None
     # ntpq marks the peer the clock follows with an asterisk.
     if any(line.startswith("*") for line in said.splitlines()):
-        return LaptopClock(True, "The laptop's clock is kept by ntpd.")
+        return LaptopClock(True, "The laptop's clock is synchronised by ntpd.")
     return LaptopClock(False, "ntpd follows no server: the laptop's clock is NOT synchronised.")
 
 

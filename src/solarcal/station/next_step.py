@@ -69,7 +69,7 @@ def next_step(
     live, session = state.live, state.session
     if live.link is LinkState.LOST:
         return NextStep(
-            "The link is lost; it reconnects by itself. Look at the cable and the unit's power.",
+            "The link is lost; it reconnects automatically. Check the cable and the unit's power.",
             "link",
         )
     if session is None or live.link is LinkState.CLOSED:
@@ -153,7 +153,7 @@ def _next_point(
             "take_point",
         )
     if judgement is not None and judgement.verdict.state == "done":
-        return NextStep("Good for the year: upload the coefficients, then prove them.", "upload")
+        return NextStep("Good for the year: upload the coefficients, then verify them.", "upload")
     day = None if judgement is None else judgement.plan
     planned = None if day is None else day.recommended
     if planned is not None and planned.points:

@@ -26,7 +26,7 @@ class PlanWishes:
     struck: frozenset[float] = frozenset()
 
     def strike(self, begin_utc_s: float) -> "PlanWishes":
-        """That half hour struck out, or given back."""
+        """That half hour excluded, or restored."""
         return replace(self, struck=self.struck ^ {begin_utc_s})
 
     def leave_at(self, utc_s: float) -> "PlanWishes":
@@ -34,7 +34,7 @@ class PlanWishes:
         return replace(self, until_utc_s=None if self.until_utc_s == utc_s else utc_s)
 
     def points_more(self, by: int, taken: int, planned: int) -> "PlanWishes":
-        """One point more or less than now: than the wish, or than what is taken and planned."""
+        """One point more or less than requested, or than what is taken and planned."""
         now = taken + planned if self.points is None else self.points
         return replace(self, points=min(max(now + by, taken), MOST_POINTS))
 

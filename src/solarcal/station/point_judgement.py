@@ -14,7 +14,7 @@ from solarcal.station.fitting import solve
 from solarcal.station.state import SessionView
 
 POINT_SIGMA_DEG = 0.02
-"""How well an eye centres a spot, where the points themselves do not tell yet."""
+"""How well an eye centres a spot, until the points themselves give it."""
 
 SUSPICIOUS_SIGMAS = 3.0
 SUSPICIOUS_DEG = 0.15

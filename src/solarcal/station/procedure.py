@@ -205,7 +205,7 @@ class Station(StationCore):
             if start_next is None:
                 raise ProcedureRefused(
                     f"this session was initialised at {self.session.initialised.utc}; "
-                    "initialising again closes and keeps this file and starts another"
+                    "initialising again closes this file and starts another"
                 )
             self._continue_in(start_next)
         return self._record(
@@ -242,7 +242,7 @@ class Station(StationCore):
 
     def _override(self, guard: str, reason: str) -> None:
         if not reason.strip():
-            raise ProcedureRefused("an override needs a reason; it is kept in the session file")
+            raise ProcedureRefused("an override needs a reason; it is written to the session file")
         self._record(lambda seq, utc: Override(seq=seq, utc=utc, guard=guard, reason=reason))
 
     # -- points ------------------------------------------------------------------------------

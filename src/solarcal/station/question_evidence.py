@@ -86,7 +86,7 @@ def _reference(session: SessionView, live: LiveView, spot: Spot | None) -> tuple
             facts.append(Fact(f"Check no. {last.number} at {when}: complete."))
             facts.append(Fact(_counts_found(last, missed=missed)))
     if status is not None and not status.referenced and live.capabilities.has_link:
-        facts.append(Fact("The unit says it is NOT referenced since power-up.", against=True))
+        facts.append(Fact("The unit reports: NOT referenced since power-up.", against=True))
     return tuple(facts)
 
 
@@ -120,7 +120,7 @@ def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fa
     if age_s > MAX_OFFSET_AGE_S:
         facts.append(Fact("That is more than half an hour: set it again.", against=True))
     if status is not None and status.offsets != fresh.offsets:
-        facts.append(Fact("The unit's offsets are others now: somebody changed them.", True))
+        facts.append(Fact("The unit's offsets have been changed since.", True))
     unit = session.header.unit
     rates = sun_rates_deg_per_s(
         session.geometry, unit.site, parse_utc(fresh.instant), unit.heliostat
@@ -146,7 +146,7 @@ def _tracking(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[
         return (Fact("The unit has not been heard yet.", against=True),)
     update_range = session.header.unit.update_range_deg
     if not live.capabilities.has_link:
-        facts = [Fact("Nobody hears this unit: watch the spot through an update.")]
+        facts = [Fact("No connection to this unit: watch the spot through an update.")]
     else:
         facts = [
             Fact(f"The unit is in mode {status.mode}.", against=status.mode is not Mode.TRACK),
@@ -161,7 +161,7 @@ def _tracking(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[
         facts.append(
             Fact(
                 f"Watched for {watched_s:.0f} s since the offset was set"
-                + ("." if watched_s >= WATCH_S else "; the manual says a minute."),
+                + ("." if watched_s >= WATCH_S else "; the manual requires a minute."),
                 against=watched_s < WATCH_S,
             )
         )

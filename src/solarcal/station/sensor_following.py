@@ -2,8 +2,8 @@
 
 Only on explicit command. Each point goes the technician's way: onto the Sun by jogging, from
 behind, Set Sun Offset, a minute and an update watched, the three questions answered by what was
-seen. Every motion is bounded, and at any doubt the unit is stopped and the reason said and noted:
-nobody may be standing beside it.
+seen. Every motion is bounded, and at any doubt the unit is stopped and the reason reported and
+recorded: it may be unattended.
 """
 
 import math
@@ -44,7 +44,7 @@ class FollowPlan:
 
     def __post_init__(self) -> None:
         if not 1 <= self.points <= 200:
-            raise ProcedureRefused(f"{self.points} points: ask for 1 to 200")
+            raise ProcedureRefused(f"{self.points} points: give 1 to 200")
         if not 5.0 <= self.every_min <= 240.0:
             raise ProcedureRefused(
                 f"a point every {self.every_min:g} minutes: give 5 to 240 minutes"
@@ -112,7 +112,7 @@ def follow_sensor(
 def _demand_ready(station: Station, commanded: bool) -> None:
     if not commanded:
         raise ProcedureRefused(
-            "following the sensor moves the unit by itself; it starts only on explicit command"
+            "following the sensor moves the unit without a key press; it starts only on command"
         )
     session = station.session
     if session.initialised is None:
@@ -187,12 +187,12 @@ class _Follower:
         return doubt
 
     def _await_tracking(self) -> None:
-        """Let a unit that comes from elsewhere reach where it believes the Sun is."""
+        """Let a unit that comes from elsewhere reach its computed Sun."""
         near_deg = 2.0 * self._station.session.header.unit.update_range_deg
         for _ in range(math.ceil(LONGEST_SLEW_S / SETTLE_S)):
             status = self._station.poll()
             if status.mode is not Mode.TRACK:
-                raise SensorDoubt(f"the unit went to mode {status.mode}; somebody stopped it")
+                raise SensorDoubt(f"the unit went to mode {status.mode}; it was stopped")
             off1_deg = abs(status.reading1_deg - status.target1_deg)
             if max(off1_deg, abs(status.reading2_deg - status.target2_deg)) <= near_deg:
                 return
@@ -272,11 +272,11 @@ class _Follower:
     @staticmethod
     def _demand_jogging(view: JogView) -> None:
         if view.status.mode not in (Mode.TRACK, Mode.JOG, Mode.MANUAL):
-            raise SensorDoubt(f"the unit went to mode {view.status.mode}; somebody stopped it")
+            raise SensorDoubt(f"the unit went to mode {view.status.mode}; it was stopped")
 
 
 def _apart(view: JogView) -> tuple[float, float]:
-    """Where the axes stand from where the unit believes the Sun is, axis degrees."""
+    """Axes minus the unit's computed Sun, axis degrees."""
     status = view.status
     return status.reading1_deg - status.ideal1_deg, status.reading2_deg - status.ideal2_deg
 

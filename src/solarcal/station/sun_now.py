@@ -1,4 +1,4 @@
-"""The Sun as the unit believes it and as it is, at the instant of a status."""
+"""The Sun as the unit computes it and the true Sun, at the instant of a status."""
 
 from dataclasses import dataclass
 

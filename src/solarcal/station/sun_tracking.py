@@ -22,7 +22,7 @@ THERE_DEG = 1.0
 """Farther from the Sun than this, at first, the axes are on their way to it."""
 
 MOST_RETRIES = 24
-"""Two minutes; a line that is gone for longer needs somebody who looks after it."""
+"""Two minutes; a line that is gone for longer needs a person who looks after it."""
 
 
 @dataclass(slots=True)
@@ -64,7 +64,7 @@ class SunTracking:
     ----------
     tracker : open.
     clock : the laptop's.
-    say : told a line at every look.
+    say : called with a line at every look.
     """
 
     def __init__(
@@ -122,7 +122,7 @@ class SunTracking:
         return run
 
     def _stop_if_possible(self) -> None:
-        """What ended the run is told, not that a lost line cannot carry a STOP either."""
+        """The cause of the end is reported, not that a lost line cannot carry a STOP either."""
         try:
             self._tracker.stop()
         except SolarcalError as error:

@@ -63,7 +63,7 @@ class AutomaticTechnician:
     ----------
     station : connected, its session open.
     look : what the sunspot device shows now.
-    eye_sigma_deg : how well the technician believes to read the spot, one sigma per axis on sky.
+    eye_sigma_deg : the technician's own estimate of reading the spot, one sigma per axis on sky.
     say : called with a sentence at every step worth telling.
     reopen : connects a lost line again, or raises; without it a lost line ends the calibration.
     """

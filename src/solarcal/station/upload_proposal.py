@@ -51,7 +51,7 @@ class UploadProposal:
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What forbids the upload unless somebody says why all the same."""
+        """What forbids the upload unless a reason is given."""
         return self.offer.against
 
 

@@ -83,7 +83,7 @@ def refuse_doubtful(offer: UploadOffer, force: str | None) -> str:
     Raises
     ------
     ProcedureRefused
-        Something does, and nobody gave a reason to upload all the same.
+        Something does, and no reason to upload anyway was given.
     """
     if not offer.against:
         return ""
@@ -187,7 +187,7 @@ def find_upload(folder: Path, identity: UnitIdentity) -> tuple[Path, tuple[str, 
             best = (upload.utc, path)
     if best is None:
         raise ProcedureRefused(
-            f"no session in {folder} tells of an upload to unit {identity.model} "
+            f"no session in {folder} records an upload to unit {identity.model} "
             f"{identity.serial}; name the session file"
         )
     return best[1], tuple(unreadable)

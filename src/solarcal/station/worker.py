@@ -1,7 +1,8 @@
 """The one thread that talks to the station: commands in order, a status every second between them.
 
 Screens submit steps and get messages back; they never wait. STOP does not queue: it goes out on a
-thread of its own, at once. A lost line is said at once, recorded, and reopened with growing pauses.
+thread of its own, at once. A lost line is reported at once, recorded, and reopened with growing
+pauses.
 """
 
 import queue

@@ -1,4 +1,4 @@
-"""Where is the Sun? Four models behind one door, refraction, day events and a fast path."""
+"""Where is the Sun? Four models behind one function, refraction, day events and a fast path."""
 
 from solarcal.sun.position import SUN_MODELS, SunPosition, sun_position
 from solarcal.sun.refraction import REFRACTIONS, apparent_zenith_deg

@@ -2,7 +2,7 @@
 
 Because the controller steers by this Sun, it is the reference for the controller's errors. Inside
 this module everything is as printed: longitude positive WEST, azimuth from South with East
-positive, hour angle positive in the morning. The functions at its door take longitude EAST and
+positive, hour angle positive in the morning. Its public functions take longitude EAST and
 give azimuth from North through East.
 
 Four corrections to the printed text, each checked numerically: the divisions of the Julian date

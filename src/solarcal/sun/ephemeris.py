@@ -33,7 +33,7 @@ _BLOCK = 8192
 
 @dataclass(frozen=True, slots=True)
 class _Place(Generic[Angles]):
-    """Where somebody stands: one place, or one for each instant (n,).
+    """The observer's place: one, or one for each instant (n,).
 
     ``north_au``, ``up_au`` of the vector from the geocentre, ``east_aberration`` by the turn of
     the Earth, ``east_rad`` of the prepared site.
@@ -55,7 +55,7 @@ class _Place(Generic[Angles]):
         return cls(sin_lat, cos_lat, north_m / _AU_M, up_m / _AU_M, aberration, east_rad)
 
     def rows(self, part: slice) -> "_Place[Angles]":
-        """Those of a block; the one place is everybody's."""
+        """Those of a block; one place serves all."""
         if not isinstance(self.east_rad, np.ndarray):
             return self
         return _Place(*(getattr(self, name)[part] for name in self.__slots__))
@@ -145,7 +145,7 @@ class SiteEphemeris:
         """The same for one instant (n,) at each of n other places, all arrays (n,).
 
         What is prepared is the Sun seen from the centre of the Earth; only the last step, the turn
-        to the horizon, knows where somebody stands.
+        to the horizon, depends on the place.
 
         Raises
         ------

@@ -121,7 +121,7 @@ def moon_day(
     """The passage of the Moon whose transit is nearest to an instant.
 
     ``altitude_deg``: the airless altitude of its centre, seen from the site, that counts as rising;
-    by default where its upper edge stands on a refracted horizon.
+    by default where its upper edge touches a refracted horizon.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The front door: where is the Sun, by any of the models, as one kind of answer."""
+"""Where is the Sun, by any of the models, as one kind of answer."""
 
 from dataclasses import dataclass, replace
 from typing import Generic, overload

@@ -2,7 +2,7 @@
 
 Earth and Sun from VSOP2000 (`epv00`), precession and nutation IAU 2000B (`pn00b`), light time,
 annual and diurnal aberration, the observer on the WGS84 ellipsoid. Polar motion is left out: it
-moves the site by 0.3 arcsec (9 m) at most, less than anybody knows the vertical there.
+moves the site by 0.3 arcsec (9 m) at most, less than the uncertainty of the vertical there.
 """
 
 import math

@@ -97,14 +97,14 @@ def leave(app: Workstation) -> None:
 def _emulation(station: "Station") -> "Emulation":
     emulation = station.tracker.emulation
     if emulation is None:
-        raise ProcedureRefused("time can only be hurried on an emulated tracker")
+        raise ProcedureRefused("only emulated time can be accelerated")
     return emulation
 
 
 def _change_speed(app: Workstation, step: int) -> None:
     now = app.emulated_speed
     if now is None:
-        raise ProcedureRefused("time can only be hurried on an emulated tracker")
+        raise ProcedureRefused("only emulated time can be accelerated")
     nearest = min(range(len(SPEEDS)), key=lambda index: abs(SPEEDS[index] - now))
     wanted = SPEEDS[min(max(nearest + step, 0), len(SPEEDS) - 1)]
     # The next press may come before the unit has answered this one.

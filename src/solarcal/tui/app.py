@@ -28,10 +28,11 @@ from solarcal.tui.keys import (
     bound_actions,
     modified_f3,
 )
-from solarcal.tui.messages import FormAsked, LineFailed, LineNews, LineOpened, Told
+from solarcal.tui.messages import LineFailed, LineNews, LineOpened, Told
 from solarcal.tui.start.screen import StartScreen
 from solarcal.tui.station_app import StationApp
 from solarcal.tui.themes import DEFAULT_THEME, OWN_THEMES, SUNLIGHT, axis_colours
+from solarcal.tui.typed_form.form_asked import FormAsked
 
 if TYPE_CHECKING:
     from solarcal.tui.opening import OpenLine
@@ -100,7 +101,7 @@ class SolarcalApp(StationApp):
         self._output, self._trace = output, trace
         self._remember = remember
         self.offline = offline
-        """No unit and no emulator is opened: for pages of a browser, and for the desk."""
+        """No unit and no emulator is opened: for pages of a browser, and for the office."""
         self._keymap_given = dict(keymap or {})
         self._opening = False
         self._reader: ScreenDisplay | None = None
@@ -227,7 +228,7 @@ class SolarcalApp(StationApp):
 
     @property
     def display_reader(self) -> "ScreenDisplay":
-        """Where somebody who reads a unit's display is asked."""
+        """Where a person who reads a unit's display is asked."""
         if self._reader is None:
             from solarcal.tui.typed_form.form_asked import ScreenDisplay
 
@@ -287,7 +288,7 @@ class SolarcalApp(StationApp):
                 screen.tell(sentence, error=error)
 
     def alert(self, words: str) -> None:
-        """Bell and terminal notification, for somebody who does not look at the screen."""
+        """Bell and terminal notification, for a person who does not look at the screen."""
         if not self.settings.alerts or self._driver is None:
             return
         self.bell()

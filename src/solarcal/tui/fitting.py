@@ -82,7 +82,7 @@ def fit_message(
 
     The plan is compared with the one shown before.
 
-    A session that can be fitted but not judged keeps its fit; ``reason`` says what was the matter.
+    A session that can be fitted but not judged keeps its fit; ``reason`` says why.
     """
     from solarcal.station.fitting import solve
     from solarcal.station.plan_wishes import NO_WISHES, analyse_as_wished

@@ -69,7 +69,7 @@ def help_lines(actions: tuple[Action, ...], width: int = 78) -> list[str]:
         "Escape             Back         Leaves a dialog and changes nothing",
         "",
         *textwrap.wrap(
-            "Keys can be changed in keymap.toml in the config folder (solarcal doctor says "
+            "Keys can be changed in keymap.toml in the config folder (solarcal doctor shows "
             "where); solarcal keys shows what this terminal sends.",
             width,
         ),

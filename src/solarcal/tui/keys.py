@@ -47,7 +47,7 @@ ACTIONS: tuple[Action, ...] = (
     Action("link", "Link", ("f2", "l"), "F2 l", "The line to the unit: connect, reconnect"),
     Action(
         "initialise", "Initialise", ("f3", "i", "alt+f3"), "F3 i Alt+F3",
-        "Begin the calibration in this data file (asks first; once per calibration)",
+        "Begin the calibration in this data file (after a question; once per calibration)",
     ),
     Action("plan", "Plan", ("f4", "p"), "F4 p", "When to take the next points"),
     Action(

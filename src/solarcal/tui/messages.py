@@ -7,11 +7,11 @@ from textual.message import Message
 
 from solarcal.errors import SolarcalError
 from solarcal.station.news import News, Progress, StateChanged
+from solarcal.tui.typed_form.form_asked import FormAsked
 
 if TYPE_CHECKING:
     from solarcal.tui.opening import OpenLine
     from solarcal.tui.start.menu_entries import MenuEntries
-    from solarcal.tui.typed_form.form_asked import AskedForm
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,18 +36,11 @@ class MenuEntriesFound(Message):
         self.offers = offers
 
 
-@dataclass(frozen=True)
-class FormAsked:
-    """The thread of the station waits for what a unit's display shows."""
-
-    asked: "AskedForm"
-
-
 LineNews = LineOpened | LineFailed | FormAsked
 
 
 class Told(Message):
-    """News of the station, of the opening of a line, or of a form somebody has to fill in."""
+    """News of the station, of the opening of a line, or of a form to fill in."""
 
     def __init__(self, news: News | LineNews) -> None:
         super().__init__()

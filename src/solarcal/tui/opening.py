@@ -56,7 +56,7 @@ class OpenLine:
     create_journal: CreateJournal
     clock: Clock
     noticed: tuple[str, ...] = ()
-    """What was noticed on the way: a torn file, a unit that believes in another site or Sun."""
+    """What was noticed on the way: a torn file, a unit with another site or Sun."""
 
     def close(self) -> None:
         """Leave the session complete, and the line free."""

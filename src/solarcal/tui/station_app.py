@@ -1,4 +1,4 @@
-"""The station under the app: its worker, its newest state and fit, and who is told of them."""
+"""The station under the app: its worker, its newest state and fit, and who is notified of them."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +22,8 @@ from solarcal.station.news import (
 from solarcal.timescale import parse_utc
 from solarcal.tui.base import StationModal, StationScreen
 from solarcal.tui.fitting import Fitter
-from solarcal.tui.messages import FormAsked, LineFailed, LineNews, LineOpened, Told
+from solarcal.tui.messages import LineFailed, LineNews, LineOpened, Told
+from solarcal.tui.typed_form.form_asked import FormAsked
 
 if TYPE_CHECKING:
     from solarcal.model.analysis import Analysis
@@ -44,9 +45,9 @@ class StationApp(App[int]):
     Attributes
     ----------
     worker : talks to the station while a line is open, else ``None``.
-    state, fit : the newest the worker and the fitter have told.
+    state, fit : the newest of the worker and the fitter.
     emulated_speed : virtual seconds a second of an emulated unit, ``None`` for a real one.
-    wishes : what the technician wants of the plan, ``None`` for nothing.
+    wishes : the technician's options of the plan, ``None`` for nothing.
     """
 
     def __init__(self) -> None:
@@ -64,7 +65,7 @@ class StationApp(App[int]):
 
     @property
     def state(self) -> "StationState":
-        """The newest state the worker has told; an empty one before there is a worker."""
+        """The newest state of the worker; an empty one before there is a worker."""
         if self._state is None:
             # Numpy comes with it: not before the first paint.
             from solarcal.station.state import StationState
@@ -84,7 +85,7 @@ class StationApp(App[int]):
         self._state_changed(station.state)
 
     def _ask_speed(self) -> None:
-        """Another process may have told an emulated unit another speed; only the unit knows."""
+        """Another process may have changed an emulated unit's speed; only the unit knows it."""
         worker = self.station_worker()
         emulation = worker.station.tracker.emulation
         if emulation is not None:
@@ -130,7 +131,7 @@ class StationApp(App[int]):
                 self.line_told(news)
 
     def line_told(self, news: LineNews) -> None:
-        """A line was opened or not, or somebody has to fill in a form."""
+        """A line was opened or not, or a form has to be filled in."""
 
     def _state_changed(self, state: "StationState") -> None:
         if state.generation < self.state.generation:
@@ -178,7 +179,7 @@ class StationApp(App[int]):
 
     def _fit_if_needed(self, state: "StationState") -> None:
         """A status comes every second, a judgement takes a fifth of one: only when the points or
-        the wishes changed, or the plan was overtaken by time."""
+        the options changed, or the plan was overtaken by time."""
         session = state.session
         if session is None:
             return
@@ -223,7 +224,7 @@ class StationApp(App[int]):
         self.worker.submit(FitRecorded, record)
 
     def alert(self, words: str) -> None:
-        """Call somebody who does not look at the screen."""
+        """Notify a person who does not look at the screen."""
 
     def _step_done(self, done: Done[Any]) -> None:
         match done:
@@ -242,7 +243,7 @@ class StationApp(App[int]):
 
 
 def planning_utc_s(session: "SessionView", laptop_utc_s: float | None) -> float | None:
-    """The moment to plan from: the laptop's, but not so soon after the newest point that nobody
+    """The moment to plan from: the laptop's, but not so soon after the newest point that no one
     could take another."""
     from solarcal.model.schedule import GAP_S
 

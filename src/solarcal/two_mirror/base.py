@@ -19,7 +19,7 @@ from solarcal.units import RAD_PER_DEG, FloatArray, wrap_deg
 
 FEWEST_POSITIONS = 3
 LEAST_SPREAD_DEG = 2.0
-"""Positions nearer to one another than this leave the turn about them to chance."""
+"""Positions nearer to one another than this do not determine the rotation about them."""
 
 MAX_STEPS = 30
 CONVERGED_RAD = 1e-13
@@ -173,7 +173,7 @@ def _require_usable(points: MirrorPoints) -> None:
     apart_deg = np.degrees(np.arccos(np.clip((suns @ suns.T).min(), -1.0, 1.0)))
     if apart_deg < LEAST_SPREAD_DEG:
         raise FitError(
-            f"the positions lie within {apart_deg:.2f} deg of one another; take them at least "
+            f"the positions are within {apart_deg:.2f} deg of one another; take them at least "
             f"{LEAST_SPREAD_DEG:g} deg apart (some ten minutes), better over hours"
         )
 

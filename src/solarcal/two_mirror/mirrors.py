@@ -7,7 +7,7 @@ angle. A ray that leaves the instrument upwards (+z) meets both mirrors and leav
     M_R = I - 2 n n^T,  n = (0, 1, -1)/sqrt 2,
 
 which is the direction (t1, t2). M_tracker(0, 0) = I: at the zenith the image is not turned. The
-base the tracker stands on is turned by Euler angles, s_tracker = M s with
+base of the tracker is rotated by Euler angles, s_tracker = M s with
 M = Rx(gamma) Ry(beta) Rz(alpha); for small angles gamma = P3, beta = P1, alpha = P2. All rotations
 are right-handed and turn vectors, not frames.
 """

@@ -1,4 +1,4 @@
-"""Scenarios of the two-mirror tracker: its hidden truth and what its loop is told, as TOML."""
+"""Scenarios of the two-mirror tracker: its hidden truth and the loop's settings, as TOML."""
 
 import math
 from importlib import resources
@@ -66,7 +66,7 @@ class MirrorLoop(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class MirrorTruth(msgspec.Struct, frozen=True, kw_only=True):
-    """What nobody tells the controller.
+    """What the controller does not know.
 
     ``flip1``, ``flip2``: that error signal of the diode is wired the wrong way round. ``clouds``:
     stretches without Sun, in minutes since the first instant. ``signal_noise``: one sigma of each

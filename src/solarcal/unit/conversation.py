@@ -202,7 +202,7 @@ class Conversation:
                 self._stops += 1
             elif stops is not None and stops != self._stops:
                 raise ProcedureRefused(
-                    f"{request.text} was given up: the unit was told to stop or stow meanwhile; "
+                    f"{request.text} was given up: the unit was stopped or stowed meanwhile; "
                     "set its mode again before moving it"
                 )
             self.recent.append(_readable(frame))
@@ -230,7 +230,7 @@ class Conversation:
     def _await(self, waiting: _Waiting, answer_s: float) -> None:
         """Return when the request is settled, was damaged, or ``answer_s`` have passed.
 
-        Whoever waits while nobody reads, reads for all: no thread of its own stands between the
+        Whoever waits while no thread reads, reads for all: no thread of its own stands between the
         link and the one who asked.
         """
         deadline = time.monotonic() + answer_s
@@ -286,7 +286,7 @@ class Conversation:
         waiting.reply = reply
 
     def _fault(self, text: str) -> None:
-        """Undamaged nonsense answers nobody in particular: repeating it would not help."""
+        """Undamaged nonsense answers no request: repeating it would not help."""
         self._understood = True
         for each in self._waiting.values():
             each.fault = text

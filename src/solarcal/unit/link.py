@@ -86,7 +86,7 @@ class SerialLink:
     url : str
         ``/dev/ttyUSB0``, ``COM3``, ``socket://host:port``, ``rfc2217://host:port``, ``loop://``.
     baudrate : int
-        9600 8N1 unless told otherwise; meaningless on a pty or a socket.
+        9600 8N1 by default; meaningless on a pty or a socket.
     trace : path, optional
         File to which a transcript is appended.
     lines_kept : int
@@ -263,7 +263,7 @@ def _cannot_open(url: str, error: BaseException) -> str:
     if number in (errno.ENOTTY, errno.EISDIR):
         return f"{url} is not a serial port; `solarcal ports` lists what is plugged in"
     if number == errno.ECONNREFUSED:
-        return f"nobody answers at {url}; check host and port, and that the server is running"
+        return f"no answer from {url}; check host and port, and that the server is running"
     if url.startswith(_NETWORK) and not _names_a_tcp_port(url):
         return (
             f"port {url} cannot be opened; write it as {url.partition(':')[0]}://host:port, "

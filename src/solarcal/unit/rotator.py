@@ -1,4 +1,4 @@
-"""A rotator: a machine that turns to a direction it is told and says where it stands, no more.
+"""A rotator: a machine that turns to a given direction and reports where it is, no more.
 
 It knows no Sun, no offsets, no coefficients and no limits of the sky: the station is its
 controller (``station.software_controller``). Directions are azimuth from North through East and
@@ -59,7 +59,7 @@ class Rotator(Protocol):
         Raises
         ------
         ProcedureRefused
-            It was told to stop since: nothing that waited may move it after a STOP.
+            It was stopped since: nothing that waited may move it after a STOP.
         """
         ...
 

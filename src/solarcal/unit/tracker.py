@@ -1,7 +1,7 @@
 """The ``Tracker`` interface: what the station asks of any controller, whatever its wire.
 
 A driver turns these calls into its own protocol. Nothing here knows the Sun: ``ideal`` angles are
-what the UNIT says it believes.
+the UNIT's own.
 """
 
 from enum import StrEnum
@@ -93,7 +93,7 @@ class UnitIdentity(msgspec.Struct, frozen=True):
 
 
 class UnitSite(msgspec.Struct, frozen=True):
-    """Where the unit believes it stands, and how it is mounted. Zone in hours WEST of UTC.
+    """The unit's own site, and how it is mounted. Zone in hours WEST of UTC.
 
     ``heliostat`` is not part of the reply to ``SITE``: whoever read the parameters adds it.
     """

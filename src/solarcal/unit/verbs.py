@@ -241,7 +241,7 @@ VERBS: tuple[Verb, ...] = (
     Verb(
         "MODE mode",
         "mode",
-        "`TRACK`: track the Sun; `MANUAL`: stand still and wait for jogs",
+        "`TRACK`: track the Sun; `MANUAL`: hold position and wait for jogs",
         unlock=True,
     ),
     Verb(
@@ -345,7 +345,7 @@ VERBS: tuple[Verb, ...] = (
         "X FAULT name",
         "name",
         "from now on: `mute` (no replies), `garbage` (noise instead of replies), "
-        "`none`, `freeze1`, `freeze2` (axis read-out stands still), `reboot` (loses "
+        "`none`, `freeze1`, `freeze2` (axis read-out does not change), `reboot` (loses "
         "reference and temporary memory), `miss1:counts`, `miss2:counts`",
     ),
 )

@@ -248,7 +248,7 @@ def test_a_check_numbered_here_goes_on_counting_in_a_continued_session() -> None
 
 
 def test_without_somebody_who_reads_the_display_or_without_a_site_it_says_so() -> None:
-    with pytest.raises(ConfigurationError, match="somebody who reads the display"):
+    with pytest.raises(ConfigurationError, match="a person who reads the display"):
         open_tracker("", "typed", profile=Profile(site=SITE))
     _, display, _ = typed_unit()
     with pytest.raises(ConfigurationError, match="driver typed needs the site"):

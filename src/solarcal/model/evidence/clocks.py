@@ -200,7 +200,7 @@ def laptop_finding(tick_minus_laptop_s: float | None, sigma_s: float | None) -> 
             sentence="a constant error of the laptop's own clock cannot be found from points: "
             "24 s of it is a rotation of 0.1 deg about the celestial pole and hides in the "
             "coefficients; compare the laptop with a time signal",
-            certainty="cannot_be_told",
+            certainty="not_determinable",
             direct=True,
         )
     sigma = 0.5 if sigma_s is None else sigma_s
@@ -215,7 +215,7 @@ def laptop_finding(tick_minus_laptop_s: float | None, sigma_s: float | None) -> 
             if slow
             else f"the laptop's clock is right by a time signal within {sigma:.1f} s"
         ),
-        certainty="found" if slow else "cannot_be_told",
+        certainty="found" if slow else "not_determinable",
         number=tick_minus_laptop_s,
         sigma=sigma,
         unit="s",

@@ -1,4 +1,4 @@
-"""Counts missed between two reference checks: how many is counted, when is told by the points."""
+"""Counts missed between two reference checks: the checks give the number, the points the time."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -108,7 +108,7 @@ def missed_counts_finding(
             if moment.first_after is None
             else f"before point {moment.first_after}"
         )
-        sentence += f", perhaps {likely}, but the points hardly tell when: doubt "
+        sentence += f", perhaps {likely}, but the points hardly show when: doubt "
         sentence += points_named(concerned)
     elif moment is not None and moment.first_after is not None:
         concerned = loss.labels[loss.labels.index(moment.first_after) :]

@@ -54,7 +54,7 @@ class Evidence:
 
     @property
     def losses(self) -> tuple[Loss, ...]:
-        """Counts known to have been missed; labels of several files cannot be told apart."""
+        """Counts known to have been missed; labels of several files are ambiguous."""
         return real_losses(self.sessions[0]) if self._one_session else ()
 
     @property

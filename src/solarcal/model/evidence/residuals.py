@@ -1,7 +1,7 @@
-"""What is the matter when it does not fit: the sentences behind the residual tests.
+"""What is wrong when the points do not fit: the sentences behind the residual tests.
 
 Only what direct evidence (clocks, counts, approach sides, read-outs) has not explained reaches
-these tests. What the points cannot decide is said to be so, never found and never excluded.
+these tests. What the points cannot decide is reported as such, never found and never excluded.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,7 +31,7 @@ from solarcal.mount.mechanism import Mechanism
 from solarcal.units import FloatArray, wrap_deg
 
 CROSS_AXIS: set[Kind] = {"collimation", "nonperpendicularity"}
-"""Told apart from each other by hardly any day."""
+"""Hardly any day separates them."""
 NEGLIGIBLE_SHARE = 0.1
 """An effect below this part of the tolerance, added to it in squares, is half a percent of it."""
 FEWEST_POINTS = 5
@@ -61,7 +61,7 @@ def diagnose(
     tolerance_deg
         Against which an effect matters or does not.
     clock
-        How an instant (POSIX UTC seconds) is said.
+        How an instant (POSIX UTC seconds) is written.
     """
     if losses:
         points, _ = undo_losses(solution.points, solution.context, solution.posterior.mean, losses)
@@ -161,8 +161,8 @@ def thinning(points: int) -> Finding:
         kind="unmodelled",
         subject="residuals",
         sentence=f"the residual tests looked at {MOST_TESTED} of {points} points, evenly spread; "
-        "single bad points among the others cannot be told",
-        certainty="cannot_be_told",
+        "single bad points among the others are not determinable",
+        certainty="not_determinable",
     )
 
 
@@ -209,9 +209,9 @@ def _too_few(n: int) -> Finding:
     return Finding(
         kind="unmodelled",
         subject="residuals",
-        sentence="collimation, axes not square, gravity sag and bad points cannot be told with "
-        f"these points: {n} of them have hardly anything to contradict six numbers with",
-        certainty="cannot_be_told",
+        sentence="collimation, axes not square, gravity sag and bad points are not determinable "
+        f"from these points: {n} points leave too little redundancy beside six parameters",
+        certainty="not_determinable",
     )
 
 
@@ -255,7 +255,7 @@ def _cause(cause: Cause, tests: ResidualTests, tolerance_deg: float) -> Finding:
         r = cause.correlations[0]
         called = "a cross-axis term is missing" if cross else "something is missing in the model"
         sentence = (
-            f"{called} ({sigmas:.1f} sigma): {listed(names)} cannot be told apart with these "
+            f"{called} ({sigmas:.1f} sigma): {listed(names)} cannot be separated with these "
             f"points (r = {_correlation(r)}); {', '.join(leaves)} {against}"
         )
     elif axis is not None:
@@ -307,10 +307,10 @@ def _bad_point(bad: BadPoint, solution: MechanismSolution) -> Finding:
         kind="bad_point",
         subject=f"point {label}",
         sentence=(
-            f"point {label} is off by {_small(bad.sky_deg)} from what the others say "
+            f"point {label} differs by {_small(bad.sky_deg)} from what the others predict "
             f"({bad.sky_deg / bad.sigma_deg:.1f} sigma, studentised): dropping it takes the "
             f"scatter from {_small(bad.rms_with_deg)} to {_small(bad.rms_without_deg)} and moves "
-            f"an even-handed fit by {moved:.3f} deg rms over the year; look what happened there"
+            f"an unweighted fit by {moved:.3f} deg rms over the year; look what happened there"
         ),
         number=bad.sky_deg,
         sigma=bad.sigma_deg,
@@ -335,8 +335,8 @@ def _undecided(tests: ResidualTests) -> list[Finding]:
             Finding(
                 kind=tested.finding,
                 subject=TERMS[name].meaning,
-                sentence=f"{TERMS[name].meaning} cannot be told with these points: {less}",
-                certainty="cannot_be_told",
+                sentence=f"{TERMS[name].meaning} is not determinable from these points: {less}",
+                certainty="not_determinable",
                 number=weakest if np.isfinite(weakest) else None,
                 unit=unit,
             )

@@ -1,4 +1,4 @@
-"""Does the unit believe in the same Sun as we do?
+"""Does the unit compute the same Sun as this program?
 
 The unit's own algorithm is known, so its ``ideal`` angles can be computed here from the clock, site
 and zone it reports. Agreement proves that hour, zone, hemisphere and site are what they say;
@@ -61,7 +61,7 @@ def _hypotheses(
 
     for hours in (1, -1, *(sign * h for h in range(2, 13) for sign in (1, -1))):
         yield (
-            f"its clock or zone is off by {hours:+d} h (daylight-saving time, or the zone)",
+            f"its clock or zone is wrong by {hours:+d} h (daylight-saving time, or the zone)",
             told,
             utc_s + 3600.0 * hours,
         )
@@ -78,7 +78,7 @@ def _hypotheses(
     yield "it uses our site, not the one it reports", ours, utc_s
     yield "it uses another date or time than it reports (the laptop's fits)", told, laptop_utc_s
     for days in (1, -1):
-        yield f"its date is off by {days:+d} day", told, utc_s + 86400.0 * days
+        yield f"its date is wrong by {days:+d} day", told, utc_s + 86400.0 * days
 
 
 def check_unit_sun(
@@ -220,7 +220,7 @@ def unit_evidence(session: SessionView) -> list[Finding]:
 
 
 def _status_at(point: PointRecord) -> Status | None:
-    """What the unit said when a point's angles were read, as far as the point has kept it."""
+    """What the unit said when a point's angles were read, as far as the point has stored it."""
     if (
         point.unit_minus_laptop_s is None
         or point.read_utc is None

@@ -25,7 +25,7 @@ class Weighed(NamedTuple):
     wrong
         The unit, its settings or its read-outs are not what the fit takes them for.
     waiting
-        Points to be struck out or taken again before anybody stops.
+        Points to be struck out or taken again before the end.
     cautions
         The coefficients are right, but the unit will not point by them unless this is seen to.
     """

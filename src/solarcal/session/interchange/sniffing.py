@@ -67,7 +67,7 @@ def point_format(path: str | Path) -> Format:
         endings = sorted({ending for known in POINT_FORMATS for ending in known.endings})
         raise ConfigurationError(
             f"{path}: points are read from files ending in {', '.join(endings)} "
-            "(docs/formats.md says what is in them)"
+            "(docs/formats.md describes them)"
         )
     return asked[0]
 

@@ -97,6 +97,6 @@ class AzElAxes:
         if not low < high:
             raise ConfigurationError(
                 f"the rotator's elevations {self._elevation.low_deg:g} to "
-                f"{self._elevation.high_deg:g} deg leave axis 2 no room"
+                f"{self._elevation.high_deg:g} deg leave axis 2 no range"
             )
         return AxisLimits(low, high)

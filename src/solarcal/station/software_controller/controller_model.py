@@ -1,6 +1,6 @@
 """What a SolarTrak computes for itself, computed by the station: clock, ideal angles, E + O.
 
-A unit served this way believes exactly what the station tells it, so it has the Sun model, the
+A unit served this way has exactly the station's model, so it has the Sun model, the
 formula and the offsets of the controller it lacks: ``reading = ideal + E(ideal; P) + O``.
 """
 
@@ -41,7 +41,7 @@ class SoftwareControllerModel:
     Raises
     ------
     ConfigurationError
-        What was kept cannot be read, or the limits leave no room.
+        What was stored cannot be read, or the limits leave no room.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class SoftwareControllerModel:
     # -- clock and Sun -------------------------------------------------------------------------
 
     def utc_s(self) -> float:
-        """The stand-in's clock: the laptop's, corrected by what ``set_clock`` was told."""
+        """The stand-in's clock: the laptop's, corrected by ``set_clock``."""
         return self._clock.utc_s() + self._unit_minus_laptop_s
 
     def set_clock(self, utc_s: float) -> None:

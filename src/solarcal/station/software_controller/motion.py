@@ -42,7 +42,7 @@ class SunSteps:
         return float(self._limits.distance_deg(*self._targets(utc_s))) >= 0.0
 
     def forget(self) -> None:
-        """Somebody else drives the axes, or nobody."""
+        """Another client drives the axes, or none."""
         self.goals_deg = None
 
     def due(self, utc_s: float) -> Pair | None:
@@ -170,7 +170,7 @@ class ThreadPace:
 
     Parameters
     ----------
-    speed : laptop seconds a real second; 0 while time is moved by somebody who calls ``act``.
+    speed : laptop seconds a real second; 0 while time moves only by calls of ``act``.
     """
 
     def __init__(self, speed: Callable[[], float] = lambda: 1.0) -> None:

@@ -1,7 +1,7 @@
 """What a controller does with its motors, done by the station with a rotator: the modes.
 
-Everything here is asked or told from the outside: a command of the technician, or ``act`` when
-something is due by itself (a step after the Sun, a jog that has expired, a check that has arrived).
+Everything here is called from outside: a command of the technician, or ``act`` when
+something is due (a step after the Sun, a jog that has expired, a check that has arrived).
 The rotator is sent only to read-outs within the limits, and only in a mode a command has set.
 """
 
@@ -205,7 +205,7 @@ class RotatorControl:
             self._follow(self.model.utc_s())
 
     def let_go(self) -> bool:
-        """Nobody commands any more; whether somebody did."""
+        """No command is active any more; returns whether one was."""
         commanded = self.mode in (Mode.TRACK, Mode.JOG, Mode.REF)
         self._halt(Mode.MANUAL)
         return commanded

@@ -2,7 +2,7 @@
 
 The rotator turns and tells where it stands. Sun, clock, P, O, modes and limits are the station's,
 so they exist only while the station does: when the program is left, a jog ends, and the axes stand
-where they were last sent. After a lost line nothing moves before it is told to again.
+where they were last sent. After a lost line nothing moves before the next command.
 """
 
 import threading
@@ -129,7 +129,7 @@ class RotatorTracker:
             )
 
     def _held(self, told: RotatorIdentity) -> CoefficientStore:
-        """Where its P and O are kept; nobody else may have it at the same time."""
+        """Where its P and O are kept; one process at a time."""
         store = self._store_of(told.model, self._serial)
         if self._lock is None or told.model != self._unit_model:
             self._release()
@@ -143,7 +143,7 @@ class RotatorTracker:
             lock.release()
 
     def close(self) -> None:
-        """A jog or check under way is stopped: nobody would be there to end it."""
+        """A jog or check under way is stopped: nothing would end it."""
         self._pace.end()
         with self._turn:
             control, self._control = self._control, None

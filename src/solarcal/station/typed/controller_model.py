@@ -1,4 +1,4 @@
-"""What is known of a controller nobody hears: its settings as typed, and what follows from them."""
+"""A controller without a connection: its settings as typed, and what follows from them."""
 
 from dataclasses import dataclass, field
 

@@ -84,7 +84,7 @@ def open_form(doubts: Doubting) -> DisplayForm:
         "open",
         "What the unit shows now",
         (
-            "Look up P1..P6 and both reference offsets on the unit; type what stands there.",
+            "Look up P1..P6 and both reference offsets on the unit; type what they show.",
             "Last its clock: type a time it is ABOUT to show; Enter the moment it shows it.",
         ),
         (*coefficient_fields("0"), *offset_fields("0"), CLOCK),

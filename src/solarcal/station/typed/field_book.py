@@ -144,7 +144,7 @@ def _entry(words: list[str], utc_s: float, where: str) -> Entry:
                 f"{where}: {word!r} is no name of a value; there is: {', '.join(NAMES)}"
             )
         elif word in values:
-            raise InputFileError(f"{where}: {word} stands there twice")
+            raise InputFileError(f"{where}: {word} is given twice")
         elif not rest:
             raise InputFileError(f"{where}: {word} has no value")
         else:
@@ -217,8 +217,8 @@ class FieldBook:
             after = self._peek()
             if after is None or after.step not in ("again", "keep"):
                 raise entry.error(
-                    f"{said} Correct it; or, to tell how it went, add a line below: `again` with "
-                    "what is right, or `keep` and why"
+                    f"{said} Correct it; or, to record how it was resolved, add a line below: "
+                    "`again` with what is right, or `keep` and why"
                 )
             self._peeked = None
             if after.step == "keep":

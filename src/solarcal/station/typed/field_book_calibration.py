@@ -174,7 +174,7 @@ def _initialise(station: Station, entry: Entry, method: str) -> None:
 
 def _belongs_elsewhere(station: Station, entry: Entry, method: str) -> None:
     del station, method
-    raise entry.error(f"nothing above asks for a line `{entry.step}`")
+    raise entry.error(f"nothing above needs a line `{entry.step}`")
 
 
 _STEPS: dict[str, Callable[[Station, Entry, str], object]] = {

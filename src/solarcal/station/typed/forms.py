@@ -1,4 +1,4 @@
-"""What is asked of somebody who reads a display: fields with a meaning, and what was typed.
+"""What is asked of a person who reads a display: fields with a meaning, and what was typed.
 
 A form is asked through a ``Display``: a screen, or a file that holds the answers.
 """

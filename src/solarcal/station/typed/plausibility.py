@@ -57,7 +57,7 @@ def reading_sheet_doubts(
 
     Parameters
     ----------
-    offset_just_set : the offsets are new; else they are those typed before, and nobody may have
+    offset_just_set : the offsets are new; else they are those typed before, and may not have been
         changed them.
     """
     doubts = [*_moment_doubts(held, texts, read_utc_s)]
@@ -176,7 +176,7 @@ def _limit_doubts(held: TypedControllerModel, texts: Texts) -> list[Doubt]:
             continue
         if left < -BEYOND_LIMIT_DEG:
             doubts.append(
-                Doubt(f"{field.upper()} lies {-left:.1f} deg beyond a software limit.", field)
+                Doubt(f"{field.upper()} is {-left:.1f} deg beyond a software limit.", field)
             )
     return doubts
 

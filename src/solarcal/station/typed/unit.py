@@ -123,7 +123,7 @@ class TypedUnit:
         self._compare_clocks(*self._ask(entry_forms.clock_form(wanted, doubts)))
 
     def set_mode(self, mode: Mode) -> None:
-        """Nothing: whoever types has told the unit itself."""
+        """Nothing: the person who types has set the unit."""
         del mode
 
     def stop(self) -> None:
@@ -160,7 +160,7 @@ class TypedUnit:
         return self._take_reading(*self._ask(form))
 
     def start_ref_check(self) -> None:
-        """Have a reference check done at the unit, and the counts told."""
+        """Have a reference check done at the unit, and its counts typed."""
         _, values = self._ask(entry_forms.ref_check_form())
         found = (values["found1"], values["found2"])
         self._ref_check = RefCheckResult(

@@ -20,7 +20,7 @@ from solarcal.tui.widgets.field import Field
 
 SECONDS_PER_SUN_DEG = 240.0
 REACTION_SIGMA_S = 0.2
-"""Of somebody who presses a key at the pip."""
+"""Of a person who presses a key at the pip."""
 
 
 def open_screen(app: Workstation) -> None:

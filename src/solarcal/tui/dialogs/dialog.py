@@ -20,7 +20,7 @@ from solarcal.tui.base import StationModal, Workstation, is_typed
 
 @dataclass(frozen=True, slots=True)
 class DialogKey:
-    """One thing a dialog can be told. ``action`` is the screen's; the first key is shown."""
+    """One command of a dialog. ``action`` is the screen's; the first key is shown."""
 
     action: str
     label: str
@@ -59,7 +59,7 @@ class KeyButton(Static):
 Tone = Literal["plain", "good", "warning", "error"]
 
 MARKS: dict[Tone, str] = {"plain": "", "good": "OK  ", "warning": "!  ", "error": "!! "}
-"""Nothing is said by colour alone."""
+"""Nothing is shown by colour alone."""
 
 STYLES: dict[Tone, str] = {
     "plain": "", "good": "$success", "warning": "bold $warning", "error": "bold $error",
@@ -69,7 +69,7 @@ STYLES: dict[Tone, str] = {
 class Dialog(StationModal[None]):
     """A step of the procedure.
 
-    Subclasses give ``HEADING``, ``KEYS`` and ``body``. A lost link is said here; what to do
+    Subclasses give ``HEADING``, ``KEYS`` and ``body``. A lost link is shown here; what to do
     about it, if anything, in ``link_lost``.
     """
 
@@ -175,8 +175,8 @@ class Dialog(StationModal[None]):
         lost = state.live.link is LinkState.LOST
         if lost and not self._lost:
             self.say(
-                f"LINK LOST: {state.live.link_message}. It reconnects by itself; "
-                "what you typed is kept.",
+                f"LINK LOST: {state.live.link_message}. It reconnects automatically; "
+                "your entries are kept.",
                 "error",
             )
             self.link_lost()
@@ -197,7 +197,7 @@ class Dialog(StationModal[None]):
 
     def step_done(self, done: Done[Any]) -> None:
         if isinstance(done, Stopped):
-            self.say("STOPPED. Nothing moves until it is told to again.", "warning")
+            self.say("STOPPED. Nothing moves until the next motion command.", "warning")
 
     def step_failed(self, failed: StepFailed) -> None:
         # Of a lost line the state tells, once.
@@ -210,7 +210,7 @@ def _identifier(action: str) -> str:
 
 
 def open_dialog(app: Workstation, dialog: Dialog) -> None:
-    """Push a dialog of the procedure, once; without a unit the reason is said instead."""
+    """Push a dialog of the procedure, once; without a unit the reason is shown instead."""
     app.station_worker()
     if not any(type(screen) is type(dialog) for screen in app.screen_stack):
         app.push_screen(dialog)
@@ -218,7 +218,7 @@ def open_dialog(app: Workstation, dialog: Dialog) -> None:
 
 LIFE = 1.0
 FASTEST = 10.0
-"""Beyond this a jog target expires before it is renewed, and nobody can watch a gathering."""
+"""Beyond this a jog target expires before it is renewed, and a gathering cannot be watched."""
 
 SPEED_KEYS = (
     DialogKey("faster", "emulator faster", "plus", "+", button=False),

@@ -57,7 +57,7 @@ class InitialiseDialog(Dialog):
         if session.initialised is not None:
             lines.append(
                 f"It was initialised at {session.initialised.utc[:19].replace('T', ' ')} UTC with "
-                f"{len(session.accepted)} points since.\nInitialising AGAIN closes and keeps that "
+                f"{len(session.accepted)} points since.\nInitialising AGAIN closes this "
                 "file and starts another; nothing is overwritten."
             )
         distance = state.live.distance_to_limits_deg
@@ -74,7 +74,7 @@ class InitialiseDialog(Dialog):
         field = self.query_one("#reason", Field)
         field.display = True
         field.input.focus()
-        self.say("Type the reason and press Enter; it is kept in the session file.")
+        self.say("Type the reason and press Enter; it is written to the session file.")
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         if not event.value.strip():

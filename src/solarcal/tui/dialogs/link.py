@@ -93,12 +93,12 @@ class LinkDialog(Dialog):
         if isinstance(tracker, Traced):
             self.query_one(TextLines).show(tracker.recent_traffic())
         else:
-            self.query_one(TextLines).show(("This driver does not tell what it sends.",))
+            self.query_one(TextLines).show(("This driver does not show its traffic.",))
 
 
 def _words(link: LinkState) -> str:
     return {
         LinkState.CONNECTED: "CONNECTED",
-        LinkState.LOST: "LOST; it reconnects by itself, with growing pauses",
+        LinkState.LOST: "LOST; it reconnects automatically, with growing pauses",
         LinkState.CLOSED: "closed",
     }[link]

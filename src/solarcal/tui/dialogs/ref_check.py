@@ -67,12 +67,12 @@ class RefCheckDialog(Dialog):
         stopped = status is not None and status.mode is Mode.STOP
         first = "The unit is stopped; Start lets it go. " if stopped else ""
         if self._switches:
-            self.say(f"{first}Watch both axes reach their switches. STOP ends it at any moment.")
+            self.say(f"{first}Watch both axes reach their switches. STOP ends it at any time.")
         else:
             self.say(
                 f"{first}This unit has no switches: it goes to its reference position. Look "
-                "whether both axes stand at their marks there; nothing else tells that the "
-                "read-outs are true. STOP ends it at any moment."
+                "whether both axes stand at their marks there; nothing else shows that the "
+                "read-outs are true. STOP ends it at any time."
             )
 
     def state_changed(self, state: StationState) -> None:

@@ -50,7 +50,7 @@ class ReportDialog(Dialog):
 
     def on_mount(self) -> None:
         super().on_mount()
-        self.say("The certificate of this session as it stands now. Write it?")
+        self.say("The certificate of this session as of now. Write it?")
 
     def state_changed(self, state: StationState) -> None:
         """Until something is written, what the certificate will say."""

@@ -80,7 +80,7 @@ class UploadDialog(Dialog):
             field = self.query_one(Field)
             field.display = True
             field.input.focus()
-            self.say("Type the reason and press Enter; it is kept in the session file.")
+            self.say("Type the reason and press Enter; it is written to the session file.")
             return
         if proposal.judgement.verdict.state != "done" and not self._sure:
             self._sure = True
@@ -206,7 +206,7 @@ class UploadDialog(Dialog):
                 "READ BACK DIFFERS from what was written: upload again, or roll back.", "error"
             )
         elif record.rollback:
-            self.say("Rolled back: the unit holds what it held before, read back equal.", "good")
+            self.say("Rolled back: the unit holds its previous values, read back equal.", "good")
         else:
             self.say(
                 "Uploaded, stored and read back EQUAL. Now prove it with two check points: "
@@ -264,7 +264,7 @@ def proposal_table(proposal: UploadProposal) -> str:
     fitted, kept = proposal.judgement.forecast, proposal.offer.kept
     lines.append(
         f"over the year, 95 %: {fitted.year_p95_deg:.4f} deg as fitted, "
-        f"{kept.year_p95_deg:.4f} as the unit keeps it, "
+        f"{kept.year_p95_deg:.4f} as the unit stores it, "
         f"{percent(kept.probability_within_tolerance, kept.rule.probability)} sure of "
         f"{kept.rule.tolerance_deg:g}"
     )

@@ -128,7 +128,7 @@ class VoidDialog(Dialog):
     def on_input_submitted(self, event: Input.Submitted) -> None:
         reason, seq = event.value.strip(), self._chosen
         if not reason:
-            self.say("A void needs a reason; it is kept in the session file.", "warning")
+            self.say("A void needs a reason; it is written to the session file.", "warning")
             return
         if seq is None:
             return

@@ -44,7 +44,7 @@ MOST_WAITING = 3
 """Steps of a held arrow that may wait for the unit: what is more is not jogged after release."""
 
 FAR_DEG = 1.0
-"""From so far on the axes are said to drive, with the time it takes."""
+"""From so far on the drive is shown, with the time it takes."""
 
 
 def open_screen(app: Workstation) -> None:
@@ -259,14 +259,14 @@ class SunOffsetDialog(PacedDialog):
         follows = not self._jog.follows
         self._submit(Jogged, lambda station: self._jog.follow(follows))
         self.say(
-            "The aim follows the Sun: the spot stands but for your jogs."
+            "The aim follows the Sun: only your jogs move the spot."
             if follows
-            else "The aim stands still: the Sun goes by; press Enter as the spot is centred."
+            else "The aim is fixed: the Sun moves past it; press Enter as the spot is centred."
         )
 
     def action_track(self) -> None:
         self._submit(Jogged, lambda station: self._jog.track())
-        self.say("The unit tracks by itself, with the offsets it has.")
+        self.say("The unit tracks with the offsets it has.")
 
     def action_calculate(self) -> None:
         view = self._view
@@ -418,7 +418,7 @@ class SunOffsetDialog(PacedDialog):
             self._warned = ""
             self.say("The axes have arrived. " + self._how_to_begin())
         if view.aim is not None and any(view.aim.behind):
-            warning = "Going behind the Sun; the axes come forward by themselves."
+            warning = "Going behind the Sun; the axes then come forward automatically."
         elif view.aim is not None and not all(behind):
             axes = " and ".join(str(i + 1) for i, ok in enumerate(behind) if not ok)
             warning = (

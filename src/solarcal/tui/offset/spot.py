@@ -181,7 +181,7 @@ def jog_table(view: JogView, *, follows: bool, words: str) -> Content:
         for ok, forward in zip(view.watch.from_behind, view.watch.forward_deg, strict=True)
     )
     row("came", came, "" if all(view.watch.from_behind) else "bold $warning")
-    aim = "follows the Sun" if follows else "stands still"
+    aim = "follows the Sun" if follows else "fixed"
     rows.append(f"mode {status.mode}, aim {aim if view.aim else 'none yet'}\n")
     rows.append(f"update cycle {100.0 * status.update_phase:.0f} %\n")
     rows.append(words)

@@ -43,7 +43,7 @@ class PlanScreen(StationScreen):
         Binding("enter", "until", "Leave then", show=False, priority=True),
         Binding("left", "points(-1)", "Fewer points", show=False, priority=True),
         Binding("right", "points(1)", "More points", show=False, priority=True),
-        Binding("delete,backspace", "clear", "No wishes", show=False, priority=True),
+        Binding("delete,backspace", "clear", "Clear changes", show=False, priority=True),
         Binding("escape", "back", "Back", show=False),
     ]
     AUTO_FOCUS = ""

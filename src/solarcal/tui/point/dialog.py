@@ -103,7 +103,7 @@ class TakePointDialog(PacedDialog):
         field = self.query_one(Field)
         field.display = True
         field.input.focus()
-        self.say("Type the reason and press Enter; it is kept in the session file.")
+        self.say("Type the reason and press Enter; it is written to the session file.")
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         reason = event.value.strip()

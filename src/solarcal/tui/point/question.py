@@ -56,7 +56,7 @@ class Gathering(Static):
         )
 
     def typing(self) -> None:
-        """Nobody gathers: what the display shows is typed."""
+        """Nothing is gathered: what the display shows is typed."""
         self.update(Content.assemble(("Type what the display shows.", "bold $accent")))
 
 
@@ -82,11 +82,9 @@ def point_result(candidate: PointRecord, judgement: PointJudgement) -> str:
     headings = (
         "axis", "expected", "found", "difference", "error, deg", "off fit", "in sigmas", "",
     )  # fmt: skip
-    stands = "its Set Sun Offset" if candidate.basis == "sun_offset" else "the gathering"
+    source = "Set Sun Offset" if candidate.basis == "sun_offset" else "the gathering"
     lines = ["Counts moved since the last point:", *columns(headings, rows, "<>>>>>><")]
-    lines.append(
-        f"The point stands on {stands}" + (f": {candidate.reason}" * bool(candidate.reason))
-    )
+    lines.append(f"Error taken from {source}" + (f": {candidate.reason}" * bool(candidate.reason)))
     return "\n".join(lines)
 
 

@@ -72,7 +72,7 @@ def recompute(path: Path) -> Recomputed:
 
 
 class RecomputeScreen(StationScreen):
-    """The session that runs is not touched: its screens go on being told behind this one."""
+    """The session that runs is not touched: its screens stay up to date behind this one."""
 
     DEFAULT_CSS = """
     RecomputeScreen #title { height: 1; text-style: bold; background: $panel; color: $accent; }

@@ -2,11 +2,11 @@
 
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from solarcal.clock import Clock, SystemClock
 from solarcal.errors import ProcedureRefused
 from solarcal.station.typed.forms import DisplayForm, TypedAnswer
-from solarcal.tui.messages import FormAsked
 
 GIVEN_UP = "given up: nothing was typed, nothing is recorded"
 
@@ -49,6 +49,13 @@ class AskedForm:
         if self._answer is None:
             raise ProcedureRefused(GIVEN_UP)
         return self._answer
+
+
+@dataclass(frozen=True)
+class FormAsked:
+    """The thread of the station waits for what a unit's display shows."""
+
+    asked: AskedForm
 
 
 class ScreenDisplay:

@@ -113,7 +113,7 @@ class AnsiPlot(Widget):
         if self._draw is None:
             return []
         if width < least_width or height < least_height:
-            return strips_of_ansi("no room for the plot; make the window larger", width, base)
+            return strips_of_ansi("the plot does not fit; make the window larger", width, base)
         theme: Theme = "phosphor" if self.app.current_theme.dark else "light"
         return strips_of_ansi(self._draw(width, height, True, theme), width, base)
 

@@ -106,7 +106,7 @@ def _suns(sun: SunNow | None) -> list[list[Part]]:
     lines.append(
         [
             f"        unit  az {sun.unit_azimuth_deg:8.3f}  el {sun.unit_elevation_deg:7.3f}  ",
-            (f"apart {sun.apart_deg:.3f}", style),
+            (f"diff. {sun.apart_deg:.3f}", style),
         ]
     )
     return lines
@@ -185,7 +185,7 @@ def _axes(header: Header, status: Status) -> list[list[Part]]:
 
 
 def _typed(header: Header, status: Status, laptop_utc_s: float | None) -> list[list[Part]]:
-    """A unit nobody hears: what was typed last and how old it is, and where it should stand now."""
+    """A unit without a connection: what was typed last, its age, and where the unit should be."""
     lines: list[list[Part]] = [
         _heading(),
         _degrees("Sun now", status.ideal1_deg, status.ideal2_deg),
@@ -209,7 +209,7 @@ def _typed(header: Header, status: Status, laptop_utc_s: float | None) -> list[l
         _pair("approach", (came[status.approach[0]], came[status.approach[1]])),
         *_limit_bars(header, (status.target1_deg, status.target2_deg)),
         [age],
-        [("Nobody hears this unit. STOP: press STOP on the UNIT.", "bold $warning")],
+        [("No connection to this unit. STOP: press STOP on the UNIT.", "bold $warning")],
     ]
 
 

@@ -149,7 +149,7 @@ class WorkstationScreen(StationScreen):
         app = self.workstation
         if app.emulated_speed is None:
             return [app.profile.operator]
-        words = f"time x{app.emulated_speed:g}" if app.emulated_speed else "time stands"
+        words = f"time x{app.emulated_speed:g}" if app.emulated_speed else "clock paused"
         keys = {name: app.keys_of(name).split()[0] for name in ("faster", "slower", "skip")}
         targets = " ".join(
             f"[@click=app.perform('{name}')]{escape(key)}[/]" for name, key in keys.items()
@@ -157,7 +157,7 @@ class WorkstationScreen(StationScreen):
         return [f"{words} [", Content.from_markup(targets), "]"]
 
     def _log_newest(self, state: StationState) -> None:
-        """A record that has just come is told; what is in the log is in the file."""
+        """A record that has just come is shown; what is in the log is in the file."""
         if state.live.link is LinkState.LOST:
             self.query_one("#log", LogLine).say(state.live.link_message, error=True)
             return
@@ -193,7 +193,7 @@ class WorkstationScreen(StationScreen):
             case SpeedTold():
                 self._show_lines(self.workstation.state)
             case Stopped():
-                self.query_one("#log", LogLine).say("STOP: every motion was told to end")
+                self.query_one("#log", LogLine).say("STOP: every motion is stopped")
 
     def step_failed(self, failed: StepFailed) -> None:
         self.query_one("#log", LogLine).say(str(failed.error), error=True)

@@ -1,8 +1,8 @@
 """Hamlib's ``rotctld`` over TCP: one connection, requests in turn, STOP past all of them.
 
-rotctld answers in the order it was asked, and its replies carry no number. So what cannot be told
-apart is never guessed at: after silence, or a line that belongs to no reply, the connection is
-given up, and only a new one (``open``) is believed again.
+rotctld answers in the order it was asked, and its replies carry no number. So what is ambiguous
+is never guessed: after silence, or a line that belongs to no reply, the connection is
+given up, and only a new one (``open``) is used again.
 """
 
 import re
@@ -168,7 +168,7 @@ class RotctldRotator:
                 self._stops += 1
             elif stops is not None and stops != self._stops:
                 raise ProcedureRefused(
-                    "the motion was given up: the rotator was told to stop or park meanwhile; "
+                    "the motion was given up: the rotator was stopped or parked meanwhile; "
                     "set its mode again before moving it"
                 )
             link = self._open_link()
@@ -180,7 +180,7 @@ class RotctldRotator:
                 # A STOP goes out all the same.
                 stray = link.read_line(0.0) if nobody_waits and not interrupts else None
                 if stray is not None:
-                    raise ProtocolError(f"{self.where} says {_text(stray)!a} without being asked")
+                    raise ProtocolError(f"{self.where} sent {_text(stray)!a} without a request")
                 self._recent.append("> " + line.decode("ascii").rstrip())
                 link.write(line)
             except LinkError as error:
@@ -194,7 +194,7 @@ class RotctldRotator:
             return self._link
 
     def _await(self, waiting: _Waiting) -> None:
-        """Whoever waits while nobody reads, reads for all."""
+        """Whoever waits while no thread reads, reads for all."""
         deadline = time.monotonic() + self._answer_s
         with self._state:
             while not waiting.done:
@@ -223,9 +223,7 @@ class RotctldRotator:
         """A line belongs to the oldest request that has no whole reply yet."""
         self._recent.append("< " + line.decode("ascii", "backslashreplace"))
         if not self._waiting:
-            raise ProtocolError(
-                self._give_up(f"{self.where} says {line[:60]!a} without being asked")
-            )
+            raise ProtocolError(self._give_up(f"{self.where} sent {line[:60]!a} without a request"))
         oldest = self._waiting[0]
         try:
             oldest.done = oldest.reply.feed(line)
@@ -242,7 +240,7 @@ class RotctldRotator:
         )
 
     def _give_up(self, reason: str) -> str:
-        """Believe nothing that comes on this connection any more; returns the reason."""
+        """Discard everything that still comes on this connection; returns the reason."""
         with self._state:
             link, self._link = self._link, None
             if link is not None or not self._broken:

@@ -94,7 +94,7 @@ class ReplyReader:
         """The error this reply tells of, ``None`` for none."""
         if not self.error:
             return None
-        words = ERRORS.get(self.error, "an error this program does not know")
+        words = ERRORS.get(self.error, "an unknown error code")
         if self.error in BEHIND_ROTCTLD:
             return LinkError(
                 f"{self._where}, {self.name}: {words} (RPRT -{self.error}); check the rotator's "

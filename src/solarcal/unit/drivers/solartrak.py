@@ -149,7 +149,7 @@ class SolarTrakUnit:
         answer = self._talk.command("JOG", *targets, moves=True)
         taken = self._read("JOG", fields.jog_from_fields, answer)
         if taken != fields.jog_from_fields(targets):
-            raise ProtocolError(f"{self._port}: asked to jog to {targets}, the unit says {answer}")
+            raise ProtocolError(f"{self._port}: asked to jog to {targets}, it answered {answer}")
 
     def set_sun_offset(self) -> Status:
         return self._status("OFFSET SET", self._talk.command("OFFSET", "SET"))
@@ -174,8 +174,8 @@ class SolarTrakUnit:
         """Write P and O, store them permanently, and return what both memories then hold.
 
         The numbers go out with the decimals the unit keeps. A unit that reads back something else
-        is NOT told to store it: its permanent memory stays as it was, and the caller sees the
-        difference in what is returned.
+        does NOT get the STORE command: its permanent memory stays as it was, and the caller sees
+        the difference in what is returned.
         """
         talk = self._talk
         with talk.turn:
