@@ -153,7 +153,8 @@ class TestBlunders:
                 clean = true_year(context, TRACKER, fit(points, context).coefficients()).rms_deg
                 left = true_year(context, TRACKER, spoiled.coefficients()).rms_deg
                 assert left < max(1.5 * clean, 0.06)
-                assert any(f"point {points.labels[i]} has a residual of" in note for note in spoiled.notes)
+                named = f"point {points.labels[i]} has a residual of"
+                assert any(named in note for note in spoiled.notes)
 
     def test_a_point_that_either_kind_explains_as_well_is_a_blunder_in_two_of_a_hundred(self):
         """Where both densities are equal only what is known beforehand tells."""

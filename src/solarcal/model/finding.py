@@ -48,7 +48,7 @@ class Finding:
     sentence
         For the technician, with its number and, where there is one, the cure.
     certainty
-        ``found``, or ``cannot_be_told`` with these points: neither found nor excluded.
+        ``found``, or ``not_determinable`` with these points: neither found nor excluded.
     number, sigma, unit
         How large, and its standard deviation; None where there is no number.
     direct

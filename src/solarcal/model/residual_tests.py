@@ -29,7 +29,7 @@ SURE_LEVEL = 5e-5
 """A cause is separated from its rival when it is needed beside it at this level: a name
 sends a person to a bolt, and a wrong one to the wrong bolt."""
 LARGE_LEVEL = 0.03
-"""Enough for an effect so large that somebody will look anyway."""
+"""Enough for an effect so large that it will be looked at anyway."""
 RIVAL_SHARE = 0.5
 """A rival explains at least this part of what the cause explains."""
 POWER_QUANTILE = 1.2816

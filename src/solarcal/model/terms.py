@@ -76,15 +76,15 @@ class LookedFor:
     Attributes
     ----------
     worth_knowing
-        An amount that happens. Where it would go unnoticed, that is said.
+        An amount that occurs in practice. Where it would go unnoticed, the report says so.
     large
-        So large that somebody will look anyway: a weaker proof will do.
+        So large that it will be looked at anyway: a weaker proof will do.
     largest
         No mechanism has more.
     finding
         The kind of finding it makes.
     both_sides_of
-        The axis (1 or 2) that must have come from both sides before anything is told.
+        The axis (1 or 2) that must have come from both sides before anything is reported.
     """
 
     worth_knowing: float
