@@ -1,7 +1,11 @@
 """The pages say what is so: commands parse, links lead somewhere, keys are bound."""
 
+import os
 import re
 import shlex
+import shutil
+import subprocess
+import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -11,6 +15,8 @@ import pytest
 from solarcal.cli import COMMANDS, build_parser
 from solarcal.tui.keys import ACTIONS, shown_key
 from solarcal.unit.drivers import DRIVERS
+from tools.man_page import PAGE as MAN_PAGE
+from tools.man_page import man_page
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "sessions" / "README.md", *sorted(ROOT.glob("docs/*.md"))]
@@ -216,3 +222,32 @@ def test_every_scenario_is_in_the_page_on_the_emulator():
     assert {name for row in rows for name in re.findall(r"`([\w-]+)`", row)} == {
         path.stem for path in (ROOT / "src/solarcal/emulator/scenarios").glob("*.toml")
     }
+
+
+def test_the_man_page_is_that_of_the_program(monkeypatch):
+    """`make man` writes it anew."""
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
+    written, made = MAN_PAGE.read_text(encoding="utf-8"), man_page()
+    if sys.version_info >= (3, 13):  # argparse lays out options with values in another way
+        assert set(written.split()) == set(made.split())
+    else:
+        assert written == made
+
+
+@pytest.mark.skipif(shutil.which("man") is None, reason="needs man")
+def test_man_opens_the_page():
+    shown = subprocess.run(
+        ["man", "--warnings", "-l", str(MAN_PAGE)],
+        env={"PATH": os.environ["PATH"], "MANWIDTH": "80", "LC_ALL": "C.UTF-8"},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=60,
+    )
+    assert shown.stderr == ""
+    plain = re.sub(".\x08", "", shown.stdout)
+    for heading in ("NAME", "SYNOPSIS", "DESCRIPTION"):
+        assert f"\n{heading}\n" in f"\n{plain}"
+    for command in COMMANDS:
+        assert f"solarcal {command}" in plain
