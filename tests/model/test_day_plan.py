@@ -352,3 +352,7 @@ class TestWishes:
         document = json.loads(json.dumps(day.as_json()))
         assert document["reaches"] is True
         assert document["recommended"]["points"]
+
+
+def test_before_the_first_point_a_spot_is_taken_to_be_read_to_three_hundredths():
+    assert prior_knowledge(Prior(widths=PLAIN)).noise_rms_deg == pytest.approx(0.03)

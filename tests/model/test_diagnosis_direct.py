@@ -3,9 +3,15 @@
 import made_up_trackers  # noqa: F401  (puts the benchmarks on the path)
 import numpy as np
 import pytest
+from scipy.stats import linregress
 
 from benchmarks.diagnosis import drift_found
-from solarcal.model.evidence.clocks import ClockSetting, clock_findings, laptop_finding
+from solarcal.model.evidence.clocks import (
+    ClockSetting,
+    clock_behaviour,
+    clock_findings,
+    laptop_finding,
+)
 from solarcal.model.evidence.counts import Loss, Moment, missed_counts_finding
 from solarcal.model.evidence.read_outs import frozen_findings
 
@@ -100,3 +106,13 @@ def test_a_read_out_that_froze_for_two_points_names_them() -> None:
 def test_an_axis_that_had_nothing_to_follow_is_not_frozen() -> None:
     ideal = np.column_stack((np.full(5, 12.0), np.linspace(40.0, 30.0, 5)))
     assert not frozen_findings(range(1, 6), ideal, ideal)
+
+
+def test_the_drift_of_a_clock_has_the_sigma_of_a_regression():
+    scatter_s = np.random.default_rng(5).normal(0.0, 0.4, 10)
+    difference_s = 3.0 * HOURS / 86400.0 + scatter_s
+    behaviour = clock_behaviour(HOURS.tolist(), difference_s.tolist(), ())
+    line = linregress(HOURS / 86400.0, difference_s)
+    assert behaviour.steps == ()
+    assert behaviour.drift_s_per_day == pytest.approx(line.slope)
+    assert behaviour.sigma_s_per_day == pytest.approx(line.stderr)

@@ -9,7 +9,7 @@ from solarcal.model.fit import fit_linear
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.methods import fit
 from solarcal.model.points import PointSet
-from solarcal.model.terms import TERMS, LookedFor, Term, chosen_terms, terms_tested
+from solarcal.model.terms import TERMS, LookedFor, Term, chosen_terms, harmonic, terms_tested
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry
 from solarcal.mount.mechanism import Mechanism
@@ -215,3 +215,11 @@ def test_what_the_direction_alone_does_not_give_is_tested_for_and_never_fitted()
             chosen_terms((name,), mount)
         with pytest.raises(FitError, match="only tested for"):
             TERMS[name].design(mount, AX1, AX2)
+
+
+@pytest.mark.parametrize(
+    ("name", "function"),
+    [("HASA2", "sin 2"), ("HACA", "cos "), ("HESE3", "sin 3"), ("HECE", "cos ")],
+)
+def test_a_harmonic_says_its_function(name: str, function: str) -> None:
+    assert function in harmonic(name).meaning

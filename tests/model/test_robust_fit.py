@@ -99,6 +99,11 @@ def plain_prior(lean_deg: float, offset_deg: float, scale: float) -> Prior:
 
 
 class TestPrior:
+    @pytest.mark.parametrize("sigma", [0.0, -2.0, np.nan, np.inf])
+    def test_a_sigma_is_a_number_above_zero(self, sigma):
+        with pytest.raises(ConfigurationError, match="prior sigma of P3"):
+            Prior(sigmas=(2.0, 5.0, sigma, 5.0, 0.002, 0.002))
+
     def test_it_knows_of_no_direction_beforehand(self):
         assert Prior().means == (0.0,) * 6
         assert Prior().sigmas == (2.0, 5.0, 2.0, 5.0, 0.002, 0.002)

@@ -7,6 +7,7 @@ import pytest
 from made_up_trackers import JUNE, TRACKER, day_of, judge
 
 from solarcal.model.cross_checks import (
+    _order_probability,
     _spectrum,
     _spectrum_of_many,
     chance_above_zero,
@@ -284,3 +285,18 @@ def test_the_spectrum_of_many_points_gives_the_probability_of_all_eigenvalues(n)
         assert chance_above_zero(_spectrum_of_many(design, covariance, seen)) == pytest.approx(
             exact, rel=0.1, abs=1e-4
         )
+
+
+def test_points_without_any_residual_have_no_order():
+    rows, zero = np.random.default_rng(1).standard_normal((8, 2, 6)), np.zeros((8, 2))
+    used = np.arange(8)
+    nothing = _order_probability(rows, np.ones(8), np.eye(6), zero, used)
+    assert nothing is None
+    slight = 1e-3 * np.random.default_rng(2).standard_normal((8, 2))
+    # Their scale does not matter: only which follows which.
+    small, large = (
+        _order_probability(rows, np.ones(8), np.eye(6), scale * slight, used)
+        for scale in (1.0, 1.0 / np.sqrt(np.sum(slight**2)))
+    )
+    assert small is not None
+    assert small == pytest.approx(large)

@@ -1,6 +1,7 @@
 """A unit that believes in another Sun is told what it has wrong."""
 
 import msgspec
+import numpy as np
 import pytest
 
 from solarcal.model.evidence.unit_state import check_unit_settings, check_unit_sun
@@ -8,6 +9,7 @@ from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.formula import Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.site import Site
+from solarcal.station.solar_time import solar_time_from_direction_h
 from solarcal.timescale import parse_utc
 from solarcal.unit.tracker import Mode, Status, UnitSite
 
@@ -55,3 +57,20 @@ def test_settings_that_are_not_ours_are_said_with_their_size():
     assert "+1 h" in said[2]
     assert check_unit_settings(UNIT, SITE, 0.2) == ()
     assert "0.100 deg of Sun" in check_unit_settings(UNIT, SITE, 24.0)[0]
+
+
+@pytest.mark.parametrize(
+    ("azimuth_deg", "elevation_deg", "latitude_deg", "solar_h"),
+    [
+        # At the equator at an equinox the Sun goes straight over: 15 deg an hour.
+        (270.0, 45.0, 0.0, 15.0), (90.0, 60.0, 0.0, 10.0), (270.0, 89.0, 0.0, 12.0 + 1.0 / 15.0),
+        (180.0, 50.0, 40.0, 12.0), (0.0, 50.0, -40.0, 12.0), (0.0, 10.0, 75.0, 0.0),
+    ],
+)  # fmt: skip
+def test_solar_time_follows_from_where_the_sun_stands(
+    azimuth_deg, elevation_deg, latitude_deg, solar_h
+):
+    found = solar_time_from_direction_h(
+        np.array([azimuth_deg]), np.array([elevation_deg]), latitude_deg
+    )
+    assert (float(found[0]) - solar_h + 12.0) % 24.0 - 12.0 == pytest.approx(0.0, abs=1e-9)

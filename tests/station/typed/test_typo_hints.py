@@ -161,6 +161,7 @@ def test_the_displays_sun_against_ours(held: Model, shown: dict[str, str]) -> No
     wrong = {**right, "sun1": f"{other1:.3f}", "sun2": f"{other2:.3f}"}
     assert "its clock or zone is wrong by +1 h" in said(held, wrong)
     assert "Type both Sun angles" in said(held, {**right, "sun2": ""})
+    assert "Type both Sun angles" in said(held, {**right, "sun1": ""})
     beside = {**right, "sun1": f"{sun1 + 0.03:.3f}", "sun2": f"{sun2 + 0.03:.3f}"}
     assert "deg from ours" in said(held, beside)
 

@@ -1,0 +1,78 @@
+"""What a record is beside its fields: it cannot be changed, and what it holds when nobody says."""
+
+import inspect
+from types import ModuleType
+
+import msgspec
+import pytest
+from session_samples import HEADER, UTC, point
+
+from solarcal.mount import controller, formula, limits
+from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.session import records
+from solarcal.session.records import FitRecord, Record, UploadRecord
+from solarcal.session.view import view_session
+from solarcal.unit import tracker
+
+
+@pytest.mark.parametrize("module", [records, tracker, controller, formula, limits])
+def test_what_several_threads_share_cannot_be_changed(module: ModuleType) -> None:
+    structs = [
+        one
+        for _, one in inspect.getmembers(module, inspect.isclass)
+        if issubclass(one, msgspec.Struct) and one.__module__ == module.__name__
+    ]
+    assert structs
+    assert [one.__name__ for one in structs if not one.__struct_config__.frozen] == []
+
+
+def test_records_are_made_by_the_names_of_their_fields() -> None:
+    for _, one in inspect.getmembers(records, inspect.isclass):
+        if getattr(one, "__struct_config__", None) is not None and one.__struct_config__.tag:
+            with pytest.raises(TypeError):
+                one(1, UTC)
+
+
+def test_what_a_header_and_an_upload_say_when_nobody_says_otherwise() -> None:
+    assert (HEADER.tolerance_deg, HEADER.done_probability) == (0.1, 0.95)
+    assert (HEADER.sun_model, HEADER.refraction, HEADER.true_sun) == (
+        "solartrak",
+        "none",
+        "precise",
+    )
+    upload = UploadRecord(
+        seq=1,
+        utc=UTC,
+        old_coefficients=Coefficients(),
+        old_offsets=Offsets(),
+        new_coefficients=Coefficients(P1=0.1),
+        new_offsets=Offsets(),
+        verified=True,
+        method="robust",
+    )
+    assert (upload.rollback, upload.forced, upload.failure) == (False, "", "")
+
+
+@pytest.mark.parametrize(
+    ("fit_seq", "points", "recorded"),
+    [(3, 2, False), (5, 2, True), (5, 1, False), (None, 0, False)],
+)
+def test_a_fit_is_recorded_when_it_is_newer_than_the_last_point_and_of_all(
+    fit_seq: int | None, points: int, recorded: bool
+) -> None:
+    found: list[Record] = [point(1), point(4)]
+    if fit_seq is not None:
+        found.append(
+            FitRecord(
+                seq=fit_seq,
+                utc=UTC,
+                method="robust",
+                points=points,
+                coefficients=Coefficients(),
+                sigmas=None,
+                sky_rms_deg=0.0,
+            )
+        )
+    session = view_session(HEADER, tuple(sorted(found, key=lambda record: record.seq)))
+    assert session.fit_recorded == recorded
+    assert view_session(HEADER, ()).fit_recorded
