@@ -17,7 +17,7 @@ from solarcal.station.typed.unit import TypedUnit
 from solarcal.timescale import parse_utc
 from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.messages import Told
+from solarcal.tui.messages import FormAsked, Told
 from solarcal.tui.typed_form.form_asked import ScreenDisplay
 from solarcal.tui.widgets.field import Field
 from solarcal.tui.workstation.screen import WorkstationScreen
@@ -122,7 +122,7 @@ async def workstation_by_hand(
     clock = TestClock()
     app = SolarcalApp(ACTION_HANDLERS)
     async with app.run_test(size=size) as pilot:
-        screen = ScreenDisplay(lambda asked: app.post_message(Told(asked)), clock)
+        screen = ScreenDisplay(lambda asked: app.post_message(Told(FormAsked(asked))), clock)
         reader = Reader(screen, clock)
         station = Station(TypedUnit(SITE, MOUNT, reader, clock), clock, site=SITE)
         station.connect()

@@ -28,11 +28,10 @@ from solarcal.tui.keys import (
     bound_actions,
     modified_f3,
 )
-from solarcal.tui.messages import LineFailed, LineNews, LineOpened, Told
+from solarcal.tui.messages import FormAsked, LineFailed, LineNews, LineOpened, Told
 from solarcal.tui.start.screen import StartScreen
 from solarcal.tui.station_app import StationApp
 from solarcal.tui.themes import DEFAULT_THEME, OWN_THEMES, SUNLIGHT, axis_colours
-from solarcal.tui.typed_form.form_asked import FormAsked
 
 if TYPE_CHECKING:
     from solarcal.tui.opening import OpenLine
@@ -101,7 +100,7 @@ class SolarcalApp(StationApp):
         self._output, self._trace = output, trace
         self._remember = remember
         self.offline = offline
-        """No unit and no emulator is opened: for pages of a browser, and for the office."""
+        """No unit and no emulator is opened: for pages of a browser, and for the desk."""
         self._keymap_given = dict(keymap or {})
         self._opening = False
         self._reader: ScreenDisplay | None = None
@@ -232,7 +231,7 @@ class SolarcalApp(StationApp):
         if self._reader is None:
             from solarcal.tui.typed_form.form_asked import ScreenDisplay
 
-            self._reader = ScreenDisplay(lambda asked: self.post_message(Told(asked)))
+            self._reader = ScreenDisplay(lambda asked: self.post_message(Told(FormAsked(asked))))
         return self._reader
 
     def line_told(self, news: LineNews) -> None:

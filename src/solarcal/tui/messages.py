@@ -7,11 +7,11 @@ from textual.message import Message
 
 from solarcal.errors import SolarcalError
 from solarcal.station.news import News, Progress, StateChanged
-from solarcal.tui.typed_form.form_asked import FormAsked
 
 if TYPE_CHECKING:
     from solarcal.tui.opening import OpenLine
     from solarcal.tui.start.menu_entries import MenuEntries
+    from solarcal.tui.typed_form.form_asked import AskedForm
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +34,13 @@ class MenuEntriesFound(Message):
     def __init__(self, offers: "MenuEntries") -> None:
         super().__init__()
         self.offers = offers
+
+
+@dataclass(frozen=True)
+class FormAsked:
+    """The thread of the station waits for what a unit's display shows."""
+
+    asked: "AskedForm"
 
 
 LineNews = LineOpened | LineFailed | FormAsked

@@ -22,8 +22,7 @@ from solarcal.station.news import (
 from solarcal.timescale import parse_utc
 from solarcal.tui.base import StationModal, StationScreen
 from solarcal.tui.fitting import Fitter
-from solarcal.tui.messages import LineFailed, LineNews, LineOpened, Told
-from solarcal.tui.typed_form.form_asked import FormAsked
+from solarcal.tui.messages import FormAsked, LineFailed, LineNews, LineOpened, Told
 
 if TYPE_CHECKING:
     from solarcal.model.analysis import Analysis
@@ -47,7 +46,7 @@ class StationApp(App[int]):
     worker : talks to the station while a line is open, else ``None``.
     state, fit : the newest of the worker and the fitter.
     emulated_speed : virtual seconds a second of an emulated unit, ``None`` for a real one.
-    wishes : the technician's options of the plan, ``None`` for nothing.
+    wishes : what the technician wants of the plan, ``None`` for nothing.
     """
 
     def __init__(self) -> None:

@@ -2,7 +2,6 @@
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from solarcal.clock import Clock, SystemClock
 from solarcal.errors import ProcedureRefused
@@ -51,22 +50,15 @@ class AskedForm:
         return self._answer
 
 
-@dataclass(frozen=True)
-class FormAsked:
-    """The thread of the station waits for what a unit's display shows."""
-
-    asked: AskedForm
-
-
 class ScreenDisplay:
     """A ``Display`` that asks on the screen.
 
     Parameters
     ----------
-    post : where the app takes messages from; safe to call from another thread.
+    post : takes a form that is asked to the app; safe to call from another thread.
     """
 
-    def __init__(self, post: Callable[[FormAsked], object], clock: Clock | None = None) -> None:
+    def __init__(self, post: Callable[[AskedForm], object], clock: Clock | None = None) -> None:
         self._post = post
         self._clock = clock or SystemClock()
         self._asked: AskedForm | None = None
@@ -76,7 +68,7 @@ class ScreenDisplay:
         if self._closed:
             raise ProcedureRefused(GIVEN_UP)
         self._asked = AskedForm(form, self._clock)
-        self._post(FormAsked(self._asked))
+        self._post(self._asked)
         return self._asked.wait()
 
     @property
