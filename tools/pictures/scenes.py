@@ -220,7 +220,7 @@ async def recompute(folder: Path) -> str:
         await pilot.press("f9")
         await shows(pilot, "Space")
         await pilot.press("enter")
-        await shows(pilot, "OPEN", "P6")
+        await shows(pilot, "OPEN", "P5")
         return await picture(pilot, "Recompute: a saved session opened beside the running one")
 
 
