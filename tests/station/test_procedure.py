@@ -16,6 +16,7 @@ from solarcal.session.records import (
     RefCheck,
 )
 from solarcal.station.gathering import READINGS
+from solarcal.station.question_evidence import question_evidence
 from solarcal.station.state import Activity, LinkState
 from solarcal.unit.tracker import Mode
 
@@ -421,3 +422,21 @@ def test_no_point_stands_on_a_set_sun_offset_from_before_an_upload(bench):
     assert b.station.session.fresh_sun_offset is None
     b.on_sun()
     assert b.station.session.fresh_sun_offset == b.station.session.sun_offsets[-1]
+
+
+@pytest.mark.parametrize("no_at", [1, 2, 3])
+def test_a_no_opens_no_further_question(bench, no_at):
+    b = bench()
+    b.on_sun()
+    b.station.begin_point()
+    asked = []
+
+    def seen(state):
+        if state.activity is Activity.QUESTIONS and state.attempt is not None:
+            question_evidence(state.attempt.asked, state.session, state.live)
+            asked.append(state.attempt.asked)
+
+    b.station.subscribe(seen)
+    for number in range(1, no_at + 1):
+        b.station.answer(number < no_at)
+    assert max(asked, default=0) < no_at

@@ -462,17 +462,21 @@ class StationCore:
 
     # -- attempts ----------------------------------------------------------------------------
 
-    def abort_attempt(self, reason: str) -> PointRecord | CheckRecord:
-        """Give the attempt up; it stays in the file as aborted and is never fitted."""
+    def abort_attempt(
+        self, reason: str, answers: Answers | None = None
+    ) -> PointRecord | CheckRecord:
+        """Give the attempt up; it stays in the file as aborted and is never fitted.
+
+        ``answers``: those given, where the last of them ends the attempt. No state is announced in
+        which a fourth question would be open.
+        """
         attempt: Attempt | None = self._state.attempt
         if attempt is None:
             raise ProcedureRefused("no point is being taken")
-        answers: Answers = attempt.answers
+        given: Answers = answers or attempt.answers
         kind = CheckRecord if attempt.check else PointRecord
         record: PointRecord | CheckRecord = self._record(
-            lambda seq, utc: kind(
-                seq=seq, utc=utc, status="aborted", answers=answers, reason=reason
-            )
+            lambda seq, utc: kind(seq=seq, utc=utc, status="aborted", answers=given, reason=reason)
         )
         self._become(activity=Activity.IDLE, attempt=None)
         return record

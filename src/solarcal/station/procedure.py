@@ -279,8 +279,7 @@ class Station(StationCore):
         question = attempt.question
         attempt = attempt.answered(yes)
         if not yes:
-            self._become(attempt=attempt)
-            self.abort_attempt(f"answered NO to: {question}")
+            self.abort_attempt(f"answered NO to: {question}", attempt.answers)
             return attempt
         done = attempt.question is None
         self._become(attempt=attempt, activity=Activity.READY if done else Activity.QUESTIONS)
