@@ -241,7 +241,7 @@ class StationCore:
         if self._state.live.link is LinkState.LOST:
             return
         try:
-            # On the disk first, as everything that is said; a full disk must not hide the loss.
+            # On the disk first, as everything that is shown; a full disk must not hide the loss.
             if self._restored_serial:
                 self._restored_serial = ""
                 self._losses += 1
