@@ -15,6 +15,8 @@ from made_up_session import hourly
 
 from solarcal.mount.formula import Coefficients
 from solarcal.report import plots, scales
+from solarcal.report.canvas import Canvas
+from solarcal.report.scales import Scale
 from solarcal.session.records import FitRecord
 from solarcal.station.curves import session_plot_data
 
@@ -265,6 +267,39 @@ def test_a_residual_of_a_fiftieth_of_a_degree_is_seen_at_80x24(full_day):
     assert text != other
     changed = sum(a != b for a, b in zip(text, other, strict=True))
     assert changed >= 2, "the point and its line both moved"
+
+
+def column_of_braille(low, high, values, rows=15):
+    """Rows from the top in which the lines to these values have a dot, each in its own column."""
+    canvas = Canvas(40, rows + 4, False, "phosphor", "")
+    canvas.frame(Scale(0.0, 10.0, (0.0, 10.0), ("a", "b")), Scale(low, high, (), ()))
+    at = np.linspace(2.0, 8.0, len(values))
+    canvas.stems(at, np.array(values), 1)
+    grid = canvas.finish([]).split("\n")[2:-2]
+    columns = sorted({k for row in grid for k, c in enumerate(row) if "\u2800" < c <= "\u28ff"})
+    return [
+        [n for n, row in enumerate(grid) if len(row) > k and "\u2800" < row[k] <= "\u28ff"]
+        for k in columns
+    ]
+
+
+def test_a_line_goes_from_zero_to_each_residual_and_ends_at_the_frame():
+    up, down, beyond = column_of_braille(-1.0, 1.0, [0.5, -1.0, 5.0])
+    middle = max(beyond)
+    assert min(beyond) == 0, "what is beyond the frame ends at its edge"
+    assert beyond == list(range(middle + 1))
+    assert up == list(range(up[0], middle + 1)), "no gap from the value to zero"
+    assert 0 < up[0] < middle, "half as high"
+    assert down == list(range(middle, down[-1] + 1))
+    assert down[-1] > middle + 5
+
+
+def test_of_a_zoomed_residual_only_the_part_in_the_window_is_drawn():
+    """Zero is below the window: 0.4 is below it too, 0.75 reaches its middle, 2 its top."""
+    middle, top = column_of_braille(0.5, 1.0, [0.4, 0.75, 2.0])
+    assert middle[-1] == top[-1], "both come from below the window"
+    assert top == list(range(top[-1] + 1))
+    assert 4 < middle[0] < 10
 
 
 def test_the_error_plot_of_an_80x24_terminal_has_five_labelled_ticks(full_day):

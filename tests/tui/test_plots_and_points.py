@@ -2,7 +2,18 @@
 
 import pytest
 from golden_screens import shows_golden
-from procedure_bench import LARGE, SMALL, bench, screen_text, shows, take_points, until, workstation
+from procedure_bench import (
+    LARGE,
+    SMALL,
+    bench,
+    screen_text,
+    settled_text,
+    shows,
+    take_points,
+    until,
+    workstation,
+)
+from textual._compositor import Compositor
 
 from solarcal.tui.point.opened import PointScreen
 from solarcal.tui.widgets.plot import ExploredPlot
@@ -49,6 +60,53 @@ async def test_a_plot_zooms_pans_shows_all_again_and_takes_the_whole_screen(stat
         await shows(pilot, "STOP", "zoom")
         await pilot.press("z")
         await until(pilot, lambda: plot.size.height < SMALL[1] - 4)
+
+
+async def test_a_pane_or_plot_that_is_changed_repaints_itself_alone(station, monkeypatch):
+    """A repaint of everything takes as long as the first paint."""
+    async with workstation(station, LARGE) as (app, pilot):
+        view = await on_workstation(app, pilot)
+        await settled_text(pilot)
+        repainted = []
+        partial = Compositor.render_partial_update
+
+        def watched(compositor):
+            repainted.extend(compositor._dirty_regions)
+            return partial(compositor)
+
+        monkeypatch.setattr(Compositor, "render_partial_update", watched)
+        monkeypatch.setattr(
+            Compositor,
+            "render_full_update",
+            lambda self, **how: pytest.fail("the whole screen was repainted"),
+        )
+        for key, words in (("5", "Reference checks"), ("2", "Points (5"), ("v", "sky map:")):
+            await pilot.press(key)
+            await shows(pilot, words)
+            await settled_text(pilot)
+        left = view.query_one("#coefficients").region
+        assert repainted
+        assert not any(region.contains_region(left) for region in repainted)
+
+
+async def test_going_through_the_kinds_of_plot_draws_each_once(station, monkeypatch):
+    async with workstation(station, LARGE) as (app, pilot):
+        view = await on_workstation(app, pilot)
+        await settled_text(pilot)
+        plot = view.query_one("#second", ExploredPlot)
+        drawn = []
+        drawing = plot._drawing
+        monkeypatch.setattr(
+            plot, "_drawing", lambda *size: drawn.append(plot._what) or drawing(*size)
+        )
+        top, height = plot.region.y, plot.region.height
+        first = screen_text(app).split("\n")[top : top + height]
+        for words in ("sky map:", "history:", "forecast:", "residuals:"):
+            await pilot.press("v")
+            await shows(pilot, words)
+            shown = (await settled_text(pilot)).split("\n")[top : top + height]
+        assert shown == first
+        assert len(drawn) == 3, "the first one was there already"
 
 
 async def test_an_emulators_time_keeps_its_keys_where_no_plot_has_the_focus(station):

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar, cast
 from textual.binding import Binding, BindingType
 from textual.dom import DOMNode
 from textual.message_pump import MessagePump
+from textual.reactive import Reactive
 from textual.screen import ModalScreen, Screen
+from textual.widget import Widget
 
 from solarcal.station.news import Done, FitReady, Progress, StepFailed
 from solarcal.tui.widgets.lines import say_if_too_small
@@ -102,6 +104,9 @@ def is_typed(app: Workstation) -> bool:
 
 class _StationHooks(DOMNode):
     """Hooks the app calls on every screen of the stack, on the event loop."""
+
+    focused: Reactive[Widget | None] = Reactive(None, repaint=False)
+    """As Textual's own, but only the widgets that lose and get the focus repaint themselves."""
 
     @property
     def workstation(self) -> Workstation:

@@ -9,6 +9,7 @@ from typing import ClassVar
 from rich.segment import Segment
 from rich.style import Style
 from textual.binding import Binding, BindingType
+from textual.cache import LRUCache
 from textual.message import Message
 from textual.reactive import reactive
 from textual.strip import Strip
@@ -25,6 +26,9 @@ DrawView = Callable[[int, int, bool, Theme, View], str]
 """The same of the part of the plot that is looked at."""
 
 MOST_ZOOM = 64.0
+KEPT = 8
+"""Drawings of a plot that are kept: going through its kinds draws each of them once."""
+
 PAN = 0.2
 """Of the window, a press of an arrow."""
 
@@ -85,24 +89,23 @@ class AnsiPlot(Widget):
         super().__init__(id=id)
         self._what: object = None
         self._draw: Draw | None = None
-        self._drawn: tuple[object, ...] | None = None
-        self._strips: list[Strip] = []
+        self._drawn: LRUCache[tuple[object, ...], list[Strip]] = LRUCache(KEPT)
 
     def show(self, draw: Draw, what: object = None) -> None:
-        """Draw this from now on; nothing is done when just this ``what`` is shown already."""
+        """Draw this from now on; what was drawn of just this ``what`` before is shown again."""
         if what is not None and what == self._what:
             return
-        self._what, self._draw, self._drawn = what, draw, None
+        self._what, self._draw = object() if what is None else what, draw
         self.refresh()
 
     def render_line(self, y: int) -> Strip:
         width, height = self.size
         base = self.rich_style
-        wanted = (width, height, base, self.app.theme, self._drawn_of())
-        if self._drawn != wanted:
-            self._drawn = wanted
-            self._strips = self._drawing(width, height, base)
-        return self._strips[y] if y < len(self._strips) else Strip.blank(width, base)
+        wanted = (self._what, width, height, base, self.app.theme, self._drawn_of())
+        strips = self._drawn.get(wanted)
+        if strips is None:
+            self._drawn[wanted] = strips = self._drawing(width, height, base)
+        return strips[y] if y < len(strips) else Strip.blank(width, base)
 
     def _drawn_of(self) -> object:
         """What else the drawing depends on."""

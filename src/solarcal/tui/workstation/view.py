@@ -106,11 +106,12 @@ class WorkstationView(Vertical):
     WorkstationView.-wide #checks:focus { border: round $accent; }
     """
 
-    tab: reactive[str] = reactive("now")
-    plot: reactive[int] = reactive(0)
+    # Each pane repaints itself: all of them for a change of one take as long as the first paint.
+    tab: reactive[str] = reactive("now", repaint=False)
+    plot: reactive[int] = reactive(0, repaint=False)
     """Of the compact form's only plot; the wide form's second plot skips the first kind."""
-    wide: reactive[bool] = reactive(False)
-    alone: reactive[bool] = reactive(False)
+    wide: reactive[bool] = reactive(False, repaint=False)
+    alone: reactive[bool] = reactive(False, repaint=False)
     """The plot alone on the whole screen."""
 
     class PointOpened(Message):
