@@ -183,6 +183,20 @@ class ColumnFit:
             f_probability(explained / variance, 1, self.spare - 1),
         )
 
+    def columns(self, columns: FloatArray) -> tuple[float, FloatArray]:
+        """Probability and amounts (k,) of more columns (m, k) together; probability 1 of none."""
+        rest = columns - self.basis @ (self.basis.T @ columns)
+        seen = np.linalg.norm(rest, axis=0) > RANK_LIMIT * np.linalg.norm(columns, axis=0)
+        basis = basis_of(rest[:, seen])
+        amounts = np.zeros(columns.shape[1])
+        over, spare = basis.shape[1], self.spare - basis.shape[1]
+        if over == 0 or spare < 1:
+            return 1.0, amounts
+        explained = float(np.sum((basis.T @ self.left) ** 2))
+        variance = max(self.squares - explained, 1e-300) / spare
+        amounts[seen] = np.linalg.lstsq(rest[:, seen], self.left, rcond=None)[0]
+        return f_probability(explained / over / variance, over, spare), amounts
+
     def group(self, indices: Sequence[int]) -> tuple[FloatArray, FloatArray, float]:
         """Shifts (2q,) of these points, the (2q, 2q) of their covariance per unit variance, p."""
         rows = np.array([2 * i + axis for i in indices for axis in (0, 1)])
@@ -225,7 +239,7 @@ def f_probability(f: float, over: int, under: int) -> float:
 
 
 def f_probabilities(f: FloatArray, over: int, under: int) -> FloatArray:
-    """The same for many."""
+    """The same for many; f is never below zero."""
     # scipy takes long to import; it is not needed before there are points.
     from scipy.special import betainc
 

@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 
 from solarcal.model.degeneracy import clock_utc, degeneracies
 from solarcal.model.evidence.counts import Loss, undo_losses
-from solarcal.model.f_tests import ColumnFit, PointsTested, f_probability
+from solarcal.model.f_tests import ColumnFit, PointsTested
 from solarcal.model.finding import Finding, Kind, listed
 from solarcal.model.fit import FEWEST_POINTS as LINEAR_FEWEST
 from solarcal.model.fit import fit_linear
-from solarcal.model.forecast import TOLERANCE_DEG
 from solarcal.model.known_physics import SkyContext, true_points
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
@@ -28,6 +27,7 @@ from solarcal.model.solution import Solution
 from solarcal.model.terms import CONTROLLER_TERMS, TERMS, LookedFor
 from solarcal.model.year_grid import year_grid
 from solarcal.mount.mechanism import Mechanism
+from solarcal.stopping_rule import TOLERANCE_DEG
 from solarcal.units import FloatArray, wrap_deg
 
 CROSS_AXIS: set[Kind] = {"collimation", "nonperpendicularity"}
@@ -108,16 +108,8 @@ def _steps(solution: MechanismSolution, tolerance_deg: float) -> tuple[Finding, 
     tried: list[tuple[float, int, FloatArray]] = []
     for first in range(SHORTEST_RUN, n - SHORTEST_RUN + 1):
         later = np.repeat(place >= first, 2)[:, np.newaxis]
-        more = rows.six[:, list(ZEROS)] * later
-        wider = ColumnFit(np.hstack((rows.six, more)), rows.residuals)
-        over = base.spare - wider.spare
-        if over == 0 or wider.spare < SHORTEST_RUN:
-            continue
-        gained = (base.squares - wider.squares) / over
-        p = f_probability(gained / max(wider.squares / wider.spare, 1e-300), over, wider.spare)
-        rest = more - base.basis @ (base.basis.T @ more)
-        amount = np.linalg.lstsq(rest, base.left, rcond=None)[0]
-        tried.append((p, first, np.asarray(amount, dtype=np.float64)))
+        p, amount = base.columns(rows.six[:, list(ZEROS)] * later)
+        tried.append((p, first, amount))
     if not tried:
         return ()
     p, first, amount = min(tried, key=lambda one: one[0])
