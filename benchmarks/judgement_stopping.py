@@ -40,13 +40,12 @@ from benchmarks.judgement_world import (
 from benchmarks.timing import table
 from solarcal.errors import SolarcalError
 from solarcal.model.analysis import Analysis, analyse
-from solarcal.model.forecast import StoppingRule
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.points import PointSet
-from solarcal.model.unmodelled import DEFAULT_UNMODELLED, Unmodelled
 from solarcal.mount.formula import correction_deg
 from solarcal.mount.geometry import MountGeometry
 from solarcal.site import Site
+from solarcal.stopping_rule import StoppingRule
 
 TOLERANCE_DEG = 0.1
 RULE = StoppingRule(TOLERANCE_DEG)
@@ -107,7 +106,8 @@ def walk(place: Place, kind: Kind, schedule: str, seed: Sequence[int]) -> Day:
     grain = int(rng.integers(1 << 30))
     context = context_of(place)
     # A clock that may be off by seconds is known to be: the system says it is not synchronised.
-    beliefs = Unmodelled(clock_s=kind.clock_s) if kind.clock_s else DEFAULT_UNMODELLED
+    beliefs = RULE.unmodelled.with_clock(kind.clock_s) if kind.clock_s else RULE.unmodelled
+    rule = StoppingRule(TOLERANCE_DEG, unmodelled=beliefs)
     points: list[MeasuredPoint] = []
     judged: Analysis | None = None
     now: float | None = first
@@ -118,7 +118,7 @@ def walk(place: Place, kind: Kind, schedule: str, seed: Sequence[int]) -> Day:
         taken = points_of(place, points)
         at = points[-1].utc_s if schedule == PLANNED else None
         if len(points) >= FEWEST or schedule == PLANNED:
-            judged = analyse(taken, context, rule=RULE, unmodelled=beliefs, at_utc_s=at)
+            judged = analyse(taken, context, rule=rule, at_utc_s=at)
             state = judged.verdict.state if len(points) >= FEWEST else "continue"
             if state == "does_not_fit" and not misfit:
                 misfit, why = True, judged.verdict.reasons[0]

@@ -10,6 +10,7 @@ from solarcal.errors import ConfigurationError
 from solarcal.inclinometer import Inclinometer
 from solarcal.mount_description import MountDescription
 from solarcal.site import Site, Weather
+from solarcal.stopping_rule import DEFAULT_UNMODELLED, StoppingRule
 from solarcal.unit.drivers import DEFAULT_DRIVER
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9 _-]{0,39}")
@@ -27,6 +28,8 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True):
     pointing_device: str = ""
     tolerance_deg: float = 0.1
     done_probability: float = 0.95
+    unmodelled: dict[str, float] = {}
+    """Widths of what may be there beside P1..P6, by name; the usual ones where empty."""
     port: str = ""
     driver: str = DEFAULT_DRIVER
     baudrate: int = 9600
@@ -34,6 +37,16 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True):
     weather: Weather | None = None
     inclinometer: Inclinometer | None = None
     mount: MountDescription | None = None
+
+    def __post_init__(self) -> None:
+        DEFAULT_UNMODELLED.changed(self.unmodelled)
+
+    def rule(self, clock_s: float) -> StoppingRule:
+        """When a calibration is done; ``clock_s`` is the laptop clock's where none is named."""
+        usual = DEFAULT_UNMODELLED.with_clock(clock_s)
+        return StoppingRule(
+            self.tolerance_deg, self.done_probability, usual.changed(self.unmodelled)
+        )
 
     def summary(self) -> str:
         """One line for the start screen."""

@@ -338,3 +338,57 @@ def test_without_an_upload_there_is_nothing_to_roll_back(misfit, port, capsys):
 def test_points_without_a_session_cannot_be_uploaded(tmp_path, port, capsys):
     assert run_command(["upload", str(tmp_path / "p.csv"), "--port", port]) == 2
     assert "name a .jsonl" in capsys.readouterr().err
+
+
+def test_a_calibration_writes_nothing_that_is_not_better_and_goes_on_with_a_reason(
+    port, tmp_path, capsys
+):
+    day = tmp_path / "short.jsonl"
+    words = ["calibrate", "--port", port, "--points", "3", "--every", "20"]
+    before = stored_in(port)
+    refused = said(capsys, *words, "-o", str(day), code=1)
+    assert refused["refused"].startswith("upload refused: not better than what is in force")
+    assert not refused["completed"]
+    assert uploads_of(day) == []
+    assert stored_in(port).coefficients == before.coefficients
+    reason = "the site office asked for it"
+    done = said(capsys, *words, "--resume", str(day), "--force", reason)
+    assert done["completed"]
+    assert done["refused"] is None
+    assert [record.forced for record in uploads_of(day)] == [reason]
+    assert stored_in(port).coefficients == uploads_of(day)[0].new_coefficients
+
+
+def test_an_empty_reason_is_refused_before_the_unit_is_touched(port, capsys):
+    assert run_command(["calibrate", "--port", port, "--points", "3", "--force", " "]) == 2
+    assert "--force is empty" in capsys.readouterr().err
+
+
+def test_what_may_be_there_beside_the_six_is_an_option_and_recorded(day, tmp_path, capsys):
+    usual = said(capsys, "forecast", str(day))
+    wide = said(capsys, "forecast", str(day), "--unmodelled", "clock_s=30")
+    key = "probability_within_tolerance"
+    assert wide["forecast"][key] < 0.9 < usual["forecast"][key]
+    taken = tmp_path / "taken.jsonl"
+    words = ["calibrate", "--points", "3", "--force", "short", "--unmodelled", "clock_s=30"]
+    said(capsys, *words, "--done-probability", "0.9", "-o", str(taken))
+    header = read_session(taken).header
+    assert header.unmodelled is not None
+    assert (header.unmodelled.clock_s, header.unmodelled.sag_deg) == (30.0, 0.02)
+    assert header.done_probability == 0.9
+
+
+@pytest.mark.parametrize(
+    ("width", "told"),
+    [
+        ("bend=0.1", "bend is none of cross_axis_deg, "),
+        ("clock_s=0", "clock_s 0 is not above zero"),
+        ("clock_s", "is not a number"),
+        ("large_chance=0.5", "large_chance 0.5 is not from 0 to below 0.5"),
+    ],
+)
+def test_a_width_that_cannot_be_is_refused(day, capsys, width, told):
+    with pytest.raises(SystemExit) as left:
+        run_command(["forecast", str(day), "--unmodelled", width])
+    assert left.value.code == 2
+    assert told in capsys.readouterr().err

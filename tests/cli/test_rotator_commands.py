@@ -49,7 +49,7 @@ def kept(folder):
 def test_a_day_is_calibrated_uploaded_and_rolled_back(folder, port, capsys):
     day = folder / "day.jsonl"
     calibrate = ["calibrate", "--scenario", "tijeras-azel", "--driver", "rotctld", "--json"]
-    assert run_command([*calibrate, "--points", "3", "-o", str(day)]) == 0
+    assert run_command([*calibrate, "--points", "3", "--force", "a short day", "-o", str(day)]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["completed"]
     # Three points of a morning: better than nothing, and no more is asked here.
@@ -74,7 +74,7 @@ def test_a_day_is_calibrated_uploaded_and_rolled_back(folder, port, capsys):
 def test_a_mount_described_otherwise_is_not_the_sessions(folder, port, capsys):
     day = folder / "day.jsonl"
     calibrate = ["calibrate", "--scenario", "tijeras-azel", "--driver", "rotctld"]
-    assert run_command([*calibrate, "--points", "3", "-o", str(day)]) == 0
+    assert run_command([*calibrate, "--points", "3", "--force", "a short day", "-o", str(day)]) == 0
     (folder / "site.toml").write_text(SITE_FILE.replace("-106.48", "-105.0"))
     capsys.readouterr()
     line = ["--port", port, "--site", str(folder / "site.toml")]

@@ -9,7 +9,7 @@ from made_up_trackers import JUNE, TRACKER, context_of, day_of, measured
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.analysis import analyse
-from solarcal.model.forecast import StoppingRule, forecast
+from solarcal.model.forecast import forecast
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.methods import fit_exact
 from solarcal.model.plan import STOP_STEP_S, Plan, Standing, plan, prior_knowledge, times_of
@@ -25,6 +25,7 @@ from solarcal.model.schedule import (
     year_ahead,
 )
 from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.stopping_rule import StoppingRule
 
 UNIT = Prior().sigma_array()
 DAY_S = 86400.0

@@ -14,7 +14,7 @@ from solarcal.model.forecast import forecast
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.merging import merge_sessions
 from solarcal.model.methods import fit, fit_exact
-from solarcal.model.unmodelled import NAMES, Unmodelled, sky_columns, widened
+from solarcal.model.unmodelled import NAMES, components, sky_columns, widened
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
 from solarcal.session.reader import read_session
@@ -22,10 +22,15 @@ from solarcal.session.records import ClockSet
 from solarcal.session.view import view_session
 from solarcal.site import Site
 from solarcal.station.analysing import analyse_session
+from solarcal.station.uploading import offer_upload
+from solarcal.stopping_rule import UNSYNCHRONISED_S, StoppingRule, Unmodelled
 
 SESSION = Path(__file__).parents[2] / "sessions" / "azel-good-day.jsonl"
 
-NOTHING = Unmodelled(1e-6, 1e-6, 0.0, 1e-6, 1e-6, 1e-6)
+NOTHING = Unmodelled(
+    cross_axis_deg=1e-6, large_cross_axis_deg=1e-6, large_chance=0.0, sag_deg=1e-6, air=1e-6,
+    clock_s=1e-6,
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("mount", MOUNTS)
@@ -62,7 +67,7 @@ def test_amounts_and_numbers_are_those_of_one_least_squares_problem():
     """One noise scale and one width: the joint normal is that of eleven unknowns at once."""
     context, points = day_of("tiltroll-ns", 10, JUNE)
     solution = fit_exact(points, context)
-    spread = Unmodelled(0.05, 0.2, 0.0, 0.03, 0.1, 3.0)
+    spread = Unmodelled(cross_axis_deg=0.05, large_chance=0.0, sag_deg=0.03, air=0.1, clock_s=3.0)
     wide = widened(solution, spread)
     posterior = solution.posterior
     columns = sky_columns(posterior.mean, context, points.ax1_deg, points.ax2_deg)
@@ -78,7 +83,7 @@ def test_amounts_and_numbers_are_those_of_one_least_squares_problem():
     information = rows.T @ (weights[:, np.newaxis] * rows)
     prior = np.linalg.inv(posterior.covariances[q]) - information[:6, :6]
     information[:6, :6] += prior
-    information[6:, 6:] += np.diag(spread.components()[0][1] ** -2.0)
+    information[6:, 6:] += np.diag(components(spread)[0][1] ** -2.0)
     same = np.argmin(np.abs(wide.noise_deg - posterior.noise_deg[q]))
     candidates = [
         wide.covariances[i]
@@ -92,7 +97,7 @@ def test_more_that_cannot_be_excluded_makes_less_sure_and_changes_no_coefficient
     context, points = day_of("azel", 9, JUNE)
     solution = fit(points, context)
     sure = [
-        forecast(solution, unmodelled=beside).probability_within_tolerance
+        forecast(solution, rule=StoppingRule(unmodelled=beside)).probability_within_tolerance
         for beside in (NOTHING, Unmodelled(), Unmodelled(clock_s=20.0))
     ]
     assert sure[0] >= sure[1] > sure[2]
@@ -138,6 +143,37 @@ def test_sigmas_that_cannot_be_are_refused():
         Unmodelled(sag_deg=0.0)
     with pytest.raises(ConfigurationError, match="chance"):
         Unmodelled(large_chance=0.7)
+    with pytest.raises(ConfigurationError, match="bend is none of cross_axis_deg, "):
+        Unmodelled().changed({"bend": 0.1})
+
+
+def test_all_forecasts_of_an_analysis_hold_the_same_clock():
+    """What the unit would hold after rounding, and what it holds now, are judged by one rule."""
+    saved = read_session(SESSION)
+    beside = Unmodelled(clock_s=20.0)
+    header = msgspec.structs.replace(saved.header, unmodelled=beside)
+    analysis = analyse_session(view_session(header, saved.records))
+    assert analysis is not None
+    offer = offer_upload(analysis, header.unit, (header.coefficients, header.offsets))
+    year = analysis.forecast
+    assert year.rule.unmodelled == beside
+    assert offer.kept.year_p95_deg == pytest.approx(year.year_p95_deg, rel=1e-3)
+    assert abs(offer.kept.probability_within_tolerance - year.probability_within_tolerance) < 0.01
+    assert offer.held is not None
+    assert offer.held.rule == year.rule
+
+
+def test_a_laptop_that_nothing_synchronises_widens_the_bands_and_is_told_so():
+    saved = read_session(SESSION)
+    header = msgspec.structs.replace(saved.header, unmodelled=Unmodelled(clock_s=UNSYNCHRONISED_S))
+    before, after = (
+        analyse_session(view_session(one, saved.records)) for one in (saved.header, header)
+    )
+    assert before is not None
+    assert after is not None
+    assert after.forecast.year_p95_deg > 1.02 * before.forecast.year_p95_deg
+    told = [f.sentence for f in after.findings if f.kind == "laptop_clock"]
+    assert "right within 5 s" in told[0]
 
 
 @pytest.mark.parametrize("sigma_s", [None, 20.0])

@@ -14,7 +14,7 @@ from solarcal.model.cross_checks import (
     cross_check,
     order_limit,
 )
-from solarcal.model.forecast import StoppingRule, forecast
+from solarcal.model.forecast import forecast
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import fit, fit_exact
 from solarcal.model.plan import plan
@@ -24,6 +24,7 @@ from solarcal.model.verdict import BoltCircle, Verdict
 from solarcal.model.year_grid import year_grid
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
+from solarcal.stopping_rule import StoppingRule
 
 
 def verdict_of(points: PointSet, context, **options) -> Verdict:

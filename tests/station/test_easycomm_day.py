@@ -74,7 +74,22 @@ def folder(tmp_path, monkeypatch):
 def test_calibrate_track_upload_and_rollback_take_it_by_its_name(folder, capsys):
     day = folder / "day.jsonl"
     emulated = ["--scenario", "tijeras-azel", "--driver", "easycomm"]
-    assert run_command(["calibrate", *emulated, "--points", "3", "--json", "-o", str(day)]) == 0
+    assert (
+        run_command(
+            [
+                "calibrate",
+                *emulated,
+                "--points",
+                "3",
+                "--force",
+                "a short day",
+                "--json",
+                "-o",
+                str(day),
+            ]
+        )
+        == 0
+    )
     assert json.loads(capsys.readouterr().out)["completed"]
 
     # The emulated day's coefficients; half an hour of the same world, followed with them.

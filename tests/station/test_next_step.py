@@ -111,7 +111,9 @@ def test_a_low_sun_is_waited_for():
 def test_after_the_upload_two_check_points_prove_it():
     station = connected()
     schedule = Schedule(points=3, every_min=20.0, checks=2)
-    technician = AutomaticTechnician(station, station.tracker.emulation.spot, schedule)
+    technician = AutomaticTechnician(
+        station, station.tracker.emulation.spot, schedule, force="a short day"
+    )
     technician.prepare()
     technician.take_points()
     technician.upload()
@@ -124,7 +126,9 @@ def test_after_the_upload_two_check_points_prove_it():
 def test_check_points_beyond_the_tolerance_do_not_prove_it():
     station = connected()
     schedule = Schedule(points=3, every_min=20.0, checks=2)
-    technician = AutomaticTechnician(station, station.tracker.emulation.spot, schedule)
+    technician = AutomaticTechnician(
+        station, station.tracker.emulation.spot, schedule, force="a short day"
+    )
     technician.prepare()
     technician.take_points()
     technician.upload()

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
 def run_book(args: argparse.Namespace) -> int:
     """Do what the book says; print the session and what to key in."""
+    from solarcal.cli.fit import rule_changes
     from solarcal.cli.unit_options import asked_driver, book_lines, journal_creator, named_profile
     from solarcal.config import file_stem
     from solarcal.errors import ConfigurationError
@@ -21,6 +22,12 @@ def run_book(args: argparse.Namespace) -> int:
 
     if args.scenario or args.port:
         raise ConfigurationError("--input is for a unit without a line; leave --port, --scenario")
+    if args.force is not None:
+        raise ConfigurationError("--force: give the reason on the book's own upload line")
+    if any(rule_changes(args).values()):
+        raise ConfigurationError(
+            "--tolerance, --done-probability and --unmodelled: with --input they are the profile's"
+        )
     profile = named_profile(args) or Profile()
     asked_driver(args, profile)
     name = profile.mount.unit_name if profile.mount is not None else ""

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from solarcal.cli.fit import add_method_option
+from solarcal.cli.fit import add_method_option, add_rule_options, rule_changes
 from solarcal.cli.output import print_json, say
 from solarcal.cli.unit_options import (
     PORT_HELP,
@@ -16,6 +16,7 @@ from solarcal.cli.unit_options import (
     journal_creator,
     port,
 )
+from solarcal.cli.upload import add_force_option, forced_reason
 from solarcal.decimals import number_option, whole_option
 from solarcal.unit.drivers import DEFAULT_DRIVER
 
@@ -82,6 +83,8 @@ def add_schedule_arguments(parser: argparse.ArgumentParser) -> None:
         help="between points; default: spread over the day",
     )
     add_method_option(parser)
+    add_rule_options(parser)
+    add_force_option(parser)
 
 
 def start_utc_s(args: argparse.Namespace) -> float | None:
@@ -96,6 +99,7 @@ def run_calibration(
     """The calibration itself; its steps are reported on stderr."""
     from solarcal.errors import ConfigurationError
     from solarcal.model.methods import DEFAULT_METHOD
+    from solarcal.station.analysing import stopping_rule
     from solarcal.station.headless import calibrate
     from solarcal.station.technician import Schedule
 
@@ -114,6 +118,8 @@ def run_calibration(
         Schedule(points=points, every_min=args.every),
         method=args.method or DEFAULT_METHOD,
         eye_sigma_deg=0.02 if noise_deg is None else noise_deg,
+        force=forced_reason(args),
+        rule=stopping_rule((), **rule_changes(args)),
         say=say,
         resume=getattr(args, "resume", None),
     )
@@ -160,6 +166,7 @@ def calibration_document(calibration: "Calibration") -> dict[str, Any]:
         ),
         "session": str(calibration.path),
         "completed": calibration.completed,
+        "refused": calibration.refused or None,
         "truth": calibration.truth_document(),
     }
 

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 from solarcal.cli.output import print_json
 from solarcal.decimals import decimal, number_option, shortened
 from solarcal.errors import ConfigurationError
+from solarcal.stopping_rule import DEFAULT_UNMODELLED
 
 if TYPE_CHECKING:
     from solarcal.session.interchange import FillIn
+    from solarcal.station.analysing import RuleChanges
 
 HELP = "coefficients from session (.jsonl), points (.csv) or TPOINT (.dat) files"
 
@@ -20,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--terms", metavar="P1,P2,...", help="which error terms; default the six coefficients"
     )
-    add_tolerance_option(parser)
+    add_rule_options(parser)
     add_point_options(parser)
     parser.add_argument(
         "--compare", type=Path, metavar="MODEL.mod", help="a published TPOINT model beside the fit"
@@ -48,7 +50,7 @@ def add_method_option(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_tolerance_option(parser: argparse.ArgumentParser) -> None:
+def add_rule_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--tolerance",
         type=positive_deg,
@@ -61,6 +63,36 @@ def add_tolerance_option(parser: argparse.ArgumentParser) -> None:
         metavar="P",
         help="probability of that at which the verdict is done; default the session's, else 0.95",
     )
+
+    parser.add_argument(
+        "--unmodelled",
+        action="append",
+        type=named_width,
+        default=[],
+        metavar="NAME=VALUE",
+        help="width of what may be there beside P1..P6, one sigma: clock_s, sag_deg, air, "
+        "cross_axis_deg, large_cross_axis_deg, large_chance (repeatable)",
+    )
+
+
+def rule_changes(args: argparse.Namespace) -> "RuleChanges":
+    """The values of ``add_rule_options``."""
+    return {
+        "tolerance_deg": args.tolerance,
+        "done_probability": args.done_probability,
+        "unmodelled": dict(args.unmodelled),
+    }
+
+
+def named_width(text: str) -> tuple[str, float]:
+    """NAME=VALUE of one width, for argparse."""
+    name, _, value = text.partition("=")
+    try:
+        width = (name.strip(), decimal(value))
+        DEFAULT_UNMODELLED.changed(dict([width]))
+    except ConfigurationError as error:
+        raise argparse.ArgumentTypeError(f"{shortened(text)}: {error}") from None
+    return width
 
 
 def share(text: str) -> float:
@@ -148,8 +180,7 @@ def run(args: argparse.Namespace) -> int:
         read_files(args.files, fill_in(args)),
         method=args.method,
         terms=fitted_terms(args.terms, args.method, model),
-        tolerance_deg=args.tolerance,
-        done_probability=args.done_probability,
+        **rule_changes(args),
     )
     comparison = None if model is None else compared(judged.solution, model)
     beams = beam_residuals(args.files, fill_in(args), judged.solution)

@@ -5,7 +5,13 @@ import shutil
 import sys
 from pathlib import Path
 
-from solarcal.cli.fit import add_method_option, add_point_options, add_tolerance_option, fill_in
+from solarcal.cli.fit import (
+    add_method_option,
+    add_point_options,
+    add_rule_options,
+    fill_in,
+    rule_changes,
+)
 from solarcal.cli.output import print_json, say
 
 HELP = "expected error over the year, with a map of it, from saved points"
@@ -14,7 +20,7 @@ HELP = "expected error over the year, with a map of it, from saved points"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE")
     add_method_option(parser)
-    add_tolerance_option(parser)
+    add_rule_options(parser)
     add_point_options(parser)
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
 
@@ -25,8 +31,7 @@ def run(args: argparse.Namespace) -> int:
     judged = analyse_files(
         read_files(args.files, fill_in(args)),
         method=args.method,
-        tolerance_deg=args.tolerance,
-        done_probability=args.done_probability,
+        **rule_changes(args),
     )
     judgement = judged.of_the_controller()
     if args.json:

@@ -4,7 +4,13 @@ import argparse
 import re
 from pathlib import Path
 
-from solarcal.cli.fit import add_method_option, add_point_options, add_tolerance_option, fill_in
+from solarcal.cli.fit import (
+    add_method_option,
+    add_point_options,
+    add_rule_options,
+    fill_in,
+    rule_changes,
+)
 from solarcal.cli.output import print_json, say
 from solarcal.decimals import whole_option
 
@@ -32,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="no point can be taken then, UTC: cloud, lunch (repeatable)",
     )
     add_method_option(parser)
-    add_tolerance_option(parser)
+    add_rule_options(parser)
     add_point_options(parser)
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
 
@@ -51,8 +57,7 @@ def run(args: argparse.Namespace) -> int:
     judged = analyse_files(
         files,
         method=args.method,
-        tolerance_deg=args.tolerance,
-        done_probability=args.done_probability,
+        **rule_changes(args),
         at_utc_s=at_utc_s,
         until_utc_s=next_time(args.until, at_utc_s, "--until") if args.until else None,
         points_left=args.points,

@@ -3,7 +3,13 @@
 import argparse
 from pathlib import Path
 
-from solarcal.cli.fit import add_method_option, add_point_options, add_tolerance_option, fill_in
+from solarcal.cli.fit import (
+    add_method_option,
+    add_point_options,
+    add_rule_options,
+    fill_in,
+    rule_changes,
+)
 from solarcal.cli.output import print_json, say
 
 HELP = "certificate of saved sessions or points, as .html, .md, .svg or .txt"
@@ -20,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="beside it a zip for the office: certificate, files, profile, checksums",
     )
     add_method_option(parser)
-    add_tolerance_option(parser)
+    add_rule_options(parser)
     add_point_options(parser)
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
 
@@ -40,8 +46,7 @@ def run(args: argparse.Namespace) -> int:
         [args.output],
         zip_too=args.zip,
         method=args.method,
-        tolerance_deg=args.tolerance,
-        done_probability=args.done_probability,
+        **rule_changes(args),
     )
     after, judged = issued.after, issued.judged
     judgement = judged.of_the_controller()

@@ -14,27 +14,46 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, metavar="FILE", help="session file (.jsonl)")
     add_unit_options(parser)
     add_method_option(parser)
-    parser.add_argument(
-        "--force",
-        metavar="REASON",
-        help="upload although the points do not fit; written to the file",
-    )
+    add_force_option(parser)
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
 
 
-def run(args: argparse.Namespace) -> int:
+def add_force_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--force",
+        metavar="REASON",
+        help="upload although the points do not fit, or are no better than what is in force; "
+        "written to the file",
+    )
+
+
+def forced_reason(args: argparse.Namespace) -> str | None:
+    """The reason of ``--force``; None without it.
+
+    Raises
+    ------
+    ConfigurationError
+        It is empty.
+    """
     from solarcal.errors import ConfigurationError
+
+    if args.force is None:
+        return None
+    if not args.force.strip():
+        raise ConfigurationError("--force is empty; say why the upload is right all the same")
+    return str(args.force.strip())
+
+
+def run(args: argparse.Namespace) -> int:
     from solarcal.session.journal import Journal
     from solarcal.station.analysing import analyse_files, read_files
     from solarcal.station.uploading import UnitOnTheLine, offer_upload, refuse_doubtful
 
-    if args.force is not None and not args.force.strip():
-        raise ConfigurationError("--force is empty; say why the upload is right all the same")
+    force = forced_reason(args)
     demand_session(args.file)
     with Journal.resume(args.file) as journal:
         judged = analyse_files(read_files([args.file], {}), method=args.method)
         analysis = judged.of_the_controller()
-        force = args.force and args.force.strip()
         # Before the line is opened: what does not fit needs no unit to be refused.
         refuse_doubtful(offer_upload(analysis, journal.header.unit), force)
         with asked_tracker(args) as tracker:

@@ -4,7 +4,7 @@ Live sessions, replays, files, certificates and screens all come through ``analy
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from solarcal.model.evidence.direct import NO_EVIDENCE, Evidence
@@ -16,23 +16,21 @@ from solarcal.model.evidence.residuals import (
     thinning,
 )
 from solarcal.model.finding import Finding
-from solarcal.model.forecast import (
-    DEFAULT_RULE,
-    TOLERANCE_DEG,
-    Forecast,
-    StoppingRule,
-    forecast,
-)
+from solarcal.model.forecast import Forecast, forecast
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.mechanism_solution import MechanismSolution
-from solarcal.model.methods import DEFAULT_METHOD, DEFAULT_PRIOR, fit, posterior_without_prior
+from solarcal.model.methods import DEFAULT_METHOD, DEFAULT_PRIOR, fit
 from solarcal.model.plan import Plan, Standing, plan, times_of
 from solarcal.model.points import PointSet
 from solarcal.model.prior import Prior
 from solarcal.model.solution import Solution
 from solarcal.model.terms import CONTROLLER_TERMS
-from solarcal.model.unmodelled import DEFAULT_UNMODELLED, Unmodelled, widened
 from solarcal.model.verdict import BoltCircle, Verdict, assess, conclude
+from solarcal.stopping_rule import (
+    DEFAULT_RULE,
+    TOLERANCE_DEG,
+    StoppingRule,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +77,6 @@ def analyse(
     terms: Iterable[str] = CONTROLLER_TERMS,
     solution: Solution | None = None,
     rule: StoppingRule = DEFAULT_RULE,
-    unmodelled: Unmodelled | None = None,
     until_utc_s: float | None = None,
     points_left: int | None = None,
     struck: Sequence[tuple[float, float]] = (),
@@ -100,10 +97,7 @@ def analyse(
     solution
         The fit, where it is made already (merged sessions).
     rule
-        When a calibration is done.
-    unmodelled
-        What may be there beside P1..P6; None: the usual, with the laptop's clock as well known as
-        the time signal it was compared with.
+        When a calibration is done, and what may be there beside P1..P6.
     until_utc_s, points_left, struck
         As in ``plan``.
     bolt_circle
@@ -116,20 +110,16 @@ def analyse(
     """
     if solution is None:
         solution = fit(points, context, method=method, prior=prior, terms=terms)
-    if unmodelled is None:
-        clock_s = evidence.clock_sigma_s or DEFAULT_UNMODELLED.clock_s
-        unmodelled = replace(DEFAULT_UNMODELLED, clock_s=clock_s)
-    expected = forecast(solution, context, rule=rule, unmodelled=unmodelled)
+    expected = forecast(solution, context, rule=rule)
     findings = findings_of(
         solution, context, evidence, prior=prior, tolerance_deg=rule.tolerance_deg
     )
     assessment = assess(solution, expected, bolt_circle=bolt_circle, evidence=findings)
     planned = None
     if at_utc_s is not None:
+        # What more points can tell is that of the fit, without what may be there beside it.
         posterior = (
-            solution.posterior
-            if isinstance(solution, MechanismSolution)
-            else posterior_without_prior(solution.points, context)
+            solution.posterior if isinstance(solution, MechanismSolution) else expected.posterior
         )
         planned = plan(
             posterior,
@@ -141,11 +131,7 @@ def analyse(
             until_utc_s=until_utc_s,
             points=points_left,
             struck=struck,
-            beside=(
-                widened(solution, unmodelled)
-                if isinstance(solution, MechanismSolution) and solution.method == "robust"
-                else None
-            ),
+            beside=None if expected.posterior is posterior else expected.posterior,
         )
     verdict = conclude(assessment, expected, planned)
     return Analysis(solution, expected, planned, findings, verdict)

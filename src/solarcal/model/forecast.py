@@ -11,20 +11,18 @@ from typing import Any
 
 import numpy as np
 
-from solarcal.errors import ConfigurationError
 from solarcal.model.known_physics import SkyContext
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import posterior_without_prior
 from solarcal.model.posterior import SAMPLES, SEED, MechanismPosterior
 from solarcal.model.solution import Solution
-from solarcal.model.unmodelled import DEFAULT_UNMODELLED, Unmodelled, widened, year_columns
+from solarcal.model.unmodelled import widened, year_columns
 from solarcal.model.year_grid import SLOTS, SunGrid, year_grid
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, correction_deg
 from solarcal.mount.mechanism import Mechanism
+from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule, Unmodelled
 from solarcal.units import FloatArray, wrap_deg
 
-TOLERANCE_DEG = 0.1
-DONE_PROBABILITY = 0.95
 SHARE_WITHIN = 0.95
 """Of the year's moments: within the tolerance means that this share of them is."""
 _MOST_DEG = 180.0
@@ -37,57 +35,6 @@ _SURE_DRAWS = 1024
 _SURE_MOMENTS = 250
 """A probability of 0.95 is known to 0.007 with so many draws; a quarter of the moments is enough to
 say whether 95 % of them are within the tolerance."""
-
-
-@dataclass(frozen=True, slots=True)
-class StoppingRule:
-    """When a calibration is done: what verdict, plan and every sentence go by.
-
-    Attributes
-    ----------
-    tolerance_deg
-        On sky; 95 % of the year's moments are to be within it.
-    probability
-        With which they must be, for this one tracker. It holds although the technician looks after
-        every point: the probability is the posterior's own, and whenever it is reached it is true.
-    """
-
-    tolerance_deg: float = TOLERANCE_DEG
-    probability: float = DONE_PROBABILITY
-
-    def __post_init__(self) -> None:
-        if not self.tolerance_deg > 0.0:
-            raise ConfigurationError(f"the tolerance is {self.tolerance_deg:g} deg, not above zero")
-        if not 0.5 <= self.probability < 1.0:
-            raise ConfigurationError(
-                f"the probability asked for done is {self.probability:g}; give 0.5 to 0.999"
-            )
-
-    def within_deg(self, value_deg: float) -> str:
-        """``value_deg`` with as many decimals as keep it apart from the tolerance."""
-        return apart_from(value_deg, self.tolerance_deg)
-
-
-DEFAULT_RULE = StoppingRule()
-
-
-def apart_from(value: float, limit: float, digits: int = 3) -> str:
-    """``value`` in at least so many decimals that it does not read as the limit it is not."""
-    for more in range(digits, digits + 6):
-        text = f"{value:.{more}f}"
-        if float(text) != limit or value == limit:
-            break
-    return text
-
-
-def percent(probability: float, limit: float) -> str:
-    """A probability in whole percent, in more digits only beside the limit it is compared with."""
-    # Counted in a thousand draws: none or all of them is no certainty.
-    if probability < 0.005:
-        return "less than 0.5 %"
-    if probability > 0.995 > limit:
-        return "more than 99.5 %"
-    return f"{apart_from(100.0 * probability, 100.0 * limit, 0)} %"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -134,6 +81,8 @@ class Forecast:
     probability_within_tolerance
         Posterior probability that this tracker's own 95th percentile over the grid is within the
         tolerance: what ``done`` is decided on.
+    posterior
+        What is known of the mechanism, for a ``robust`` fit with what may be there beside it.
     errors
         Cross and along error of each draw at each moment of ``grid``.
     """
@@ -148,6 +97,7 @@ class Forecast:
     sample_rms_deg: FloatArray
     rule: StoppingRule
     probability_within_tolerance: float
+    posterior: MechanismPosterior = field(repr=False)
     errors: "SkyErrors" = field(repr=False)
     grid: SunGrid = field(repr=False)
 
@@ -155,6 +105,10 @@ class Forecast:
     def sure(self) -> bool:
         """Whether the stopping rule is met, as far as the forecast goes."""
         return self.probability_within_tolerance >= self.rule.probability
+
+    def uploading(self, coefficients: Coefficients) -> "Forecast":
+        """The same tracker's year with these coefficients uploaded: the same draws."""
+        return forecast_of(self.posterior, coefficients, self.grid, rule=self.rule)
 
     @property
     def map_hours(self) -> FloatArray:
@@ -196,7 +150,6 @@ def forecast(
     *,
     uploaded: Coefficients | None = None,
     rule: StoppingRule = DEFAULT_RULE,
-    unmodelled: Unmodelled = DEFAULT_UNMODELLED,
     samples: int = SAMPLES,
     seed: int = SEED,
 ) -> Forecast:
@@ -209,9 +162,7 @@ def forecast(
     uploaded
         What the unit really holds, after rounding; None: the solution's own numbers.
     rule
-        What is asked of the year.
-    unmodelled
-        What may be there beside the six numbers; the bands of a ``robust`` fit hold it.
+        What is asked of the year, and what may be there beside the six numbers.
     samples, seed
         Draws from the posterior; the same seed gives the same forecast.
 
@@ -220,7 +171,7 @@ def forecast(
     A ``linear`` solution knows no exact mechanism: it is judged by what its points alone say of
     one, without prior.
     """
-    posterior, context = _knowledge(solution, context, unmodelled)
+    posterior, context = _knowledge(solution, context, rule.unmodelled)
     coefficients = uploaded or solution.coefficients()
     grid = year_grid(context)
     return forecast_of(posterior, coefficients, grid, rule=rule, samples=samples, seed=seed)
@@ -278,6 +229,7 @@ def forecast_of(
         probability_within_tolerance=_probability_within(
             known, slopes, posterior, rule.tolerance_deg, seed
         ),
+        posterior=posterior,
         errors=errors,
         grid=grid,
     )

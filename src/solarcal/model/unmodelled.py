@@ -10,16 +10,14 @@ have the information B' W B - B' W A S A' W B. Collimation and squareness are he
 small, now and then ten times as large, which makes a mixture of three.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from solarcal.errors import ConfigurationError
 from solarcal.model.known_physics import SkyContext, true_points
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.posterior import MechanismPosterior
 from solarcal.model.year_grid import SunGrid
 from solarcal.mount.mechanism import Mechanism
+from solarcal.stopping_rule import Unmodelled
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray, wrap_deg
@@ -32,50 +30,24 @@ USUAL_SHARE = 0.7
 """What is left of the draws without the large cross-axis terms of a day that excludes none."""
 
 
-@dataclass(frozen=True, slots=True)
-class Unmodelled:
-    """One sigma of what may be there beside the six numbers.
-
-    Attributes
-    ----------
-    cross_axis_deg, large_cross_axis_deg, large_chance
-        Of collimation and of squareness: mostly small, each with a chance large.
-    sag_deg
-        Gravity sag.
-    air
-        Refraction, as a part of the standard air's.
-    clock_s
-        The laptop's clock while the points were taken; right afterwards.
-    """
-
-    cross_axis_deg: float = 0.02
-    large_cross_axis_deg: float = 0.2
-    large_chance: float = 0.05
-    sag_deg: float = 0.02
-    air: float = 0.05
-    clock_s: float = 1.0
-
-    def __post_init__(self) -> None:
-        sigmas = (self.cross_axis_deg, self.large_cross_axis_deg, self.sag_deg, self.air)
-        if not all(sigma > 0.0 for sigma in (*sigmas, self.clock_s)):
-            raise ConfigurationError("what may be there beside P1..P6 has sigmas above zero")
-        if not 0.0 <= self.large_chance < 0.5:
-            raise ConfigurationError("the chance of a large cross-axis term is from 0 to below 0.5")
-
-    def components(self) -> list[tuple[float, FloatArray]]:
-        """(chance, sigmas (5,)) in the order of ``NAMES``."""
-        small = np.array(
-            (self.cross_axis_deg, self.cross_axis_deg, self.sag_deg, self.air, self.clock_s)
+def components(unmodelled: Unmodelled) -> list[tuple[float, FloatArray]]:
+    """(chance, sigmas (5,)) in the order of ``NAMES``."""
+    small = np.array(
+        (
+            unmodelled.cross_axis_deg,
+            unmodelled.cross_axis_deg,
+            unmodelled.sag_deg,
+            unmodelled.air,
+            unmodelled.clock_s,
         )
-        parts = [(1.0 - 2.0 * self.large_chance, small)]
-        for index in (0, 1):
-            large = small.copy()
-            large[index] = self.large_cross_axis_deg
-            parts.append((self.large_chance, large))
-        return [(chance, sigmas) for chance, sigmas in parts if chance > 0.0]
-
-
-DEFAULT_UNMODELLED = Unmodelled()
+    )
+    chance = unmodelled.large_chance
+    parts = [(1.0 - 2.0 * chance, small)]
+    for index in (0, 1):
+        large = small.copy()
+        large[index] = unmodelled.large_cross_axis_deg
+        parts.append((chance, large))
+    return [(chance, sigmas) for chance, sigmas in parts if chance > 0.0]
 
 
 def sky_columns(
@@ -141,7 +113,7 @@ def widened(solution: MechanismSolution, unmodelled: Unmodelled) -> MechanismPos
     pull = np.einsum("qmi,qi->qm", BW, residuals)
     parts = [
         _with_amounts(posterior, followed, information, pull, chance, sigmas)
-        for chance, sigmas in unmodelled.components()
+        for chance, sigmas in components(unmodelled)
     ]
     logs = np.concatenate([part[0] for part in parts])
     weights = np.exp(logs - logs.max())

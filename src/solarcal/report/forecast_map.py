@@ -9,9 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solarcal.model.forecast import TOLERANCE_DEG, Forecast
+from solarcal.model.forecast import Forecast
 from solarcal.report import scales
 from solarcal.report.scales import Theme
+from solarcal.stopping_rule import TOLERANCE_DEG
 from solarcal.timescale import SECONDS_PER_DAY, format_utc
 from solarcal.units import FloatArray
 

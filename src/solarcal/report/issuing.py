@@ -8,6 +8,7 @@ import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Unpack
 
 import msgspec
 
@@ -23,7 +24,7 @@ from solarcal.report.certificate import (
 )
 from solarcal.session.interchange import FillIn
 from solarcal.session.records import Header
-from solarcal.station.analysing import FileAnalysis, analyse_files, read_files
+from solarcal.station.analysing import FileAnalysis, RuleChanges, analyse_files, read_files
 from solarcal.station.sign_off import SignOff
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -52,8 +53,7 @@ def issue(
     *,
     zip_too: bool,
     method: str | None = None,
-    tolerance_deg: float | None = None,
-    done_probability: float | None = None,
+    **changes: Unpack[RuleChanges],
 ) -> Issued:
     """Judge files and write the certificate in the format of each output's ending.
 
@@ -68,8 +68,7 @@ def issue(
     judged = analyse_files(
         read_files(files, fill_in),
         method=method,
-        tolerance_deg=tolerance_deg,
-        done_probability=done_probability,
+        **changes,
     )
     if read_sources(files) != sources:
         raise ConfigurationError(

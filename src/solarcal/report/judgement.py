@@ -5,7 +5,7 @@ Angles in degrees on the sky.
 
 from solarcal.model.analysis import Analysis
 from solarcal.model.comparison import ModelComparison
-from solarcal.model.forecast import Forecast, percent
+from solarcal.model.forecast import Forecast
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.plan import Plan, PlannedStop
 from solarcal.model.solution import Solution
@@ -14,6 +14,7 @@ from solarcal.model.verdict import Verdict
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS
 from solarcal.report.blocks import Block, Blocks, Facts, Prose, Sentences, Table, number
 from solarcal.station.uploading import UploadOffer
+from solarcal.stopping_rule import percent
 from solarcal.timescale import format_utc
 from solarcal.units import ARCSEC_PER_DEG
 

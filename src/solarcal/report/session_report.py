@@ -134,11 +134,12 @@ def session_text(session: SessionView, judgement: Analysis | None) -> str:
 
 def calibration_text(calibration: "Calibration") -> str:
     """A finished headless calibration, with the emulator's truth."""
-    ending = (
-        "Calibration completed, read back equal."
-        if calibration.completed
-        else "NOT completed: the unit reads back something else than was written."
-    )
+    if calibration.completed:
+        ending = "Calibration completed, read back equal."
+    elif calibration.refused:
+        ending = f"NOT completed: {calibration.refused}"
+    else:
+        ending = "NOT completed: the unit reads back something else than was written."
     truth = truth_table(calibration.truth_document(), calibration.solution.coefficients())
     return "\n\n".join(
         [

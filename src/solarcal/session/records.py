@@ -15,6 +15,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import Limits
 from solarcal.optics.aiming import Heliostat
 from solarcal.site import Site, Weather
+from solarcal.stopping_rule import StoppingRule, Unmodelled
 
 FORMAT_VERSION = 2
 """Format 2: a checksum on every line, sequence numbers without gaps."""
@@ -84,6 +85,8 @@ class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
     tolerance_deg: float = 0.1
     done_probability: float = 0.95
     """With which the year must be within the tolerance before the calibration is done."""
+    unmodelled: Unmodelled | None = None
+    """What may be there beside P1..P6, the laptop's clock among it; None: the usual."""
     coefficients: Coefficients = Coefficients()
     offsets: Offsets = Offsets()
     operator: str = ""
@@ -93,6 +96,12 @@ class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
     unknown: tuple[str, ...] = ()
     inclinometer: Inclinometer | None = None
     """The lean as read on the tower; a fit takes it as known beforehand."""
+
+    @property
+    def rule(self) -> StoppingRule:
+        """When this calibration is done."""
+        usual = StoppingRule().unmodelled
+        return StoppingRule(self.tolerance_deg, self.done_probability, self.unmodelled or usual)
 
 
 class _Record(msgspec.Struct, frozen=True, kw_only=True):

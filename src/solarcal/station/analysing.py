@@ -3,18 +3,19 @@
 Records are folded once into a ``SessionView``, its table is made once, and the point set once.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypedDict, Unpack
 
 import numpy as np
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.analysis import Analysis, analyse, findings_of
+from solarcal.model.evidence.clocks import clock_sigma_s
 from solarcal.model.evidence.direct import Evidence
 from solarcal.model.evidence.times import stamp_evidence
 from solarcal.model.finding import Finding
-from solarcal.model.forecast import TOLERANCE_DEG, StoppingRule
 from solarcal.model.merging import Merged, merge_sessions
 from solarcal.model.methods import DEFAULT_METHOD, fit
 from solarcal.model.prior import Prior
@@ -28,6 +29,7 @@ from solarcal.session.records import Header
 from solarcal.session.view import SessionView, read_view
 from solarcal.station.fitting import fewest_points, newest_point_utc_s, point_set, sky_context
 from solarcal.station.known_lean import prior_of
+from solarcal.stopping_rule import DEFAULT_RULE, TOLERANCE_DEG, StoppingRule
 
 
 def analyse_session(
@@ -54,11 +56,19 @@ def analyse_session(
         newest_point_utc_s(table) if at_utc_s is None else at_utc_s,
         method=method,
         prior=prior_of(header),
-        rule=stopping_rule(header),
+        rule=stopping_rule((session,)),
         until_utc_s=until_utc_s,
         points_left=points_left,
         struck=struck,
     )
+
+
+class RuleChanges(TypedDict, total=False):
+    """What is asked for instead of what a session was judged by; None: no change."""
+
+    tolerance_deg: float | None
+    done_probability: float | None
+    unmodelled: Mapping[str, float] | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,12 +182,11 @@ def analyse_files(
     *,
     method: str | None = None,
     terms: Sequence[str] | None = None,
-    tolerance_deg: float | None = None,
-    done_probability: float | None = None,
     at_utc_s: float | None = None,
     until_utc_s: float | None = None,
     points_left: int | None = None,
     struck: Sequence[tuple[float, float]] = (),
+    **changes: Unpack[RuleChanges],
 ) -> FileAnalysis:
     """Fit and analyse files; the plan begins at the newest point unless ``at_utc_s`` is given.
 
@@ -192,7 +201,7 @@ def analyse_files(
     """
     table, header = files.table, files.header
     chosen = method or (DEFAULT_METHOD if terms is None else "linear")
-    rule = stopping_rule(header, tolerance_deg, done_probability)
+    rule = stopping_rule(files.sessions, **changes)
     prior = prior_of(header)
     # A session broken off before its first point has nothing to compare; its records still count.
     with_points = [one for one in files.tables if one.count("accepted")]
@@ -230,17 +239,20 @@ def analyse_files(
 
 
 def stopping_rule(
-    header: Header | None,
+    sessions: Sequence[SessionView],
+    *,
     tolerance_deg: float | None = None,
     done_probability: float | None = None,
+    unmodelled: Mapping[str, float] | None = None,
 ) -> StoppingRule:
-    """The session's, with what is given instead."""
-    rule = StoppingRule()
-    if header is not None:
-        rule = StoppingRule(header.tolerance_deg, header.done_probability)
+    """That of the first session, its clock as well known as the worst of all, with changes."""
+    rule = sessions[0].header.rule if sessions else DEFAULT_RULE
+    clocks = [clock_sigma_s(session) for session in sessions]
+    beside = rule.unmodelled.with_clock(max(clocks)) if clocks else rule.unmodelled
     return StoppingRule(
         rule.tolerance_deg if tolerance_deg is None else tolerance_deg,
         rule.probability if done_probability is None else done_probability,
+        beside.changed(unmodelled or {}),
     )
 
 

@@ -45,6 +45,7 @@ from solarcal.station.state import (
     view_session,
 )
 from solarcal.station.typed.forms import ReadByHand, TypedAnswer
+from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule
 from solarcal.sun import sun_position
 from solarcal.timescale import format_utc
 from solarcal.unit.tracker import Mode, Status, Tracker, UnitIdentity, UnitSite
@@ -66,6 +67,7 @@ class StationCore:
     clock : the laptop's clock (the emulator's when the unit is one).
     site : the technician's site; the unit's own when ``None``.
     weather : station pressure and temperature; the standard atmosphere's when ``None``.
+    rule : when the calibration is done; goes into the header.
     true_sun : the Sun the points are taken on; another than ``precise`` only in an emulated world.
     """
 
@@ -79,8 +81,7 @@ class StationCore:
         true_sun: str = "precise",
         operator: str = "",
         pointing_device: str = "",
-        tolerance_deg: float = 0.1,
-        done_probability: float = 0.95,
+        rule: StoppingRule = DEFAULT_RULE,
         inclinometer: Inclinometer | None = None,
     ) -> None:
         self.tracker = tracker
@@ -91,8 +92,7 @@ class StationCore:
         self._true_sun = true_sun
         self._operator = operator
         self._pointing_device = pointing_device
-        self._tolerance_deg = tolerance_deg
-        self._done_probability = done_probability
+        self._rule = rule
         self._inclinometer = inclinometer
         self._journal: Journal | None = None
         self._in_force = Coefficients()
@@ -449,8 +449,9 @@ class StationCore:
             geometry=told.geometry,
             ax1_centre_deg=told.ax1_centre_deg,
             true_sun=self._true_sun,
-            tolerance_deg=self._tolerance_deg,
-            done_probability=self._done_probability,
+            tolerance_deg=self._rule.tolerance_deg,
+            done_probability=self._rule.probability,
+            unmodelled=self._rule.unmodelled,
             coefficients=stored.coefficients,
             offsets=stored.offsets,
             operator=self._operator,

@@ -9,17 +9,17 @@ import msgspec
 from solarcal.clock import Clock, SystemClock
 from solarcal.errors import ConfigurationError, LinkError, ProcedureRefused, SolarcalError
 from solarcal.model.evidence.branches import branch_warning
-from solarcal.model.evidence.unit_state import check_unit_settings, check_unit_sun
 from solarcal.model.fit import Solution
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.session.journal import Journal
 from solarcal.session.records import Closed, Header, UploadRecord
-from solarcal.site import Site
+from solarcal.station.connecting import disagreements
 from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.fitting import solve
 from solarcal.station.procedure import Station
 from solarcal.station.state import SessionView
 from solarcal.station.technician import AutomaticTechnician, Schedule
+from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule
 from solarcal.unit.tracker import Tracker, Truth
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 15.0
@@ -29,19 +29,23 @@ GIVE_UP_S = 120.0
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """What a headless calibration left behind. Truth only where the unit is an emulator."""
+    """What a headless calibration left behind. Truth only where the unit is an emulator.
+
+    ``refused``: why nothing was uploaded; the session can be gone on with.
+    """
 
     session: SessionView
     path: Path
     solution: Solution
-    upload: UploadRecord
+    upload: UploadRecord | None
+    refused: str
     truth_before: Truth
     truth_after: Truth
 
     @property
     def completed(self) -> bool:
         """The read-back was exact, and the check points that were taken are stored."""
-        return self.upload.verified
+        return self.upload is not None and self.upload.verified
 
     def truth_document(self) -> dict[str, float | None]:
         """The contract's ``truth``: the world's P1..P6 and the TRUE error before and after."""
@@ -61,12 +65,10 @@ def calibrate(
     create_journal: Callable[[Header], Journal],
     schedule: Schedule,
     *,
-    site: Site | None = None,
-    operator: str = "",
-    tolerance_deg: float = 0.1,
-    done_probability: float = 0.95,
+    rule: StoppingRule = DEFAULT_RULE,
     method: str = DEFAULT_METHOD,
     eye_sigma_deg: float = 0.02,
+    force: str | None = None,
     say: Callable[[str], None] = lambda sentence: None,
     resume: Path | None = None,
     pauses: Clock | None = None,
@@ -77,6 +79,7 @@ def calibrate(
 
     Parameters
     ----------
+    force : why to upload although something speaks against it; recorded with the upload.
     resume : a session to go on with instead of a new one.
     pauses : what waits between two tries to open a lost line; real time by default, for the
         emulated clock is gone with the line.
@@ -100,13 +103,11 @@ def calibrate(
     station = Station(
         tracker,
         EmulatedClock(emulation),
-        site=site,
         weather=sky.weather,
         true_sun=sky.sun,
-        operator=operator or "automatic technician",
+        operator="automatic technician",
         pointing_device="emulated sunspot device",
-        tolerance_deg=tolerance_deg,
-        done_probability=done_probability,
+        rule=rule,
     )
     station.connect()
     journal = station.open_session(create_journal) if resume is None else _taken_up(station, resume)
@@ -120,6 +121,7 @@ def calibrate(
             schedule,
             method=method,
             eye_sigma_deg=eye_sigma_deg,
+            force=force,
             say=say,
             reopen=lambda error: _reopen(station, error, pauses or SystemClock()),
         )
@@ -131,9 +133,12 @@ def calibrate(
     else:
         session = station.session
         solution = solve(session, method)
-        assert solution is not None  # the upload could not have happened without one
-        station.close("calibration finished")
-        return Calibration(station.session, path, solution, upload, truth_before, truth_after)
+        assert solution is not None  # nothing could have been offered without one
+        if upload is not None:
+            station.close("calibration finished")
+        return Calibration(
+            station.session, path, solution, upload, technician.refused, truth_before, truth_after
+        )
     finally:
         # Also where it was interrupted: the session can be gone on with.
         if station.state.attempt is not None:
@@ -180,14 +185,7 @@ def _reopen(station: Station, lost: LinkError, clock: Clock) -> None:
 
 
 def _say_settings(station: Station, say: Callable[[str], None]) -> None:
-    status = station.poll()
-    laptop = station.clock.utc_s()
-    assert station.unit_site is not None  # connect() has read it
-    ours = station.session.header.site
-    for sentence in check_unit_settings(station.unit_site, ours, status.unit_utc_s - laptop):
+    for sentence in disagreements(station):
         say(sentence)
-    sun = check_unit_sun(station.unit_site, ours, status, laptop)
-    if not sun.agrees:
-        say(f"the unit's Sun is {sun.difference_deg:.3f} deg from ours: {sun.explanation}")
-    if warning := branch_warning(station.session.header, laptop):
+    if warning := branch_warning(station.session.header, station.clock.utc_s()):
         say(warning)

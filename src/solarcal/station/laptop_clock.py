@@ -7,6 +7,8 @@ import subprocess
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from solarcal.stopping_rule import SYNCHRONISED_S, UNSYNCHRONISED_S
+
 TOOL_TIMEOUT_S = 3.0
 
 Ask = Callable[[Sequence[str]], str | None]
@@ -32,6 +34,11 @@ def laptop_clock(ask: Ask | None = None) -> LaptopClock:
         None,
         "It is not known whether the laptop's clock is right; compare it with a time signal.",
     )
+
+
+def clock_sigma_s(ask: Ask | None = None) -> float:
+    """How well this laptop's clock is known before it is compared with a time signal, seconds."""
+    return SYNCHRONISED_S if laptop_clock(ask).synchronised else UNSYNCHRONISED_S
 
 
 def _chrony(ask: Ask) -> LaptopClock | None:

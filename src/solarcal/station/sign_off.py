@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from solarcal.model.analysis import Analysis
-from solarcal.model.forecast import Forecast, forecast
+from solarcal.model.forecast import Forecast
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import CheckRecord, UploadRecord
 from solarcal.session.view import SessionView
@@ -104,5 +104,4 @@ def forecast_with(judgement: Analysis, coefficients: Coefficients, offsets: Offs
         coefficients.P5,
         coefficients.P6,
     )
-    expected = judgement.forecast
-    return forecast(judgement.solution, expected.grid.context, uploaded=held, rule=expected.rule)
+    return judgement.forecast.uploading(held)

@@ -13,7 +13,6 @@ from typing import TypeVar
 import numpy as np
 
 from solarcal.errors import LinkError, ProcedureRefused, UnitRefused
-from solarcal.model.fit import FEWEST_POINTS
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.drive import reading_deg, register
@@ -21,6 +20,8 @@ from solarcal.session.records import CheckRecord, PointRecord, UploadRecord
 from solarcal.station.centring import SunCentring
 from solarcal.station.fitting import solve
 from solarcal.station.procedure import Station
+from solarcal.station.upload_proposal import propose_upload
+from solarcal.station.uploading import refuse_doubtful
 from solarcal.sun.day import daylight
 from solarcal.timescale import format_utc
 from solarcal.unit.conversation import NOT_REFERENCED
@@ -64,6 +65,7 @@ class AutomaticTechnician:
     station : connected, its session open.
     look : what the sunspot device shows now.
     eye_sigma_deg : the technician's own estimate of reading the spot, one sigma per axis on sky.
+    force : why to upload although something speaks against it; recorded.
     say : called with a sentence at every step worth telling.
     reopen : connects a lost line again, or raises; without it a lost line ends the calibration.
     """
@@ -76,6 +78,7 @@ class AutomaticTechnician:
         *,
         method: str = DEFAULT_METHOD,
         eye_sigma_deg: float = 0.02,
+        force: str | None = None,
         say: Callable[[str], None] = lambda sentence: None,
         reopen: Callable[[LinkError], object] | None = None,
     ) -> None:
@@ -83,13 +86,17 @@ class AutomaticTechnician:
         self.station = station
         self.schedule = schedule
         self.method = method
+        self.refused = ""
+        self._force = force
         self.sight = SunCentring(station, look, eye_sigma_deg=eye_sigma_deg, say=say)
         self._say = say
 
     # -- the day -----------------------------------------------------------------------------
 
-    def calibrate(self) -> UploadRecord:
+    def calibrate(self) -> UploadRecord | None:
         """The whole procedure: prepare, points, upload, check points.
+
+        None where the upload is refused; ``refused`` says why.
 
         Raises
         ------
@@ -101,7 +108,8 @@ class AutomaticTechnician:
         self.prepare()
         self.take_points()
         upload = self._uploaded or self._persist(self.upload)
-        self.take_checks()
+        if upload is not None:
+            self.take_checks()
         return upload
 
     def prepare(self) -> None:
@@ -195,15 +203,25 @@ class AutomaticTechnician:
             return stored
         return None
 
-    def upload(self) -> UploadRecord:
-        solution = solve(self.station.session, self.method)
-        accepted = len(self.station.session.accepted)
-        if solution is None or accepted < FEWEST_POINTS:
+    def upload(self) -> UploadRecord | None:
+        """Upload what is better than what is in force and fits, or is forced; None: refused."""
+        station = self.station
+        held = station.tracker.stored()
+        proposal = propose_upload(
+            station.session, held.coefficients, self.method, offsets=held.offsets
+        )
+        if proposal is None:
             raise ProcedureRefused(
-                f"only {accepted} points were accepted; three are needed at least to compute "
-                "coefficients worth uploading"
+                f"only {len(station.session.accepted)} points were accepted; three are needed at "
+                "least to compute coefficients worth uploading"
             )
-        record = self.station.upload(solution.coefficients(), method=self.method)
+        try:
+            forced = refuse_doubtful(proposal.offer, self._force)
+        except ProcedureRefused as refusal:
+            self.refused = str(refusal)
+            self._say(self.refused)
+            return None
+        record = station.upload(proposal.coefficients, method=self.method, forced=forced)
         self._say(
             "coefficients uploaded and read back " + ("equal" if record.verified else "DIFFERENT")
         )

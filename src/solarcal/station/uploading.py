@@ -8,7 +8,7 @@ import numpy as np
 from solarcal.clock import Clock, SystemClock
 from solarcal.errors import InputFileError, LinkError, ProcedureRefused
 from solarcal.model.analysis import Analysis
-from solarcal.model.forecast import Forecast, forecast
+from solarcal.model.forecast import Forecast
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.journal import Journal
 from solarcal.session.points import SITE_TOLERANCE_DEG
@@ -54,12 +54,7 @@ def offer_upload(
     fitted = judgement.solution.coefficients()
     rounded = fitted.rounded(unit.tilt_decimals, unit.scale_decimals)
     verdict = judgement.verdict
-    kept = forecast(
-        judgement.solution,
-        judgement.forecast.grid.context,
-        uploaded=rounded,
-        rule=judgement.forecast.rule,
-    )
+    kept = judgement.forecast.uploading(rounded)
     against = list(verdict.reasons[:1] if verdict.state == "does_not_fit" else ())
     now: Forecast | None = None
     better: float | None = None

@@ -16,6 +16,7 @@ from solarcal.config import Choice, file_stem, new_session_path
 from solarcal.errors import ProcedureRefused, SolarcalError
 from solarcal.profiles import Profile
 from solarcal.station.saved_sessions import finished, unfinished_sessions
+from solarcal.stopping_rule import SYNCHRONISED_S
 from solarcal.unit.drivers import demand_driver
 
 if TYPE_CHECKING:
@@ -96,6 +97,7 @@ def open_line(
     from solarcal.station.connect import open_tracker
     from solarcal.station.connecting import disagreements
     from solarcal.station.emulated_clock import EmulatedClock
+    from solarcal.station.laptop_clock import clock_sigma_s
     from solarcal.station.procedure import Station
 
     with contextlib.ExitStack() as resources:
@@ -127,8 +129,7 @@ def open_line(
             weather=None if emulated else profile.weather,
             operator=profile.operator,
             pointing_device=profile.pointing_device,
-            tolerance_deg=profile.tolerance_deg,
-            done_probability=profile.done_probability,
+            rule=profile.rule(SYNCHRONISED_S if emulated else clock_sigma_s()),
             inclinometer=None if emulated else profile.inclinometer,
         )
         identity = station.connect()

@@ -7,6 +7,7 @@ import numpy as np
 
 from solarcal.model.finding import Finding
 from solarcal.session.view import SessionView
+from solarcal.stopping_rule import SYNCHRONISED_S
 from solarcal.timescale import SECONDS_PER_DAY, parse_utc
 from solarcal.units import FloatArray
 
@@ -191,15 +192,32 @@ def _changes(
     return said
 
 
-def laptop_finding(tick_minus_laptop_s: float | None, sigma_s: float | None) -> Finding:
+def clock_sigma_s(session: SessionView) -> float:
+    """How well the laptop's clock was known, one sigma, seconds.
+
+    As entered with the newest time signal; before any, what the session was begun with.
+    """
+    told = [c.tick_sigma_s for c in session.clock_sets if c.tick_sigma_s is not None]
+    return told[-1] if told else session.header.rule.unmodelled.clock_s
+
+
+def laptop_finding(
+    tick_minus_laptop_s: float | None, sigma_s: float | None, assumed_s: float = SYNCHRONISED_S
+) -> Finding:
     """The laptop's own clock: compared with a time signal, or not to be known from points."""
     if tick_minus_laptop_s is None:
+        cure = "compare the laptop with a time signal"
+        if assumed_s > SYNCHRONISED_S:
+            cure = (
+                f"it is taken as right within {assumed_s:g} s (one sigma), which makes every band "
+                f"wider: {cure}"
+            )
         return Finding(
             kind="laptop_clock",
             subject="laptop clock",
             sentence="a constant error of the laptop's own clock cannot be found from points: "
             "24 s of it is a rotation of 0.1 deg about the celestial pole and hides in the "
-            "coefficients; compare the laptop with a time signal",
+            f"coefficients; {cure}",
             certainty="not_determinable",
             direct=True,
         )
@@ -242,6 +260,8 @@ def laptop_evidence(session: SessionView) -> tuple[Finding, ...]:
     newest = ticks[-1] if ticks else None
     return (
         laptop_finding(
-            newest.tick_minus_laptop_s if newest else None, newest.tick_sigma_s if newest else None
+            newest.tick_minus_laptop_s if newest else None,
+            newest.tick_sigma_s if newest else None,
+            session.header.rule.unmodelled.clock_s,
         ),
     )

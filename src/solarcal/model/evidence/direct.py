@@ -41,18 +41,6 @@ class Evidence:
     between: tuple[Finding, ...] = ()
 
     @property
-    def clock_sigma_s(self) -> float | None:
-        """How well the laptop's clock was known, the worst of the sessions: seconds, one sigma.
-
-        As entered with the newest time signal of each; None where none was compared.
-        """
-        newest = [
-            next((c.tick_sigma_s for c in reversed(one.clock_sets) if c.tick_sigma_s), None)
-            for one in self.sessions
-        ]
-        return max((sigma for sigma in newest if sigma is not None), default=None)
-
-    @property
     def losses(self) -> tuple[Loss, ...]:
         """Counts known to have been missed; labels of several files are ambiguous."""
         return real_losses(self.sessions[0]) if self._one_session else ()

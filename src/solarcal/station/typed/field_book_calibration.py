@@ -18,6 +18,7 @@ from solarcal.station.typed.entry_forms import key_in_texts
 from solarcal.station.typed.field_book import BookClock, Entry, FieldBook
 from solarcal.station.upload_proposal import UploadProposal, propose_upload
 from solarcal.station.uploading import refuse_doubtful
+from solarcal.stopping_rule import UNSYNCHRONISED_S
 
 Tell = Callable[[Record], None]
 
@@ -84,8 +85,7 @@ def calibrate_by_book(
         weather=profile.weather,
         operator=profile.operator,
         pointing_device=profile.pointing_device,
-        tolerance_deg=profile.tolerance_deg,
-        done_probability=profile.done_probability,
+        rule=profile.rule(UNSYNCHRONISED_S),
         inclinometer=profile.inclinometer,
     )
     station.connect()

@@ -6,7 +6,6 @@ from typing import Any, ClassVar
 from textual.widget import Widget
 from textual.widgets import Input, Static
 
-from solarcal.model.forecast import percent
 from solarcal.report.blocks import columns, number, text_of
 from solarcal.report.judgement import STATE_WORDS
 from solarcal.report.tables import checks_table
@@ -25,6 +24,7 @@ from solarcal.station.sign_off import sign_off
 from solarcal.station.state import SessionView, StationState
 from solarcal.station.upload_proposal import UploadProposal, propose_upload, too_few_points
 from solarcal.station.uploading import refuse_doubtful
+from solarcal.stopping_rule import percent
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
 from solarcal.tui.widgets.field import Field

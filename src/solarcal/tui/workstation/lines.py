@@ -6,12 +6,12 @@ from textual.content import Content
 from textual.widgets import Static
 
 from solarcal.model.analysis import Analysis
-from solarcal.model.forecast import percent
 from solarcal.model.verdict import sure_sentence
 from solarcal.report.judgement import STATE_WORDS
 from solarcal.station.next_step import NextStep, countdown_text
 from solarcal.station.sign_off import sign_off
 from solarcal.station.state import LinkState, SessionView, StationState
+from solarcal.stopping_rule import percent
 from solarcal.tui.widgets.lines import HeadLine, Part
 
 
