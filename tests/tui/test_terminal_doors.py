@@ -41,7 +41,15 @@ def test_keys_without_a_terminal_is_the_table_and_ends(tmp_path):
 
 def test_replay_without_a_terminal_is_told_in_text(tmp_path):
     made = solarcal(
-        "demo", "--points", "3", "-o", str(tmp_path / "three.jsonl"), "--json", home=tmp_path
+        "demo",
+        "--points",
+        "3",
+        "--force",
+        "short",
+        "-o",
+        str(tmp_path / "three.jsonl"),
+        "--json",
+        home=tmp_path,
     )
     assert made.returncode == 0
     done = solarcal("replay", str(tmp_path / "three.jsonl"), home=tmp_path)
