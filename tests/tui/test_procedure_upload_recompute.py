@@ -18,6 +18,7 @@ from procedure_bench import (
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.reader import read_session
 from solarcal.session.records import UploadRecord
+from solarcal.station.news import ClockAdjusted
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.tracker import Stored
 
@@ -156,3 +157,20 @@ async def test_an_empty_folder_is_said(tmp_path: Path, monkeypatch: pytest.Monke
     async with workstation(station) as (_, pilot):
         await pilot.press("f9", "space", "enter")
         await shows(pilot, "No saved sessions in")
+
+
+@on_loop
+async def test_evidence_after_the_last_point_reaches_the_verdict_and_the_upload() -> None:
+    """A time signal 30 s from the laptop's clock speaks against the points taken before it."""
+    station, _ = bench()
+    take_points(station, 8)
+    async with workstation(station, LARGE) as (app, pilot):
+        await until(pilot, lambda: app.judgement is not None)
+        assert app.judgement.verdict.state != "does_not_fit"
+        app.worker.submit(ClockAdjusted, lambda station: station.set_unit_clock(30.0, 0.5))
+        await until(pilot, lambda: app.judgement.verdict.state == "does_not_fit")
+        shown = app.judgement
+        await pilot.press("u")
+        await shows(pilot, "REFUSED: the time signal was +30.0 +- 0.5 s")
+        assert app.screen._proposal.judgement is shown
+    assert station.session.uploads == ()

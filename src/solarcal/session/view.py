@@ -10,18 +10,25 @@ from solarcal.session.reader import live_records, read_session
 from solarcal.session.records import (
     CheckRecord,
     ClockSet,
+    Closed,
     FitRecord,
     Header,
     InForce,
     Initialised,
+    LinkLost,
+    LinkRestored,
+    Note,
     PointRecord,
     Record,
     RefCheck,
     Restarted,
     SunOffset,
+    Typed,
     UploadBegun,
     UploadRecord,
 )
+
+_NO_EVIDENCE = (FitRecord, Note, Typed, LinkLost, LinkRestored, Closed)
 
 
 @dataclass(frozen=True)
@@ -60,6 +67,12 @@ class SessionView:
     @property
     def accepted(self) -> tuple[PointRecord, ...]:
         return tuple(p for p in self.points if p.status == "accepted")
+
+    @property
+    def newest_evidence(self) -> int:
+        """Sequence number of the newest record that a judgement may rest on; -1 without any."""
+        bearing = (r.seq for r in reversed(self.records) if not isinstance(r, _NO_EVIDENCE))
+        return next(bearing, -1)
 
     @property
     def fit_recorded(self) -> bool:

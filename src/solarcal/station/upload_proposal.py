@@ -61,11 +61,15 @@ def propose_upload(
     method: str = DEFAULT_METHOD,
     *,
     offsets: Offsets | None = None,
+    judgement: Analysis | None = None,
 ) -> UploadProposal | None:
-    """The upload this session's points ask for; ``None`` while there are too few."""
+    """The upload this session's points ask for; ``None`` while there are too few.
+
+    ``judgement``: their analysis, where it is on the screen already.
+    """
     if len(session.accepted) < FEWEST_POINTS:
         return None
-    judgement = analyse_session(session, method)
+    judgement = judgement or analyse_session(session, method)
     if judgement is None:
         return None
     held = None if offsets is None else (in_force, offsets)

@@ -177,12 +177,12 @@ class StationApp(App[int]):
         self._fit_if_needed(self.state)
 
     def _fit_if_needed(self, state: "StationState") -> None:
-        """A status comes every second, a judgement takes a fifth of one: only when the points or
-        the options changed, or the plan was overtaken by time."""
+        """A status comes every second, a judgement takes a fifth of one: only when the points, the
+        evidence or the options changed, or the plan was overtaken by time."""
         session = state.session
         if session is None:
             return
-        wanted = (session.header, session.points, self.wishes)
+        wanted = (session.header, session.points, session.newest_evidence, self.wishes)
         if wanted != self._fitted or self._overtaken(state):
             self._fitted = wanted
             at_utc_s = planning_utc_s(session, state.live.laptop_utc_s)

@@ -1,11 +1,12 @@
 """Upload: old, new, rounding; written, read back, rolled back; then check points and sign-off."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, ClassVar
 
 from textual.widget import Widget
 from textual.widgets import Input, Static
 
+from solarcal.model.analysis import Analysis
 from solarcal.report.blocks import columns, number, text_of
 from solarcal.report.judgement import STATE_WORDS
 from solarcal.report.tables import checks_table
@@ -68,7 +69,12 @@ class UploadDialog(Dialog):
         self._sure = False
         self.offer()
         self.say("Reading what the unit holds ...")
-        self.submit(UploadProposed, _propose)
+        self.submit(UploadProposed, self._look())
+
+    def _look(self) -> Callable[[Station], UploadProposal | None]:
+        """Offers what the header's analysis says; one of its own while newer points are fitted."""
+        judgement = self.workstation.judgement
+        return lambda station: _propose(station, judgement)
 
     # -- keys --------------------------------------------------------------------------------
 
@@ -200,7 +206,7 @@ class UploadDialog(Dialog):
         self.set_focus(None)
         self.offer("upload" if record.rollback else "rollback", "track")
         # What is in force has changed, and with it what the check points prove.
-        self.submit(UnitLookedAt, _propose)
+        self.submit(UnitLookedAt, self._look())
         if not record.verified:
             self.say(
                 "READ BACK DIFFERS from what was written: upload again, or roll back.", "error"
@@ -220,12 +226,13 @@ def _to_repeat(session: SessionView | None) -> bool:
     return session is not None and not (session.holds_upload and session.uploads[-1].verified)
 
 
-def _propose(station: Station) -> UploadProposal | None:
+def _propose(station: Station, judgement: Analysis | None) -> UploadProposal | None:
     status = station.state.live.status
     return propose_upload(
         station.session,
         station.coefficients_in_force,
         offsets=None if status is None else status.offsets,
+        judgement=judgement,
     )
 
 

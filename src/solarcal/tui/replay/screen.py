@@ -99,6 +99,7 @@ class ReplayScreen(StationScreen):
         self._speed = DEFAULT_SPEED if speed is None else speed
         self._utc_s = replay.utc_s
         self._points_seen: object = None
+        self._evidence_seen: int | None = None
         self._ready = False
         self._judged: FitReady | None = None
         self._fitter = Fitter(lambda fit: self.post_message(Told(fit)))
@@ -157,8 +158,9 @@ class ReplayScreen(StationScreen):
         view = self.query_one(WorkstationView)
         session = state.session
         assert session is not None  # a replay always has one
-        if session.points != self._points_seen:
-            self._points_seen = session.points
+        self._points_seen = session.points
+        if session.newest_evidence != self._evidence_seen:
+            self._evidence_seen = session.newest_evidence
             # Planned from the newest point: from then on the technician knew what to do.
             self._fitter.fit(self.replay.position, session)
         view.show_state(state)
