@@ -47,9 +47,9 @@ _HALF_HOURS = tuple(k for k in range(-28, 29) if k)
 class _Change:
     """What is taken to be otherwise than the file says."""
 
-    shift_s: float = 0.0
+    shift_s: float | FloatArray = 0.0
     latitude_deg: float | None = None
-    longitude_deg: float | None = None
+    longitude_deg: float | FloatArray | None = None
     geometry: str | None = None
     ideal: Ideal | None = None
 
@@ -253,7 +253,7 @@ class _Search:
         )
 
     def left(self, change: _Change) -> FloatArray:
-        """Separation (m,) on sky with this change."""
+        """Separation (m,) on sky with this change; (k, m) of k shifts or longitudes (k, 1)."""
         latitude = self.site.latitude_deg if change.latitude_deg is None else change.latitude_deg
         longitude = (
             self.site.longitude_deg if change.longitude_deg is None else change.longitude_deg
@@ -263,19 +263,19 @@ class _Search:
             latitude,
             self.context.geometry.ax1_centre_deg,
         )
-        n = len(self.rows)
+        utc_s, east_deg = np.broadcast_arrays(self.rows.utc_s + change.shift_s, longitude)
         azimuth, zenith = self.sun.horizontal_elsewhere_deg(
-            self.rows.utc_s + change.shift_s,
-            np.full(n, latitude),
-            np.full(n, longitude),
-            np.full(n, self.site.elevation_m),
+            utc_s.reshape(-1),
+            np.full(utc_s.size, latitude),
+            east_deg.reshape(-1),
+            np.full(utc_s.size, self.site.elevation_m),
         )
         if (change.ideal or self.context.ideal) == "apparent":
             zenith = apparent_zenith_deg(zenith, self.context.refraction, self.context.air)
         aim = (azimuth, zenith)
         if self.context.heliostat is not None:
             aim = self.context.heliostat.controller_normal_deg(*aim)
-        ax1, ax2 = geometry.axes_from_horizontal(*aim)
+        ax1, ax2 = (axis.reshape(utc_s.shape) for axis in geometry.axes_from_horizontal(*aim))
         return np.asarray(
             geometry.sky_separation_deg(self.rows.ax1_deg, self.rows.ax2_deg, ax1, ax2),
             dtype=np.float64,
@@ -306,7 +306,7 @@ class _Search:
         """Changes without a number of their own."""
         shifts = (*(1800.0 * k for k in _HALF_HOURS), SECONDS_PER_DAY, -SECONDS_PER_DAY)
         for shift_s in shifts:
-            yield self._shifted(_Change(shift_s=shift_s))
+            yield self._shifted(shift_s)
         if not whole_file:
             return
         latitude, longitude = self.site.latitude_deg, self.site.longitude_deg
@@ -343,18 +343,24 @@ class _Search:
                     )  # fmt: skip
 
     def _one_number(self, whole_file: bool) -> Iterator[_Explanation]:
-        shift_s = self._zoomed(lambda s: _Change(shift_s=s), -50400.0, 50400.0, 120.0, 0.05)
-        yield self._shifted(_Change(shift_s=shift_s))
+        shifts = np.arange(-50400.0, 50401.0, 120.0)
+        squares = self._squares(_Change(shift_s=shifts[:, np.newaxis]))
+        shift_s = self._best(lambda x: _Change(shift_s=x), shifts, squares)
+        yield self._shifted(shift_s)
         if not whole_file:
             return
-        latitude = self._zoomed(lambda x: _Change(latitude_deg=x), -89.5, 89.5, 1.0, 1e-4)
+        latitudes = np.arange(-89.5, 90.0)
+        squares = np.array([self._squares(_Change(latitude_deg=x)) for x in latitudes])
+        latitude = self._best(lambda x: _Change(latitude_deg=x), latitudes, squares)
         off = self.site.latitude_deg - latitude
         yield self._explained(
             _Change(latitude_deg=latitude), "site",
             f"the latitude is {off:+.3f} deg off ({self.site.latitude_deg:.4f}, the angles are of "
             f"{latitude:.3f})", off, "deg",
         )  # fmt: skip
-        longitude = self._zoomed(lambda x: _Change(longitude_deg=x), -180.0, 180.0, 1.0, 1e-4)
+        longitudes = np.arange(-180.0, 181.0)
+        squares = self._squares(_Change(longitude_deg=longitudes[:, np.newaxis]))
+        longitude = self._best(lambda x: _Change(longitude_deg=x), longitudes, squares)
         off = self.site.longitude_deg - longitude
         yield self._explained(
             _Change(longitude_deg=longitude), "site",
@@ -365,14 +371,21 @@ class _Search:
     def _place(self, whole_file: bool) -> Iterator[_Explanation]:
         if not whole_file or len(self.rows) < 2:
             return
-        at = (0.0, 0.0)
-        size, step = (87.0, 177.0), 3.0
-        while step > 1e-4:
-            latitudes = np.clip(np.arange(at[0] - size[0], at[0] + size[0] + step, step), -89, 89)
-            longitudes = np.arange(at[1] - size[1], at[1] + size[1] + step, step)
-            tried = [(a, b) for a in latitudes.tolist() for b in longitudes.tolist()]
-            at = min(tried, key=lambda place: self._rms(_Change(0.0, *place)))
-            size, step = (2.0 * step, 2.0 * step), step / 4.0
+        from scipy.optimize import minimize
+
+        latitudes, longitudes = np.arange(-87.0, 88.0, 3.0), np.arange(-177.0, 181.0, 3.0)
+        squares = np.array(
+            [self._squares(_Change(0.0, one, longitudes[:, np.newaxis])) for one in latitudes]
+        )
+        row, column = np.unravel_index(np.argmin(squares), squares.shape)
+        found = minimize(
+            lambda place: float(self._squares(_Change(0.0, *place))),
+            (latitudes[row], longitudes[column]),
+            method="Nelder-Mead",
+            bounds=((-89.0, 89.0), (None, None)),
+            options={"xatol": 1e-4, "fatol": 1e-12},
+        )
+        at = (float(found.x[0]), float(found.x[1]))
         yield self._explained(
             _Change(0.0, *at), "site",
             f"the angles are of another site: {at[0]:.3f}, {at[1]:.3f} deg, not "
@@ -380,8 +393,8 @@ class _Search:
             float(np.hypot(at[0] - self.site.latitude_deg, at[1] - self.site.longitude_deg)), "deg",
         )  # fmt: skip
 
-    def _shifted(self, change: _Change) -> _Explanation:
-        late_s = -change.shift_s
+    def _shifted(self, shift_s: float) -> _Explanation:
+        late_s = -shift_s
         sense = "late" if late_s > 0.0 else "early"
         hours = round(late_s / 1800.0) / 2.0
         words = f"the time stamps are {abs(late_s):.0f} s {sense}"
@@ -389,21 +402,27 @@ class _Search:
             words += " (a day: the date)"
         elif hours and abs(late_s - 3600.0 * hours) < _WHOLE_HOUR_S:
             words += f" ({abs(hours):g} h: daylight-saving time or the time zone)"
-        return self._explained(change, "time_stamps", words, round(late_s, 1), "s")
+        return self._explained(
+            _Change(shift_s=shift_s), "time_stamps", words, round(late_s, 1), "s"
+        )
 
-    def _rms(self, change: _Change) -> float:
-        left = self.left(change)
-        return float(left @ left)
+    def _squares(self, change: _Change) -> FloatArray:
+        """Sum of squared separations, of each change tried."""
+        squares: FloatArray = np.sum(self.left(change) ** 2, axis=-1)
+        return squares
 
-    def _zoomed(
-        self, change: Callable[[float], _Change], low: float, high: float, step: float, fine: float
+    def _best(
+        self, change: Callable[[float], _Change], tried: FloatArray, squares: FloatArray
     ) -> float:
-        """The number within [low, high] that brings the rows together best, to ``fine``."""
-        at = 0.5 * (low + high)
-        size = 0.5 * (high - low)
-        while True:
-            tried = np.clip(np.arange(at - size, at + size + 0.5 * step, step), low, high)
-            at = min(tried.tolist(), key=lambda value: self._rms(change(value)))
-            if step <= fine:
-                return float(at)
-            size, step = 1.5 * step, step / 8.0
+        """The number that brings the rows together best, beside the best of those tried (k,)."""
+        from scipy.optimize import minimize_scalar
+
+        at = int(np.argmin(squares))
+        low, high = tried[max(at - 1, 0)], tried[min(at + 1, len(tried) - 1)]
+        found = minimize_scalar(
+            lambda value: float(self._squares(change(value))),
+            bounds=(low, high),
+            method="bounded",
+            options={"xatol": 1e-6 * (high - low)},
+        )
+        return float(found.x)
