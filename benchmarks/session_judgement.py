@@ -23,7 +23,7 @@ from solarcal.model.plan import plan
 from solarcal.model.points import PointSet
 from solarcal.mount.mechanism import Mechanism
 from solarcal.session.reader import read_session
-from solarcal.station.fitting import sky_context, solve_table
+from solarcal.station.fitting import point_set, sky_context, solve_table
 from solarcal.station.state import view_session
 
 SESSION = Path(__file__).parents[1] / "sessions" / "azel-good-day.jsonl"
@@ -52,11 +52,10 @@ def _one_session() -> list[str]:
     # Planned as if most of the day were still ahead: the more half hours, the longer it takes.
     at_s = float(np.nanmax(points.utc_s)) - 3600.0 * LEFT_H
 
+    taken = point_set(points)
+
     def everything() -> object:
-        solution = fitted()
-        return findings_of(solution, context, evidence), analyse(
-            solution.points, context, evidence, at_s, solution=solution
-        )
+        return analyse(taken, context, evidence, at_s)
 
     names = ("robust fit", "diagnosis", "forecast", f"plan, {LEFT_H:g} h left", "all and verdict")
     times = timed(

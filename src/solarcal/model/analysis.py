@@ -131,7 +131,7 @@ def analyse(
             until_utc_s=until_utc_s,
             points=points_left,
             struck=struck,
-            beside=None if expected.posterior is posterior else expected.posterior,
+            beside=None if expected.posterior is posterior else expected,
         )
     verdict = conclude(assessment, expected, planned)
     return Analysis(solution, expected, planned, findings, verdict)

@@ -244,7 +244,7 @@ def plan(
     points: int | None = None,
     struck: Sequence[tuple[float, float]] = (),
     prior: Prior | None = None,
-    beside: MechanismPosterior | None = None,
+    beside: Forecast | None = None,
 ) -> Plan:
     """Plan the rest of the solar day that ``at_utc_s`` lies in.
 
@@ -268,7 +268,7 @@ def plan(
     prior
         Whose spreads are the units of the arithmetic; never changes the answer.
     beside
-        The posterior with what may be there beside P1..P6: more points remove none of it.
+        The forecast with what may be there beside P1..P6: more points remove none of it.
     """
     if until_utc_s is not None and until_utc_s < at_utc_s:
         raise ConfigurationError("the plan must end after it begins")

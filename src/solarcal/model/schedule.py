@@ -13,15 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.forecast import SHARE_WITHIN, known_and_slopes, thinning, upper_quantile
+from solarcal.model.forecast import (
+    SHARE_WITHIN,
+    Forecast,
+    known_and_slopes,
+    thinning,
+    upper_quantile,
+)
 from solarcal.model.known_physics import SkyContext, sun_directions
 from solarcal.model.posterior import MechanismPosterior, standard_normals
 from solarcal.model.prior import Prior
-from solarcal.model.unmodelled import left_over
 from solarcal.model.year_grid import (
     LOWEST_FORECAST_DEG,
     SLOTS,
-    SunGrid,
     controller_coefficients,
     year_grid,
 )
@@ -37,6 +41,8 @@ GAP_S = 600.0
 _LEAST_GAIN = 1e-9
 _ROUNDS = 8
 _MOMENTS = 150
+USUAL_SHARE = 0.7
+"""What is left of the draws without the large cross-axis terms of a day that excludes none."""
 _DRAWS = 128
 _BLUR = 0.05
 """Relative width over which a percentile of one draw counts as within: the probability of few draws
@@ -337,9 +343,12 @@ def year_ahead(
     posterior: MechanismPosterior,
     context: SkyContext,
     unit: FloatArray,
-    beside: MechanismPosterior | None = None,
+    expected: Forecast | None = None,
 ) -> YearAhead:
-    """The year about the posterior's mean, with the best coefficients for that mean uploaded."""
+    """The year about the posterior's mean, with the best coefficients for that mean uploaded.
+
+    ``expected``: a forecast with what may be there beside P1..P6.
+    """
     grid = year_grid(context)
     uploaded = Coefficients(*controller_coefficients(posterior.mean, context, Prior()).tolist())
     known, slopes = known_and_slopes(posterior.mean, uploaded, grid)
@@ -354,7 +363,7 @@ def year_ahead(
     return YearAhead(
         weight=flat @ flat.T / len(grid),
         known_square=float(np.mean(np.sum(known**2, axis=0))),
-        known=_known_of_draws(known, beside, grid, step),
+        known=_known_of_draws(known, expected, step),
         plain=known[np.newaxis, :, ::step],
         slopes=slopes[:, :, ::step].reshape(6, -1),
         day_rows=rows,
@@ -363,11 +372,24 @@ def year_ahead(
     )
 
 
-def _known_of_draws(
-    known: FloatArray, beside: MechanismPosterior | None, grid: SunGrid, step: int
-) -> FloatArray:
-    """What the formula leaves, and what is there beside the six numbers, of each draw."""
-    if beside is None:
-        return known[np.newaxis, :, ::step]
-    thin: FloatArray = known[:, ::step] - left_over(beside, grid, _DRAWS)[:, :, ::step]
-    return thin
+def _known_of_draws(known: FloatArray, expected: Forecast | None, step: int) -> FloatArray:
+    """Sky errors (1 or d, 2, m) that no points of P1..P6 remove: what the formula leaves and, of
+    each draw, what the amounts beside the six leave although the fit follows them.
+
+    The largest amounts are left out, as a plan wants them: more points find or exclude those.
+    """
+    thin = known[np.newaxis, :, ::step]
+    if expected is None:
+        return thin
+    posterior = expected.posterior
+    slopes = expected.errors.slopes.reshape(len(posterior.mean), 2, -1)
+    covariance = posterior.covariance
+    follows = np.linalg.solve(covariance[6:, 6:], covariance[6:, :6])
+    effect = slopes[6:] + np.einsum("mk,kag->mag", follows, slopes[:6])
+    draws = posterior.samples(_DRAWS)[:, 6:]
+    weight = np.einsum("mag,lag->ml", effect, effect)
+    order = np.argsort(np.einsum("nm,ml,nl->n", draws, weight, draws), kind="stable")
+    usual = draws[order[: round(_DRAWS * USUAL_SHARE)]]
+    return np.asarray(
+        thin - np.einsum("nm,mag->nag", np.resize(usual, draws.shape), effect[:, :, ::step])
+    )

@@ -26,8 +26,6 @@ NAMES = ("collimation", "squareness", "sag", "air", "clock")
 _BENT = ("collimation_deg", "nonperpendicularity_deg", "sag_deg")
 _SUN_DEG_PER_S = 360.0 / SECONDS_PER_DAY
 _LEAST_WEIGHT = 1e-5
-USUAL_SHARE = 0.7
-"""What is left of the draws without the large cross-axis terms of a day that excludes none."""
 
 
 def components(unmodelled: Unmodelled) -> list[tuple[float, FloatArray]]:
@@ -162,21 +160,3 @@ def _with_amounts(
     lower = np.concatenate((-np.swapaxes(across, -1, -2), variance), axis=2)
     logs = np.log(posterior.weights + 1e-300) + np.log(chance) + evidence
     return logs, means, np.concatenate((upper, lower), axis=1)
-
-
-def left_over(wide: MechanismPosterior, grid: SunGrid, count: int) -> FloatArray:
-    """Sky errors (count, 2, g) that draws of the amounts leave although the fit follows them.
-
-    The largest are left out, as a plan wants them: more points find or exclude those.
-    """
-    values, sun = wide.mean[:6], grid.sun
-    at = Mechanism.of(values).linearised(grid.geometry, sun.true1_deg, sun.true2_deg)
-    covariance = wide.covariance
-    follows = np.linalg.solve(covariance[6:, 6:], covariance[6:, :6])
-    effect = year_columns(values, grid) + np.einsum("mk,kag->mag", follows, at.sky_slopes)
-    draws = wide.samples(count)[:, 6:]
-    weight = np.einsum("mag,lag->ml", effect, effect)
-    order = np.argsort(np.einsum("nm,ml,nl->n", draws, weight, draws), kind="stable")
-    usual = draws[order[: round(count * USUAL_SHARE)]]
-    left: FloatArray = np.einsum("nm,mag->nag", np.resize(usual, draws.shape), effect)
-    return left
