@@ -123,10 +123,11 @@ def _search_blunders(at: Linearised) -> FloatArray:
     for row, chosen in zip(starts, rows, strict=True):
         row[list(chosen)] = 1.0
     best, best_score = starts[:1], -np.inf
+    moments = _moments(at)
     for shift in SEARCH_SCALES:
         log_scales = np.full(len(rows), at.log_scale_mean + shift)
         ones = np.ones(len(rows))
-        _, _, blunder, scores = _climb(at, log_scales, ones, starts, SEARCH_ITERATIONS)
+        _, _, blunder, scores = _climb(at, moments, log_scales, ones, starts, SEARCH_ITERATIONS)
         top = int(np.argmax(scores))
         if scores[top] > best_score:
             best, best_score = blunder[top : top + 1], scores[top]
@@ -159,29 +160,48 @@ def _at_scales(at: Linearised, scales: FloatArray, start: FloatArray) -> ScaleMi
     log_scales = np.tile(scales, w)
     widths = np.repeat([factor for factor, _ in at.widths], len(scales))
     log_chances = np.repeat(np.log([chance for _, chance in at.widths]), len(scales))
-    starts = np.zeros((q, n))
-    doubted = bool(start.max() > 0.01)
-    if doubted:
-        starts = np.concatenate((np.broadcast_to(start, (q, n)), starts))
-        log_scales, widths = np.tile(log_scales, 2), np.tile(widths, 2)
-    steps, point_weights, blunder, scores = _climb(at, log_scales, widths, starts, ITERATIONS)
-    better = np.arange(q)
-    if doubted:
-        better = np.where(scores[:q] >= scores[q:], better, better + q)
-    evidence = scores[better] + log_chances
+    both = 2 if start.max() > 0.01 else 1
+    moments = _moments(at)
+    # Of very many points the scales are climbed a few at a time: memory grows as the points.
+    together = max(1, MOST_NUMBERS // (both * n))
+    parts = []
+    for first in range(0, q, together):
+        part = slice(first, first + together)
+        here = len(log_scales[part])
+        starts = np.zeros((both * here, n))
+        starts[: (both - 1) * here] = start
+        climbed = _climb(
+            at, moments, np.tile(log_scales[part], both), np.tile(widths[part], both), starts,
+            ITERATIONS,
+        )  # fmt: skip
+        scores = climbed[3]
+        better = np.arange(here)
+        if both == 2:
+            better = np.where(scores[:here] >= scores[here:], better, better + here)
+        parts.append([of[better] for of in climbed])
+    steps, point_weights, blunder, scores = (np.concatenate(of) for of in zip(*parts, strict=True))
+    evidence = scores + log_chances
     weights = np.exp(evidence - evidence.max())
     return ScaleMixture(
         weights=weights / weights.sum(),
-        log_scales=log_scales[better],
-        widths=widths[better],
-        steps=steps[better],
-        point_weights=point_weights[better],
-        blunder=blunder[better],
+        log_scales=log_scales,
+        widths=widths,
+        steps=steps,
+        point_weights=point_weights,
+        blunder=blunder,
     )
+
+
+def _moments(at: Linearised) -> tuple[FloatArray, FloatArray]:
+    """Of each point: products (n, k k) of its slopes, and of slopes and residuals (n, k)."""
+    n, _, k = at.slopes.shape
+    squares = np.einsum("nai,naj->nij", at.slopes, at.slopes).reshape(n, k * k)
+    return squares, np.einsum("nai,na->ni", at.slopes, at.residuals)
 
 
 def _climb(
     at: Linearised,
+    moments: tuple[FloatArray, FloatArray],
     log_scales: FloatArray,
     widths: FloatArray,
     blunder: FloatArray,
@@ -192,22 +212,8 @@ def _climb(
     Returns steps (b, k), point weights (b, n), blunder probabilities (b, n), log evidence (b,).
     """
     n, _, k = at.slopes.shape
-    together = max(1, MOST_NUMBERS // n)
-    if len(log_scales) > together:
-        # So many points that the starts are climbed a few at a time: memory grows as the points.
-        parts = [
-            _climb(at, log_scales[part], widths[part], blunder[part], iterations)
-            for part in (
-                slice(first, first + together) for first in range(0, len(log_scales), together)
-            )
-        ]
-        steps, point_weights, blunder, score = (
-            np.concatenate(of) for of in zip(*parts, strict=True)
-        )
-        return steps, point_weights, blunder, score
     flat = at.slopes.reshape(2 * n, k)
-    squares = np.einsum("nai,naj->nij", at.slopes, at.slopes).reshape(n, k * k)
-    pulls = np.einsum("nai,na->ni", at.slopes, at.residuals)
+    squares, pulls = moments
     precision = at.precision / widths[:, np.newaxis] ** 2
     prior = precision[:, :, np.newaxis] * np.eye(k)
     prior_pull = precision * at.offset
@@ -240,4 +246,4 @@ def _climb(
         - k * np.log(widths)
         - 0.5 * ((log_scales - at.log_scale_mean) / at.log_scale_sd) ** 2
     )
-    return steps, weights, blunder, score
+    return np.asarray(steps), weights, blunder, np.asarray(score)

@@ -103,12 +103,19 @@ def widened(solution: MechanismSolution, unmodelled: Unmodelled) -> MechanismPos
     B = np.transpose(columns, (2, 1, 0)).reshape(2 * n, len(NAMES))
     sine = Mechanism.of(posterior.mean).own_sine(seen.ax2_deg, np.zeros(n))
     left = np.column_stack((solution.residual1_deg * sine, solution.residual2_deg)).reshape(-1)
-    BW = B.T[np.newaxis] * np.repeat(posterior.point_weights, 2, axis=1)[:, np.newaxis, :]
-    residuals = left - (posterior.means - posterior.mean) @ A.T
-    BWA = BW @ A
+    # One noise scale after the other: memory grows as the points, not as points by scales.
+    BWA, BWB, pull = (
+        np.stack(of)
+        for of in zip(
+            *(
+                _pulls(A, B, left - A @ (mean - posterior.mean), weights)
+                for mean, weights in zip(posterior.means, posterior.point_weights, strict=True)
+            ),
+            strict=True,
+        )
+    )
     followed = posterior.covariances @ np.swapaxes(BWA, -1, -2)
-    information = _without_negative(BW @ B - BWA @ followed)
-    pull = np.einsum("qmi,qi->qm", BW, residuals)
+    information = _without_negative(BWB - BWA @ followed)
     parts = [
         _with_amounts(posterior, followed, information, pull, chance, sigmas)
         for chance, sigmas in components(unmodelled)
@@ -123,6 +130,14 @@ def widened(solution: MechanismSolution, unmodelled: Unmodelled) -> MechanismPos
         covariances=np.concatenate([part[2] for part in parts])[kept],
         noise_deg=np.tile(posterior.noise_deg, len(parts))[kept],
     )
+
+
+def _pulls(
+    A: FloatArray, B: FloatArray, residuals: FloatArray, point_weights: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """B' W A (m, 6), B' W B (m, m) and B' W r (m,) for weights (n,) of the points."""
+    BW = B.T * np.repeat(point_weights, 2)
+    return BW @ A, BW @ B, BW @ residuals
 
 
 def _without_negative(information: FloatArray) -> FloatArray:
