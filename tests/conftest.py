@@ -1,6 +1,8 @@
 """For all tests: the same cases every time, nobody waits for the medium or a second thread."""
 
+import gc
 import os
+import sys
 
 import hypothesis
 import pytest
@@ -12,6 +14,11 @@ hypothesis.settings.load_profile("same every time")
 # As the program itself starts: see solarcal.__main__. Two workers with two threads each on two
 # cores wait for one another.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# Bytecode is kept, whatever the shell says: without it each worker rewrites the assertions of all
+# tests anew, and every program that a test starts compiles itself before it begins.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -26,6 +33,13 @@ def no_waiting_for_the_medium():
     patched.setattr(os, "fsync", lambda descriptor: None)
     yield
     patched.undo()
+
+
+def pytest_collection_finish() -> None:
+    """Modules and collected tests live until the end: the garbage collector need not look at half
+    a million objects again and again, only at what tests make."""
+    gc.freeze()
+    gc.set_threshold(20_000, 20, 20)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
