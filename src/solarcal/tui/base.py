@@ -12,6 +12,7 @@ from textual.screen import ModalScreen, Screen
 from textual.widget import Widget
 
 from solarcal.station.news import Done, FitReady, Progress, StepFailed
+from solarcal.tui.behind import draw_behind
 from solarcal.tui.widgets.lines import say_if_too_small
 
 if TYPE_CHECKING:
@@ -147,6 +148,10 @@ class StationModal(_StationHooks, ModalScreen[Result]):
         Binding("s", "app.perform('stop')", "STOP", show=False, id="stop"),
         Binding("escape", "leave", "Back", show=False),
     ]
+
+    def _render_content(self) -> None:
+        if not draw_behind(self):
+            super()._render_content()
 
     def palette_refused(self) -> None:
         """The palette was asked for, and does not open over a dialog."""

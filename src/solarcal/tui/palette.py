@@ -12,6 +12,7 @@ from textual.containers import Horizontal
 from textual.theme import ThemeProvider
 
 from solarcal.tui.base import workstation_of
+from solarcal.tui.behind import draw_behind
 from solarcal.tui.themes import OWN_THEMES
 from solarcal.tui.widgets.footer import StopKey
 
@@ -29,6 +30,10 @@ class Palette(CommandPalette):
         yield from super().compose()
         with Horizontal(id="stop"):
             yield StopKey("F12 ^S")
+
+    def _render_content(self) -> None:
+        if not draw_behind(self):
+            super()._render_content()
 
 
 class OwnThemesFirst(ThemeProvider):

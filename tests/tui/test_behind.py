@@ -1,0 +1,83 @@
+"""What is seen behind a dialog is what Textual itself would draw, and follows what changes."""
+
+import pytest
+from procedure_bench import LARGE, SMALL, bench, until, workstation
+from rich.console import Console
+from textual._context import visible_screen_stack
+from textual.renderables.background_screen import BackgroundScreen
+from textual.screen import Screen
+from textual.visual import RichVisual, Visual
+
+from solarcal.tui.dialogs.link import LinkDialog
+from solarcal.tui.palette import Palette
+from solarcal.tui.workstation.screen import WorkstationScreen
+
+
+def textuals_own(screen: Screen) -> list[str]:
+    """Each line as Textual would draw it, with its colours, in the terminal's codes."""
+    behind = screen.app.screen_stack[-2]
+    visible_screen_stack.set(list(screen.app.screen_stack[:-2]))
+    picture = BackgroundScreen(behind, screen.styles.background)
+    width, height = screen.size
+    strips = Visual.to_strips(
+        screen, RichVisual(screen, picture), width, height, screen.visual_style
+    )
+    return [codes(strip, screen.app.console) for strip in strips]
+
+
+def drawn(screen: Screen) -> list[str]:
+    return [codes(screen.render_line(y), screen.app.console) for y in range(screen.size.height)]
+
+
+def codes(strip, console: Console) -> str:
+    return strip.simplify().render(console)
+
+
+@pytest.mark.parametrize("size", [SMALL, LARGE])
+@pytest.mark.parametrize("dialog", [LinkDialog, Palette])
+async def test_the_picture_is_textuals(size, dialog):
+    station, _ = bench()
+    async with workstation(station, size) as (app, pilot):
+        await app.push_screen(WorkstationScreen())
+        await app.push_screen(dialog())
+        await pilot.pause()
+        assert drawn(app.screen) == textuals_own(app.screen)
+        # Dimmed: the same line of the screen behind has other colours.
+        title = app.screen_stack[-2].query_one("#title")
+        assert drawn(app.screen)[0] != codes(title.render_line(0), app.console)
+
+
+@pytest.mark.parametrize("dialog", [LinkDialog, Palette])
+async def test_what_changes_behind_is_seen(dialog):
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await app.push_screen(WorkstationScreen())
+        await app.push_screen(dialog())
+        await pilot.pause()
+        app.screen_stack[-2].query_one("#log").say("the wind has risen")
+        await until(pilot, lambda: any("the wind has risen" in line for line in drawn(app.screen)))
+        assert drawn(app.screen) == textuals_own(app.screen)
+
+
+async def test_after_a_change_of_size_all_of_it_is_drawn():
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await app.push_screen(WorkstationScreen())
+        await app.push_screen(LinkDialog())
+        await pilot.pause()
+        await pilot.resize_terminal(*LARGE)
+        await until(pilot, lambda: drawn(app.screen) == textuals_own(app.screen))
+        assert len(drawn(app.screen)) == LARGE[1]
+
+
+async def test_a_dialog_behind_a_dialog_and_a_screen_that_lets_through_are_drawn_too():
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        screen = WorkstationScreen()
+        await app.push_screen(screen)
+        await app.push_screen(LinkDialog())
+        await app.push_screen(Palette())
+        screen.styles.background = "black 50%"
+        await pilot.pause()
+        assert drawn(app.screen) == textuals_own(app.screen)
+        assert any("Last over the line" in line for line in drawn(app.screen))
