@@ -24,6 +24,9 @@ from solarcal.session.reader import live_records, read_session
 from solarcal.session.records import Closed, Note, Override, Void
 from solarcal.station.state import LinkState
 from solarcal.tui.action_handlers import ACTION_HANDLERS
+from solarcal.tui.dialogs.clock import ClockDialog
+from solarcal.tui.dialogs.link import LinkDialog
+from solarcal.tui.dialogs.ref_check import RefCheckDialog
 from solarcal.tui.keys import ACTIONS
 from solarcal.tui.opening import OpenLine
 from solarcal.unit.tracker import Mode
@@ -265,3 +268,18 @@ async def test_the_link_dialog_reconnects_now_and_shows_the_traffic() -> None:
         await pilot.press("enter")
         await until(pilot, lambda: station.state.live.link is LinkState.CONNECTED)
         await shows(pilot, "lost 1 times, restored 1 times")
+
+
+@on_loop
+async def test_a_status_that_comes_while_a_dialog_is_put_together_is_shown_when_it_is() -> None:
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        for dialog in (LinkDialog(), ClockDialog(), RefCheckDialog()):
+            mounted = app.push_screen(dialog)
+            dialog.show_state(app.state)
+            await mounted
+            await shows(pilot, dialog.HEADING, "STOP")
+            await pilot.press("escape")
+        app.push_screen(dialog := LinkDialog())
+        dialog.show_state(app.state)
+        await shows(pilot, "State CONNECTED")

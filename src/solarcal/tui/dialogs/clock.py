@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from typing import Any, ClassVar
 
 from textual.widget import Widget
-from textual.widgets import Input, Static
+from textual.widgets import Input
 
 from solarcal.errors import ConfigurationError
 from solarcal.session.records import ClockSet
@@ -17,6 +17,7 @@ from solarcal.timescale import format_utc
 from solarcal.tui.base import Workstation
 from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, open_dialog
 from solarcal.tui.widgets.field import Field
+from solarcal.tui.widgets.words import Words
 
 SECONDS_PER_SUN_DEG = 240.0
 REACTION_SIGMA_S = 0.2
@@ -45,7 +46,7 @@ class ClockDialog(PacedDialog):
         self._laptop: LaptopClock | None = None
 
     def body(self) -> Iterable[Widget]:
-        yield Static("", id="clocks", markup=False)
+        yield Words("", id="clocks", markup=False)
         yield Field("tick-minus-laptop", "Time tick minus laptop", "s   (empty: no tick)")
         yield Field("tick-sigma", "its uncertainty", "s")
 
@@ -94,7 +95,7 @@ class ClockDialog(PacedDialog):
         if self._laptop is not None:
             mark = {True: "OK  ", False: "!! ", None: "?  "}[self._laptop.synchronised]
             lines.append(mark + self._laptop.sentence)
-        self.query_one("#clocks", Static).update("\n".join(lines))
+        self.query_one("#clocks", Words).update("\n".join(lines))
 
     def action_pip(self) -> None:
         """A time signal marks the full minute this instant."""

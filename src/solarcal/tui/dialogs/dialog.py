@@ -16,6 +16,7 @@ from solarcal.station.procedure import Station
 from solarcal.station.state import LinkState, StationState
 from solarcal.station.worker import StationWorker
 from solarcal.tui.base import StationModal, Workstation, is_typed
+from solarcal.tui.widgets.words import Words
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +99,7 @@ class Dialog(StationModal[None]):
 
     def __init__(self) -> None:
         super().__init__()
+        self._ready = False
         self._lost = False
 
     def compose(self) -> ComposeResult:
@@ -105,7 +107,7 @@ class Dialog(StationModal[None]):
             dialog.border_title = self.HEADING
             with Vertical(id="body"):
                 yield from self.body()
-            yield Static("", id="said", markup=False)
+            yield Words("", id="said", markup=False)
             with Horizontal(id="keys"):
                 for key in self.KEYS:
                     if key.button:
@@ -119,6 +121,7 @@ class Dialog(StationModal[None]):
         return ()
 
     def on_mount(self) -> None:
+        self._ready = True
         self.show_state(self.workstation.state)
 
     def stop_label(self) -> str:
@@ -128,7 +131,7 @@ class Dialog(StationModal[None]):
     # -- speaking ----------------------------------------------------------------------------
 
     def say(self, sentence: str, tone: Tone = "plain") -> None:
-        self.query_one("#said", Static).update(
+        self.query_one("#said", Words).update(
             Content.assemble((MARKS[tone] + sentence, STYLES[tone]))
         )
 
@@ -172,6 +175,9 @@ class Dialog(StationModal[None]):
         self.worker.submit(kind, step, moves=moves)
 
     def show_state(self, state: StationState) -> None:
+        if not self._ready:
+            # A status may come while the dialog is being put together: the newest is shown then.
+            return
         lost = state.live.link is LinkState.LOST
         if lost and not self._lost:
             self.say(

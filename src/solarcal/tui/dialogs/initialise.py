@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import Any, ClassVar
 
 from textual.widget import Widget
-from textual.widgets import Input, Static
+from textual.widgets import Input
 
 from solarcal.session.records import Initialised
 from solarcal.station.guards import GuardRefused, near_limit_threshold_deg
@@ -14,6 +14,7 @@ from solarcal.station.state import StationState
 from solarcal.tui.base import Workstation
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
 from solarcal.tui.widgets.field import Field
+from solarcal.tui.widgets.words import Words
 
 
 def open_screen(app: Workstation) -> None:
@@ -36,7 +37,7 @@ class InitialiseDialog(Dialog):
         self._again = False
 
     def body(self) -> Iterable[Widget]:
-        yield Static("", id="asked", markup=False)
+        yield Words("", id="asked", markup=False)
         field = Field("reason", "Reason for the override")
         field.display = False
         yield field
@@ -65,7 +66,7 @@ class InitialiseDialog(Dialog):
             needed = near_limit_threshold_deg(session.header.unit.update_range_deg)
             lines.append(f"Distance to the nearest limit: {distance:.2f} deg ({needed:.2f} needed)")
         lines.append("\nAre you sure?")
-        self.query_one("#asked", Static).update("\n".join(lines))
+        self.query_one("#asked", Words).update("\n".join(lines))
 
     def action_begin(self) -> None:
         self._submit(None)

@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from typing import ClassVar
 
 from textual.widget import Widget
-from textual.widgets import Static
 
 from solarcal.session.records import LinkLost, LinkRestored
 from solarcal.station.news import Progress, Reconnected
@@ -12,6 +11,7 @@ from solarcal.station.state import LinkState, StationState
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
 from solarcal.tui.widgets.text_lines import TextLines
+from solarcal.tui.widgets.words import Words
 from solarcal.unit.tracker import Traced
 
 TRAFFIC_EVERY_S = 0.5
@@ -35,7 +35,7 @@ class LinkDialog(Dialog):
     """
 
     def body(self) -> Iterable[Widget]:
-        yield Static("", id="link", markup=False)
+        yield Words("", id="link", markup=False)
         yield TextLines(id="traffic", follow=True)
 
     def on_mount(self) -> None:
@@ -81,7 +81,7 @@ class LinkDialog(Dialog):
             lines.append(f"Recorded  lost {lost} times, restored {back} times in this session")
         if live.link is LinkState.LOST:
             lines.append(f"Reason    {live.link_message}")
-        self.query_one("#link", Static).update("\n".join(lines))
+        self.query_one("#link", Words).update("\n".join(lines))
         self.offer(*(["reconnect"] if live.link is LinkState.LOST else []))
 
     def show_progress(self, progress: Progress) -> None:

@@ -16,6 +16,7 @@ from solarcal.station.question_evidence import counts_missed
 from solarcal.station.state import StationState
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, Tone, open_dialog
+from solarcal.tui.widgets.words import Words
 from solarcal.unit.tracker import Mode
 
 SHOWN_CHECKS = 5
@@ -57,8 +58,8 @@ class RefCheckDialog(Dialog):
         self._running = False
 
     def body(self) -> Iterable[Widget]:
-        yield Static("", id="axes", markup=False)
-        yield Static("", id="checks", markup=False)
+        yield Words("", id="axes", markup=False)
+        yield Words("", id="checks", markup=False)
 
     def on_mount(self) -> None:
         super().on_mount()
@@ -78,14 +79,14 @@ class RefCheckDialog(Dialog):
     def state_changed(self, state: StationState) -> None:
         status, session = state.live.status, state.session
         if status is not None:
-            self.query_one("#axes", Static).update(
+            self.query_one("#axes", Words).update(
                 f"Axis 1 at {status.reading1_deg:9.3f} deg, register {status.counts1:8d}   "
                 f"{_motion(status.moving[0])}\n"
                 f"Axis 2 at {status.reading2_deg:9.3f} deg, register {status.counts2:8d}   "
                 f"{_motion(status.moving[1])}"
             )
         if session is not None:
-            self.query_one("#checks", Static).update(
+            self.query_one("#checks", Words).update(
                 text_of(*ref_checks_table(session.ref_checks[-SHOWN_CHECKS:]))
             )
 
@@ -180,7 +181,7 @@ class TypedRefCheckDialog(Dialog):
             id="guide",
             markup=False,
         )
-        yield Static("", id="checks")
+        yield Words("", id="checks")
 
     def on_mount(self) -> None:
         super().on_mount()
@@ -188,7 +189,7 @@ class TypedRefCheckDialog(Dialog):
 
     def state_changed(self, state: StationState) -> None:
         if state.session is not None:
-            self.query_one("#checks", Static).update(
+            self.query_one("#checks", Words).update(
                 text_of(*ref_checks_table(state.session.ref_checks[-SHOWN_CHECKS:]))
             )
 

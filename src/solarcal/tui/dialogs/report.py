@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from textual.widget import Widget
-from textual.widgets import Static
 
 from solarcal.config import sessions_dir
 from solarcal.errors import ProcedureRefused, SolarcalError
@@ -14,6 +13,7 @@ from solarcal.station.sign_off import sign_off
 from solarcal.station.state import StationState
 from solarcal.tui.base import Workstation
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
+from solarcal.tui.widgets.words import Words
 
 if TYPE_CHECKING:
     from solarcal.report.issuing import Issued
@@ -46,7 +46,7 @@ class ReportDialog(Dialog):
         self._told = ""
 
     def body(self) -> Iterable[Widget]:
-        yield Static("", id="told", markup=False)
+        yield Words("", id="told", markup=False)
 
     def on_mount(self) -> None:
         super().on_mount()
@@ -59,7 +59,7 @@ class ReportDialog(Dialog):
             return
         proof = sign_off([session], session.header.tolerance_deg)
         n = len(session.accepted)
-        self.query_one("#told", Static).update(
+        self.query_one("#told", Words).update(
             f"Session  {self._path.name}, {n} point{'' if n == 1 else 's'}\n"
             f"Status   {'SIGNED OFF' if proof.signed_off else 'not signed off'}: {proof.reason}\n"
             f"Folder   {sessions_dir()}"
@@ -91,6 +91,6 @@ class ReportDialog(Dialog):
         self._told = f"In {found.paths[0].parent}\n" + "\n".join(
             f"  {path.name}" for path in found.paths
         )
-        self.query_one("#told", Static).update(self._told)
+        self.query_one("#told", Words).update(self._told)
         word = "Signed off" if after.signed_off else "Not signed off"
         self.say(f"Written. {word}: {after.reason}.", "good" if after.signed_off else "warning")

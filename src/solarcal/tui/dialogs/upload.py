@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 from typing import Any, ClassVar
 
 from textual.widget import Widget
-from textual.widgets import Input, Static
+from textual.widgets import Input
 
 from solarcal.model.analysis import Analysis
 from solarcal.report.blocks import columns, number, text_of
@@ -29,6 +29,7 @@ from solarcal.stopping_rule import percent
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
 from solarcal.tui.widgets.field import Field
+from solarcal.tui.widgets.words import Words
 
 
 def open_screen(app: Workstation) -> None:
@@ -56,7 +57,7 @@ class UploadDialog(Dialog):
         self._sure = False
 
     def body(self) -> Iterable[Widget]:
-        yield Static("", id="table", markup=False)
+        yield Words("", id="table", markup=False)
         field = Field("reason", "Reason to upload it anyway")
         field.display = False
         yield field
@@ -199,7 +200,7 @@ class UploadDialog(Dialog):
             proof = sign_off([session], session.header.tolerance_deg)
             word = "SIGNED OFF" if proof.signed_off else "Not signed off"
             parts.append(f"{word}: {proof.reason}.")
-        self.query_one("#table", Static).update("\n\n".join(parts))
+        self.query_one("#table", Words).update("\n\n".join(parts))
 
     def _tell(self, record: UploadRecord) -> None:
         self.query_one(Field).display = False

@@ -29,6 +29,7 @@ from solarcal.station.state import StationState
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, open_dialog
 from solarcal.tui.offset.spot import SpotCalculator, Sunspot, jog_table
+from solarcal.tui.widgets.words import Words
 from solarcal.unit.tracker import Mode
 
 STEPS = (JogSeen, Jogged, OffsetSet, OffsetLeft)
@@ -121,14 +122,14 @@ class SunOffsetDialog(PacedDialog):
     def body(self) -> Iterable[Widget]:
         with Horizontal(id="plate"):
             yield Sunspot(id="sight") if self.emulated else SpotCalculator(id="sight")
-            yield Static("", id="axes", markup=False)
+            yield Words("", id="axes", markup=False)
         with Vertical(id="big"):
-            yield Static("", id="big-words", markup=False)
+            yield Words("", id="big-words", markup=False)
             yield Static("axis 1, deg", markup=False)
             yield Digits("", id="big-1")
             yield Static("axis 2, deg", markup=False)
             yield Digits("", id="big-2")
-        yield Static("", id="steps", markup=False)
+        yield Words("", id="steps", markup=False)
 
     def on_mount(self) -> None:
         super().on_mount()
@@ -373,7 +374,7 @@ class SunOffsetDialog(PacedDialog):
             words = (
                 f"{sight.words()}\n+-{sight.half_width_deg:g} deg plate; press arrows towards it"
             )
-        self.query_one("#axes", Static).update(
+        self.query_one("#axes", Words).update(
             jog_table(view, follows=self._jog.follows, words=words)
         )
         self._show_big(view)
@@ -387,7 +388,7 @@ class SunOffsetDialog(PacedDialog):
         if view.spot is not None and view.spot.visible:
             numbers = (view.spot.error1_deg, view.spot.error2_deg)
             words = "still to move, +: press right or up"
-        self.query_one("#big-words", Static).update(words)
+        self.query_one("#big-words", Words).update(words)
         for axis, number in enumerate(numbers, start=1):
             self.query_one(f"#big-{axis}", Digits).update(f"{number:+.3f}")
 
@@ -450,4 +451,4 @@ class SunOffsetDialog(PacedDialog):
             chosen = index == self._step
             text = f"[{index + 1}:{step:g}]" if chosen else f" {index + 1}:{step:g} "
             parts.append((text, "bold reverse" if chosen else ""))
-        self.query_one("#steps", Static).update(Content.assemble(*parts, " deg"))
+        self.query_one("#steps", Words).update(Content.assemble(*parts, " deg"))

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 from textual.containers import Horizontal
 from textual.events import Key
 from textual.widget import Widget
-from textual.widgets import Input, Static
+from textual.widgets import Input
 
 from solarcal.errors import ConfigurationError
 from solarcal.station.news import Done, OffsetSet, StepFailed
@@ -14,6 +14,7 @@ from solarcal.station.state import StationState
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey
 from solarcal.tui.offset.spot import SpotCalculator
+from solarcal.tui.widgets.words import Words
 
 
 class TypedOffsetDialog(Dialog):
@@ -34,7 +35,7 @@ class TypedOffsetDialog(Dialog):
     def body(self) -> Iterable[Widget]:
         with Horizontal(id="plate"):
             yield SpotCalculator(id="spot")
-            yield Static("", id="guide", markup=False)
+            yield Words("", id="guide", markup=False)
 
     def on_mount(self) -> None:
         super().on_mount()
@@ -47,7 +48,7 @@ class TypedOffsetDialog(Dialog):
             return
         rates = sun_rates_deg_per_s(session.geometry, session.header.unit.site, status.unit_utc_s)
         signs = ["+" if forward_sense(rate, 0) > 0 else "-" for rate in rates]
-        self.query_one("#guide", Static).update(
+        self.query_one("#guide", Words).update(
             "At the unit's own keys:\n"
             f"1. Jog behind the Sun, which moves\n   axis 1 {signs[0]} and axis 2 {signs[1]}.\n"
             f"2. Come forward ({signs[0]}, {signs[1]}) until the\n   spot is centred.\n"

@@ -5,7 +5,6 @@ from typing import ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.content import Content
-from textual.widgets import Static
 
 from solarcal.model.analysis import Analysis
 from solarcal.report.blocks import wrapped
@@ -19,6 +18,7 @@ from solarcal.tui.plan.half_hours import HalfHours, half_hours, utc_clock
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine
 from solarcal.tui.widgets.text_lines import TextLines
+from solarcal.tui.widgets.words import Words
 
 
 def open_screen(app: Workstation) -> None:
@@ -54,7 +54,7 @@ class PlanScreen(StationScreen):
 
     def compose(self) -> ComposeResult:
         yield HeadLine(id="title")
-        yield Static("", id="advice", markup=False)
+        yield Words("", id="advice", markup=False)
         yield HalfHours(id="hours")
         yield TextLines(id="reasons")
         yield ActionFooter(
@@ -133,9 +133,9 @@ class PlanScreen(StationScreen):
         session, judgement = app.state.session, app.judgement
         self._show_title(planning)
         if session is None or judgement is None or judgement.plan is None:
-            self.query_one("#advice", Static).update(self._nothing_yet())
+            self.query_one("#advice", Words).update(self._nothing_yet())
             return
-        self.query_one("#advice", Static).update(advice(judgement, self.wishes))
+        self.query_one("#advice", Words).update(advice(judgement, self.wishes))
         zone_west_h = session.header.unit.zone_west_h
         self.query_one(HalfHours).show_plan(
             half_hours(judgement.plan, self.wishes, zone_west_h), judgement.plan.now

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from typing import Any, ClassVar
 
 from textual.widget import Widget
-from textual.widgets import Input, Static
+from textual.widgets import Input
 
 from solarcal.errors import ProcedureRefused
 from solarcal.session.records import CheckRecord, PointRecord
@@ -32,6 +32,7 @@ from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, open_dialog
 from solarcal.tui.point.question import Gathering, Question, check_result, point_result
 from solarcal.tui.widgets.field import Field
+from solarcal.tui.widgets.words import Words
 from solarcal.unit.tracker import Spot
 
 LOOK_EVERY_S = 2.0
@@ -63,7 +64,7 @@ class TakePointDialog(PacedDialog):
     def body(self) -> Iterable[Widget]:
         yield Question(id="question")
         yield Gathering(id="gathering")
-        yield Static("", id="result", markup=False)
+        yield Words("", id="result", markup=False)
         field = Field("reason", "Reason for the override")
         field.display = False
         yield field
@@ -163,7 +164,7 @@ class TakePointDialog(PacedDialog):
         attempt = state.attempt
         before, self._attempt = self._attempt, attempt
         question = self.query_one(Question)
-        gathering, result = self.query_one(Gathering), self.query_one("#result", Static)
+        gathering, result = self.query_one(Gathering), self.query_one("#result", Words)
         question.display = state.activity is Activity.QUESTIONS
         gathering.display = state.activity in (Activity.READY, Activity.GATHERING)
         result.display = state.activity is Activity.RESULT
@@ -242,7 +243,7 @@ class TakePointDialog(PacedDialog):
     def _show_result(self, judged: PointJudgement | str) -> None:
         attempt = self._attempt
         candidate = attempt.candidate if attempt is not None else None
-        result = self.query_one("#result", Static)
+        result = self.query_one("#result", Words)
         if isinstance(candidate, PointRecord) and isinstance(judged, PointJudgement):
             result.update(point_result(candidate, judged))
             self.say(f"{judged.sentence} Store it?", "warning" if judged.suspicious else "plain")

@@ -3,18 +3,18 @@
 from collections.abc import Sequence
 
 from textual.content import Content
-from textual.widgets import Static
 
 from solarcal.report.blocks import columns, number
 from solarcal.session.records import Answers, CheckRecord, PointRecord
 from solarcal.station.point_judgement import PointJudgement
 from solarcal.station.question_evidence import Fact
 from solarcal.station.state import QUESTIONS
+from solarcal.tui.widgets.words import Words
 
 BAR_CELLS = 30
 
 
-class Question(Static):
+class Question(Words):
     """One of the three, with what speaks for and against it."""
 
     DEFAULT_CSS = """
@@ -38,7 +38,7 @@ class Question(Static):
         self.update(Content.assemble(*lines))
 
 
-class Gathering(Static):
+class Gathering(Words):
     """Progress of a gathering. The words say that keys are held."""
 
     DEFAULT_CSS = """

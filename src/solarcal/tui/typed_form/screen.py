@@ -21,6 +21,7 @@ from solarcal.timescale import format_utc
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey
 from solarcal.tui.typed_form.form_asked import AskedForm
 from solarcal.tui.widgets.field import Field
+from solarcal.tui.widgets.words import Words
 
 CLOCK_EVERY_S = 0.2
 
@@ -87,7 +88,7 @@ class DisplayFormScreen(Dialog):
                 field = Field(f"typed-{one.name}", label, one.unit, one.default)
                 field.set_class(bool(one.hint), "-roomy")
                 yield field
-        yield Static("", id="clock")
+        yield Words("", id="clock")
 
     def on_mount(self) -> None:
         super().on_mount()
@@ -125,7 +126,7 @@ class DisplayFormScreen(Dialog):
         if self._looked_utc_s is not None and self._form.moment is Moment.FIRST_KEY:
             words += f".  Looked at {format_utc(self._looked_utc_s, 0)[11:19]} UTC"
         try:
-            self.query_one("#clock", Static).update(words)
+            self.query_one("#clock", Words).update(words)
         except NoMatches:
             # The timer may fire once more while the screen is taken down.
             return

@@ -6,6 +6,8 @@ from textual.content import Content
 from textual.screen import Screen
 from textual.widgets import Static
 
+from solarcal.tui.widgets.words import Words
+
 if TYPE_CHECKING:
     from textual.geometry import Size
 
@@ -13,7 +15,7 @@ if TYPE_CHECKING:
 Part = str | tuple[str, str] | Content
 
 
-class HeadLine(Static):
+class HeadLine(Words):
     """One row, parts on the left and on the right."""
 
     DEFAULT_CSS = """

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from textual.content import Content
-from textual.widgets import Static
 
 from solarcal.model.analysis import Analysis
 from solarcal.model.verdict import sure_sentence
@@ -13,6 +12,7 @@ from solarcal.station.sign_off import sign_off
 from solarcal.station.state import LinkState, SessionView, StationState
 from solarcal.stopping_rule import percent
 from solarcal.tui.widgets.lines import HeadLine, Part
+from solarcal.tui.widgets.words import Words
 
 
 class TitleLine(HeadLine):
@@ -47,7 +47,7 @@ class TitleLine(HeadLine):
         )
 
 
-class NextLines(Static):
+class NextLines(Words):
     """What to do next, with the key for it and the time left; then what the points come to.
 
     Three rows, whatever they say, so that nothing below them ever jumps: the next step takes what

@@ -1,13 +1,13 @@
 """What the line says now: clocks, Sun, axes, limits, update cycle, mode. The title has the link."""
 
 from textual.content import Content
-from textual.widgets import Static
 
 from solarcal.session.records import Header
 from solarcal.station.question_evidence import ago_text
 from solarcal.station.state import LiveView, SessionView, StationState
 from solarcal.station.sun_now import SunNow, sun_now
 from solarcal.timescale import format_utc
+from solarcal.tui.widgets.words import Words
 from solarcal.unit.tracker import Status
 from solarcal.units import format_degrees
 
@@ -41,7 +41,7 @@ def clock_text(seconds: float) -> str:
     return f"{whole // 3600:02d}:{whole // 60 % 60:02d}:{whole % 60:02d}"
 
 
-class LivePane(Static):
+class LivePane(Words):
     """Fifteen lines; written anew with every status."""
 
     DEFAULT_CSS = """
