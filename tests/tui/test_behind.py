@@ -2,7 +2,7 @@
 
 import pytest
 from procedure_bench import LARGE, SMALL, bench, until, workstation
-from rich.console import Console
+from rich.segment import Segment
 from textual._context import visible_screen_stack
 from textual.renderables.background_screen import BackgroundScreen
 from textual.screen import Screen
@@ -13,8 +13,8 @@ from solarcal.tui.palette import Palette
 from solarcal.tui.workstation.screen import WorkstationScreen
 
 
-def textuals_own(screen: Screen) -> list[str]:
-    """Each line as Textual would draw it, with its colours, in the terminal's codes."""
+def textuals_own(screen: Screen) -> list[list[Segment]]:
+    """Each line as Textual would draw it, with its colours."""
     behind = screen.app.screen_stack[-2]
     visible_screen_stack.set(list(screen.app.screen_stack[:-2]))
     picture = BackgroundScreen(behind, screen.styles.background)
@@ -22,15 +22,15 @@ def textuals_own(screen: Screen) -> list[str]:
     strips = Visual.to_strips(
         screen, RichVisual(screen, picture), width, height, screen.visual_style
     )
-    return [codes(strip, screen.app.console) for strip in strips]
+    return [list(strip.simplify()) for strip in strips]
 
 
-def drawn(screen: Screen) -> list[str]:
-    return [codes(screen.render_line(y), screen.app.console) for y in range(screen.size.height)]
+def drawn(screen: Screen) -> list[list[Segment]]:
+    return [list(screen.render_line(y).simplify()) for y in range(screen.size.height)]
 
 
-def codes(strip, console: Console) -> str:
-    return strip.simplify().render(console)
+def words(screen: Screen) -> str:
+    return "\n".join("".join(segment.text for segment in line) for line in drawn(screen))
 
 
 @pytest.mark.parametrize("size", [SMALL, LARGE])
@@ -42,9 +42,7 @@ async def test_the_picture_is_textuals(size, dialog):
         await app.push_screen(dialog())
         await pilot.pause()
         assert drawn(app.screen) == textuals_own(app.screen)
-        # Dimmed: the same line of the screen behind has other colours.
-        title = app.screen_stack[-2].query_one("#title")
-        assert drawn(app.screen)[0] != codes(title.render_line(0), app.console)
+        assert "SOLARTRAK-EMU" in words(app.screen)
 
 
 @pytest.mark.parametrize("dialog", [LinkDialog, Palette])
@@ -55,7 +53,7 @@ async def test_what_changes_behind_is_seen(dialog):
         await app.push_screen(dialog())
         await pilot.pause()
         app.screen_stack[-2].query_one("#log").say("the wind has risen")
-        await until(pilot, lambda: any("the wind has risen" in line for line in drawn(app.screen)))
+        await until(pilot, lambda: "the wind has risen" in words(app.screen))
         assert drawn(app.screen) == textuals_own(app.screen)
 
 
@@ -70,6 +68,20 @@ async def test_after_a_change_of_size_all_of_it_is_drawn():
         assert len(drawn(app.screen)) == LARGE[1]
 
 
+async def test_a_full_screen_covers_those_below_it():
+    """Each of the program's is opaque: nothing below it is laid out, drawn or seen."""
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        assert app.screen.styles.background.a == 1.0
+        await app.push_screen(WorkstationScreen())
+        await pilot.pause()
+        assert app.screen.styles.background.a == 1.0
+        screen = app.screen
+        await app.push_screen(LinkDialog())
+        await until(pilot, lambda: "SOLARTRAK-EMU" in words(app.screen))
+        assert app._background_screens == [screen]
+
+
 async def test_a_dialog_behind_a_dialog_and_a_screen_that_lets_through_are_drawn_too():
     station, _ = bench()
     async with workstation(station) as (app, pilot):
@@ -80,4 +92,4 @@ async def test_a_dialog_behind_a_dialog_and_a_screen_that_lets_through_are_drawn
         screen.styles.background = "black 50%"
         await pilot.pause()
         assert drawn(app.screen) == textuals_own(app.screen)
-        assert any("Last over the line" in line for line in drawn(app.screen))
+        assert "Last over the line" in words(app.screen)

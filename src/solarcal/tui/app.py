@@ -31,7 +31,7 @@ from solarcal.tui.keys import (
 from solarcal.tui.messages import FormAsked, LineFailed, LineNews, LineOpened, Told
 from solarcal.tui.start.screen import StartScreen
 from solarcal.tui.station_app import StationApp
-from solarcal.tui.themes import DEFAULT_THEME, OWN_THEMES, SUNLIGHT, axis_colours
+from solarcal.tui.themes import DEFAULT_THEME, SUNLIGHT, axis_colours, begin_with_theme
 
 if TYPE_CHECKING:
     from solarcal.tui.opening import OpenLine
@@ -104,7 +104,8 @@ class SolarcalApp(StationApp):
         self._keymap_given = dict(keymap or {})
         self._opening = False
         self._reader: ScreenDisplay | None = None
-        self._theme_before = DEFAULT_THEME
+        begin_with_theme(self, self.settings.theme)
+        self._theme_before = self.theme if self.theme != SUNLIGHT.name else DEFAULT_THEME
 
     # -- life ----------------------------------------------------------------------------------
 
@@ -143,12 +144,6 @@ class SolarcalApp(StationApp):
         return axis_colours(self.current_theme.dark)
 
     def on_mount(self) -> None:
-        for theme in OWN_THEMES:
-            self.register_theme(theme)
-        known = self.settings.theme in self.available_themes
-        self.theme = self.settings.theme if known else DEFAULT_THEME
-        if self.theme != SUNLIGHT.name:
-            self._theme_before = self.theme
         self.theme_changed_signal.subscribe(self, lambda theme: self._theme_chosen(theme.name))
         if self._keymap_given:
             self.set_keymap(self._keymap_given)

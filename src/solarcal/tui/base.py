@@ -138,7 +138,11 @@ class _StationHooks(DOMNode):
 
 
 class StationScreen(_StationHooks, Screen[None]):
-    """A full screen."""
+    """A full screen. Opaque: else Textual would draw those below it behind it, all of them."""
+
+    DEFAULT_CSS = """
+    StationScreen { background: $background; }
+    """
 
 
 class StationModal(_StationHooks, ModalScreen[Result]):

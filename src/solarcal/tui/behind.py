@@ -1,4 +1,4 @@
-"""The screen behind a dialog, dimmed: of it only the lines that changed are drawn again.
+"""The screen behind a dialog: of it only the lines that changed are drawn again.
 
 Textual draws all of it anew, by way of rich's console, for every cell of it that changes. While a
 dialog is open that is each status of the unit and each look at the spot, and took longer than the
@@ -42,7 +42,7 @@ def draw_behind(screen: Screen[Any]) -> bool:
         base = screen.visual_style.rich_style
         for y in changed.intersection(range(len(chops))):
             lines[y] = Strip(
-                Segment(text, base + dimmed(style or Style.null(), tint))
+                Segment(text, base + seen_through(style or Style.null(), tint))
                 for text, style, _ in Strip.join(chops[y].values())
             )
     screen._render_cache = before._replace(size=screen.size, lines=lines)
@@ -51,9 +51,11 @@ def draw_behind(screen: Screen[Any]) -> bool:
 
 
 @lru_cache(maxsize=4096)
-def dimmed(style: Style, tint: Color) -> Style:
+def seen_through(style: Style, tint: Color) -> Style:
     """A style under a translucent colour, without links."""
     plain = style.clear_meta_and_links()
+    if tint.a == 0.0:
+        return plain
     character, ground = (
         (Color.from_rich_color(colour) + tint).rich_color if colour is not None else None
         for colour in (plain.color, plain.bgcolor)

@@ -4,6 +4,9 @@ Every theme has ``$axis1`` and ``$axis2``, the colours of the two axes; they are
 sign, and with NO_COLOR nothing is lost but colour.
 """
 
+from typing import Any
+
+from textual.app import App
 from textual.theme import Theme
 
 PHOSPHOR = Theme(
@@ -53,3 +56,19 @@ def axis_colours(dark: bool) -> dict[str, str]:
     return {name: theme.variables[name] for name in ("axis1", "axis2")} | {
         "faint": "#8a8a8a" if dark else "#585858"
     }
+
+
+def begin_with_theme(app: App[Any], name: str) -> None:
+    """Ours and the one chosen, before anything is styled.
+
+    Set later a theme has every sheet parsed anew and the first screen drawn twice.
+    """
+    for theme in OWN_THEMES:
+        app.register_theme(theme)
+    chosen = name if name in app.available_themes else DEFAULT_THEME
+    app.set_reactive(App.theme, chosen)
+    dark = app.current_theme.dark
+    classes = {f"-theme-{chosen}": True, "-dark-mode": dark, "-light-mode": not dark}
+    app.update_classes(classes, update=False)
+    app._refresh_truecolor_filter(app.ansi_theme)
+    app.stylesheet.set_variables(app.get_css_variables())

@@ -93,7 +93,13 @@ class ActionFooter(Horizontal):
                 yield FooterKey(entry)
         yield StopKey()
 
+    def on_mount(self) -> None:
+        self._fit_in()
+
     def on_resize(self) -> None:
+        self._fit_in()
+
+    def _fit_in(self) -> None:
         roomy = self.app.size.width >= ROOMY_COLUMNS and len(self._entries) > NARROW_ENTRIES
         self.set_class(roomy, "-roomy")
         for number, key in enumerate(self.query(FooterKey)):

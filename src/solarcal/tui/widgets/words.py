@@ -1,4 +1,4 @@
-"""Words that are said again with every status: a screen is laid out anew only where it must be."""
+"""Words written anew with every status: a screen is laid out again only where it must be."""
 
 from textual.content import Content
 from textual.visual import VisualType
@@ -6,7 +6,7 @@ from textual.widgets import Static
 
 
 class Words(Static):
-    """A ``Static`` as wide as its place. The same words again cost nothing; others are drawn, and
+    """A ``Static`` as wide as its place. Words it has already cost nothing; others are drawn, and
     only where they need more rows or fewer, the whole screen is laid out."""
 
     def update(self, content: VisualType = "", *, layout: bool = True) -> None:

@@ -65,13 +65,13 @@ class Tab(Static):
     """
 
     def __init__(self, name: str, number: int, label: str) -> None:
-        super().__init__(id=f"tab-{name}")
+        super().__init__(f" {number} {label} ", id=f"tab-{name}", markup=False)
         self._pane_name, self._number, self._label = name, number, label
 
     def mark(self, is_open: bool) -> None:
         self.set_class(is_open, "-open")
         shown = f"[{self._number} {self._label}]" if is_open else f" {self._number} {self._label} "
-        self.update(Content(shown))
+        self.update(Content(shown), layout=False)
 
     def on_click(self) -> None:
         self.query_ancestor(WorkstationView).tab = self._pane_name
@@ -160,9 +160,13 @@ class WorkstationView(Vertical):
         self.query_one("#coefficients").border_title = "Coefficients"
         self.query_one("#points").border_title = "Points (5: checks)"
         self.query_one("#checks").border_title = "Checks (2: points)"
-        self._arrange()
+        self._fit_in()
 
     def on_resize(self, event: Resize) -> None:
+        self._fit_in()
+
+    def _fit_in(self) -> None:
+        """Before the first layout too: else a large screen is laid out and drawn small first."""
         size = self.app.size
         self.wide = size.width >= WIDE[0] and size.height >= WIDE[1]
         # A wider footer has them.
