@@ -196,3 +196,22 @@ def test_the_watch_counts_forward_travel_only() -> None:
     seen = watch.seen(status, (1, 1))
     assert seen.forward_deg == (pytest.approx(0.4), 0.0)
     assert seen.from_behind == (True, False)
+
+
+def test_where_the_sun_stands_in_an_axis_going_behind_ends() -> None:
+    """Polar distance, 1e-6 deg/s: the way behind must not turn the side it is then behind of."""
+    station, _ = emulated_station("polar")
+    jog = SunOffsetJog(station)
+    view = jog.look()
+    assert abs(view.rates_deg_per_s[1]) < 2e-5
+    jog.go_to((0.3, 0.2))
+    view = renew(jog, 120)
+    assert view.aim is not None
+    assert view.aim.behind == (False, False)
+    assert view.watch.from_behind == (True, True)
+    off1, off2 = (
+        view.status.reading1_deg - view.status.ideal1_deg,
+        view.status.reading2_deg - view.status.ideal2_deg,
+    )
+    assert off1 == pytest.approx(0.3, abs=0.005)
+    assert off2 == pytest.approx(0.2, abs=0.005)

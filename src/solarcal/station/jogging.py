@@ -122,6 +122,7 @@ class SunOffsetJog:
         self._watch: ApproachWatch | None = None
         self._found_tracking: bool | None = None
         self._looked_utc_s: float | None = None
+        self._standing: tuple[int, int] | None = None
 
     @property
     def jogging(self) -> bool:
@@ -130,7 +131,7 @@ class SunOffsetJog:
 
     def look(self) -> JogView:
         """Read the unit; renew the jog target, if there is one."""
-        status = self.station.poll()
+        status = self._poll()
         if self._found_tracking is None:
             self._found_tracking = status.mode is Mode.TRACK
         rates = self._rates(status)
@@ -177,6 +178,7 @@ class SunOffsetJog:
         if not any(behind):
             raise ProcedureRefused("both axes already came from behind; nothing to take up")
         before, self._aim = self._aim, replace(aim, behind=behind)
+        self._hold_senses()
         try:
             return self.look()
         except SolarcalError:
@@ -189,6 +191,7 @@ class SunOffsetJog:
         self._aim_here()  # refuses where the unit was stopped
         self.follows = True
         self._aim = Aim(error_deg, True, (True, True))
+        self._hold_senses()
         try:
             return self.look()
         except SolarcalError:
@@ -220,10 +223,19 @@ class SunOffsetJog:
         ProcedureRefused
             The axes do not come to rest, or are on their way behind the Sun.
         """
+        self.rest_on_aim()
+        record = self.station.set_sun_offset()
+        self.release()
+        self._watch = self._standing = None
+        self.station.track()
+        return record
+
+    def rest_on_aim(self) -> None:
+        """Let the axes come to rest where the aim is then; raises as ``set_here``."""
         aim = self._aim
         if aim is not None and any(aim.behind):
             raise ProcedureRefused("the axes are still going behind the Sun; wait, then centre")
-        status = self.station.poll()
+        status = self._poll()
         if status.mode in STOPPED:
             raise ProcedureRefused(
                 f"the unit is in mode {status.mode}; track or jog onto the Sun first"
@@ -235,11 +247,6 @@ class SunOffsetJog:
             self.station.jog(*target)
             self.station.clock.wait(SETTING_LEAD_S)
         self._settle()
-        record = self.station.set_sun_offset()
-        self.release()
-        self._watch = None
-        self.station.track()
-        return record
 
     def leave(self) -> bool:
         """Leave without writing. A unit found tracking that was only jogged tracks again."""
@@ -252,6 +259,9 @@ class SunOffsetJog:
         return jogged
 
     # -- inside ------------------------------------------------------------------------------
+
+    def _poll(self) -> Status:
+        return self.station.poll()
 
     def _lead_s(self, status: Status) -> float:
         least, most = RENEWAL_LEAD_S
@@ -266,14 +276,19 @@ class SunOffsetJog:
     def _site(self) -> Site:
         return self.station.session.header.site
 
-    @staticmethod
-    def _senses(status: Status, rates: Pair) -> tuple[int, int]:
-        first, second = status.approach
+    def _senses(self, status: Status, rates: Pair) -> tuple[int, int]:
+        first, second = self._standing or status.approach
         return forward_sense(rates[0], first), forward_sense(rates[1], second)
+
+    def _hold_senses(self) -> None:
+        """Where the Sun stands in an axis, going behind must not turn the sense to come forward in:
+        that of what little the Sun moves."""
+        rates = self._rates(self._poll())
+        self._standing = -1 if rates[0] < 0.0 else 1, -1 if rates[1] < 0.0 else 1
 
     def _aim_here(self) -> Aim:
         """The aim that keeps the axes as they stand towards the Sun (or the ground)."""
-        status = self.station.poll()
+        status = self._poll()
         if status.mode in STOPPED:
             raise ProcedureRefused(
                 f"the unit is in mode {status.mode} and is not jogged out of it; "
