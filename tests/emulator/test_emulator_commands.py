@@ -88,3 +88,26 @@ def test_a_signal_that_another_thread_takes_ends_it_too(capsys):
             signal.signal(number, handler)
     assert in_time == [True]
     assert capsys.readouterr().out.startswith("connect to socket://127.0.0.1:")
+
+
+def test_watching_a_rotator_names_the_light_that_shines():
+    """What `--watch` prints: where the light is on the sunspot device from where it reads."""
+    from solarcal.cli.emulate import _seen
+    from solarcal.emulator.rotator import EmulatedRotator
+    from solarcal.emulator.rotator_protocols import ROTATOR_PROTOCOLS
+    from solarcal.emulator.scenario import load_scenario
+    from solarcal.sun.moon import moon_position
+    from solarcal.timescale import parse_utc
+
+    scenario = load_scenario("tijeras-azel", ["truth.light=moon"])
+    night_s = parse_utc("2026-06-30T06:00")
+    moon = moon_position(night_s, scenario.site.place())
+    rotator = EmulatedRotator(
+        scenario, start_utc_s=night_s, seed=0, noise_deg=None, speed=0.0,
+        protocol=ROTATOR_PROTOCOLS["rotctld"](),
+    )  # fmt: skip
+    assert "no Moon on the sunspot device" in _seen(rotator)
+    assert rotator.go_to(float(moon.azimuth_deg), float(moon.elevation_deg))
+    rotator.time.advance(600.0)
+    # The Moon has gone on by some two degrees meanwhile.
+    assert "deg; Moon at az " in _seen(rotator)

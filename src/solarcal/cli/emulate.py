@@ -50,10 +50,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_emulator_arguments(parser)
     parser.add_argument(
+        "--target",
+        choices=("sun", "moon"),
+        help="what shines on the sunspot device (default: the scenario's truth.light, sun)",
+    )
+    parser.add_argument(
         "--watch",
         type=number_option(0.0, 86400.0),
         metavar="S",
-        help="rotators: print every S seconds where it reads, and how far off the Sun it points",
+        help="rotators: print every S seconds where it reads, and how far off the light it points",
     )
     parser.add_argument(
         "--faults",
@@ -88,7 +93,8 @@ def run(args: argparse.Namespace) -> int:
         )
     if args.watch is not None and not 0.1 <= args.watch <= 3600.0:
         raise ConfigurationError(f"--watch {args.watch:g}: give seconds between 0.1 and 3600")
-    scenario = load_scenario(args.scenario, args.settings)
+    lights = [f"truth.light={args.target}"] if args.target else []
+    scenario = load_scenario(args.scenario, [*args.settings, *lights])
     rotator = None
     line: UnitOnALine
     if DRIVERS[args.driver].rotator is not None:
@@ -160,18 +166,19 @@ def _client(driver: str, port: str) -> str:
 
 
 def _seen(rotator: "EmulatedRotator") -> str:
-    """One line of ``--watch``: where it reads, and where the Sun is on its sunspot device."""
+    """One line of ``--watch``: where it reads, and where the light is on its sunspot device."""
     from solarcal.timescale import format_utc
 
     with rotator.time.turn:
         rotator.catch_up()
         utc_s = rotator.world.true_utc_s(rotator.time.now_s())
         azimuth, elevation = rotator.stands_deg()
-    spot = rotator.spot()
+    spot, light = rotator.spot(), rotator.scenario.truth.light.capitalize()
     # Axis 1 counts from South towards East, axis 2 from the zenith down.
     seen = (
-        f"Sun at az {-spot.error1_deg + 0.0:+.3f}, el {-spot.error2_deg + 0.0:+.3f} deg from there"
+        f"{light} at az {-spot.error1_deg + 0.0:+.3f}, el {-spot.error2_deg + 0.0:+.3f} deg "
+        "from there"
         if spot.visible
-        else "no Sun on the sunspot device"
+        else f"no {light} on the sunspot device"
     )
     return f"{format_utc(utc_s, 0)}  reads az {azimuth:.2f} el {elevation:.2f} deg; {seen}"

@@ -1,7 +1,7 @@
 """`solarcal two-mirror follow`: points that take themselves, by a unit's sun sensor.
 
 Typing the command is the explicit command. Today only an emulator's wire tells what its sensor
-sees; a real unit is refused.
+sees; a real unit is refused. On the Moon the unit is jogged: what it computes is the Sun.
 """
 
 import argparse
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from solarcal.cli.calibrate import add_emulator_arguments, tracker_for
 from solarcal.cli.output import say
-from solarcal.cli.unit_options import add_driver_options, journal_creator
+from solarcal.cli.unit_options import add_driver_options, asks_for_unit, journal_creator
 from solarcal.decimals import number_option, whole_option
 
 if TYPE_CHECKING:
@@ -26,6 +26,12 @@ def add_follow_arguments(parser: argparse.ArgumentParser) -> None:
     add_driver_options(parser)
     add_emulator_arguments(parser)
     parser.add_argument(
+        "--target",
+        choices=("sun", "moon"),
+        default="sun",
+        help="what the sensor looks at (default sun); an emulator in process gets the same light",
+    )
+    parser.add_argument(
         "--points", type=whole_option(1), default=12, help="points to take (default 12)"
     )
     parser.add_argument(
@@ -36,6 +42,8 @@ def add_follow_arguments(parser: argparse.ArgumentParser) -> None:
 
 def follow(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     """Prepare the unit as the procedure asks, then let the sensor take the points."""
+    if not asks_for_unit(args):
+        args.settings = [*args.settings, f"truth.light={args.target}"]
     with tracker_for(args) as (tracker, name, noise_deg):
         return _followed(args, tracker, name, noise_deg)
 
@@ -45,6 +53,7 @@ def _followed(
 ) -> tuple[dict[str, Any], list[str]]:
     from solarcal.errors import ConfigurationError
     from solarcal.station.emulated_clock import EmulatedClock
+    from solarcal.station.moon_following import follow_moon
     from solarcal.station.procedure import Station
     from solarcal.station.sensor_following import FollowPlan, follow_sensor
     from solarcal.station.technician import AutomaticTechnician, Schedule
@@ -64,13 +73,21 @@ def _followed(
         EmulatedClock(emulation),
         weather=sky.weather,
         true_sun=sky.sun,
+        target=args.target,
         operator="sun sensor",
         pointing_device="emulated sun sensor",
     )
     station.connect()
     path = station.open_session(journal_creator(args.output, name)).path
-    AutomaticTechnician(station, emulation.spot, Schedule(), say=say).prepare()
-    followed = follow_sensor(
+    if args.target == "moon":
+        station.set_unit_clock()
+        station.ref_check()
+        station.initialise(confirmed=True)
+        take = follow_moon
+    else:
+        AutomaticTechnician(station, emulation.spot, Schedule(), say=say).prepare()
+        take = follow_sensor
+    followed = take(
         station,
         emulation.spot,
         plan,

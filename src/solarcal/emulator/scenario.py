@@ -19,7 +19,7 @@ from solarcal.toml_text import parse_toml
 
 DEFAULT_SCENARIO = "tijeras-azel"
 START_ELEVATION_DEG = 12.0
-"""Elevation of the Sun when a scenario begins: high enough for a first point."""
+"""Elevation of the light when a scenario begins: high enough for a first point."""
 
 
 class SiteSettings(msgspec.Struct, frozen=True, kw_only=True):
@@ -49,7 +49,8 @@ class Plan(msgspec.Struct, frozen=True, kw_only=True):
 class Scenario(msgspec.Struct, frozen=True, kw_only=True):
     """A whole scenario.
 
-    ``start`` is a date (the local morning then, the Sun 12 deg up) or an ISO 8601 instant.
+    ``start`` is a date (when the Sun, or the Moon where that is the light, has risen to 12 deg
+    that local day) or an ISO 8601 instant.
     """
 
     site: SiteSettings
@@ -66,7 +67,7 @@ class Scenario(msgspec.Struct, frozen=True, kw_only=True):
         Raises
         ------
         ConfigurationError
-            Neither a date nor an instant, or the Sun does not get 12 deg high that day.
+            Neither a date nor an instant, or the light does not get 12 deg high that day.
         """
         try:
             return self._start_utc_s(self.start.strip())
@@ -78,15 +79,24 @@ class Scenario(msgspec.Struct, frozen=True, kw_only=True):
         if len(text) > len("2026-06-03"):
             return instant_s
         midnight_s = instant_s + self.site.zone_west_h * 3600.0
-        minutes = midnight_s + np.arange(0.0, SECONDS_PER_DAY, 60.0)
-        elevation = sun_position("solartrak", minutes, self.site.place()).elevation_deg
+        if self.truth.light == "moon":
+            # erfa takes 70 ms to import; the Sun's scenarios do not need it here.
+            from solarcal.sun.moon import LUNAR_DAY_S, moon_position
+
+            # Of a lunar day: in every month one date has no moonrise.
+            minutes = midnight_s + np.arange(0.0, LUNAR_DAY_S, 60.0)
+            elevation = moon_position(minutes, self.site.place()).elevation_deg
+        else:
+            minutes = midnight_s + np.arange(0.0, SECONDS_PER_DAY, 60.0)
+            elevation = sun_position("solartrak", minutes, self.site.place()).elevation_deg
         # The zone may be far from the meridian: look for the rise, not for the first high Sun.
         rises = np.flatnonzero(
             (elevation[:-1] < START_ELEVATION_DEG) & (elevation[1:] >= START_ELEVATION_DEG)
         )
         if not rises.size:
             raise ConfigurationError(
-                f"the Sun does not rise through {START_ELEVATION_DEG:g} deg that day "
+                f"the {self.truth.light.capitalize()} does not rise through "
+                f"{START_ELEVATION_DEG:g} deg that day "
                 "at this site; give an instant like 2026-06-21T15:30:00Z"
             )
         return float(minutes[rises[0] + 1])

@@ -14,6 +14,7 @@ from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun import REFRACTIONS, SUN_MODELS
 
 MOST_NOISE_DEG = 10.0
+LIGHTS = ("sun", "moon")
 
 
 class MissedCounts(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -40,6 +41,9 @@ class WorldTruth(msgspec.Struct, frozen=True, kw_only=True):
     native frame: P1 = lean cos(bearing), P3 = lean sin(bearing). For ``azel`` the bearing is the
     compass direction the tower's top leans to; ``tiltroll-ew``: 0 east end down, 90 southwards;
     ``tiltroll-ns``: 0 north end down, 90 eastwards; ``polar``: 0 pole end down, 90 eastwards.
+
+    ``light`` is what shines on the sunspot device, ``sun`` or ``moon``; the controller computes the
+    Sun whatever shines.
     """
 
     lean_deg: float = 0.0
@@ -67,6 +71,7 @@ class WorldTruth(msgspec.Struct, frozen=True, kw_only=True):
     stands1_deg: float = 0.0
     stands2_deg: float = 90.0
 
+    light: str = "sun"
     sun: str = "precise"
     refraction: str = "hughes"
     pressure_hpa: float | None = None
@@ -89,6 +94,7 @@ class WorldTruth(msgspec.Struct, frozen=True, kw_only=True):
                 "use the noise of a real reading"
             )
         for name, value, known in (
+            ("light", self.light, LIGHTS),
             ("sun", self.sun, SUN_MODELS),
             ("refraction", self.refraction, REFRACTIONS),
         ):

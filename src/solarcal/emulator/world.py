@@ -1,14 +1,15 @@
-"""The hidden truth at work: the Sun, the machine, the eye. Knows nothing of the controller.
+"""The hidden truth at work: the Sun or Moon, the machine, the eye. Knows nothing of the controller.
 
-``Sky`` is the Sun as it truly stands there: exact and refracted, or whatever the truth says. For a
-heliostat the axes belong to the mirror's normal that throws this Sun onto its target.
+``Sky`` is the Sun as it truly stands there: exact and refracted, or whatever the truth says; and
+the light on the sunspot device, the Sun's or the Moon's. For a heliostat the axes belong to the
+mirror's normal that throws this light onto its target.
 """
 
 import heapq
 import math
 from collections.abc import Iterator
 from functools import cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 from zlib import crc32
 
 import numpy as np
@@ -24,6 +25,9 @@ from solarcal.sun import apparent_zenith_deg, sun_position
 from solarcal.sun.ephemeris import SiteEphemeris
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import RAD_PER_DEG, Angles, FloatArray, wrap_deg
+
+if TYPE_CHECKING:
+    from solarcal.sun.moon import MoonLight
 
 _STRETCH_S = 30.0 * SECONDS_PER_DAY
 
@@ -44,6 +48,7 @@ class Sky:
         self._heliostat = heliostat
         self._weather = truth.weather(site)
         self._stretch = cache(self._prepared)
+        self._moon_of_day = cache(self._prepared_moon)
 
     def sun_now_deg(self, utc_s: float) -> tuple[float, float, float]:
         """AX1, AX2 and the Sun's elevation at one true instant."""
@@ -54,6 +59,17 @@ class Sky:
             sun = sun_position(self._truth.sun, utc_s, self._site, dut1_s=self._truth.dut1_s)
             azimuth, zenith = sun.azimuth_deg, sun.zenith_deg
         return self._seen(azimuth, zenith)
+
+    def light_now_deg(self, utc_s: float) -> tuple[float, float] | None:
+        """AX1, AX2 of the light at one true instant; None: below the horizon, or a thin Moon."""
+        if self._truth.light == "moon":
+            moon = self._moon_of_day(int(utc_s // SECONDS_PER_DAY))
+            if not moon.bright_enough:
+                return None
+            ax1, ax2, elevation = self._seen(*moon.horizontal_deg(utc_s))
+        else:
+            ax1, ax2, elevation = self.sun_now_deg(utc_s)
+        return None if elevation <= 0.0 else (ax1, ax2)
 
     def sun_path_deg(self, utc_s: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """The same for true instants (n,), in rising order."""
@@ -78,6 +94,13 @@ class Sky:
     def _prepared(self, stretch: int) -> SiteEphemeris:
         begins_s = stretch * _STRETCH_S
         return SiteEphemeris(self._site, begins_s, begins_s + _STRETCH_S, self._truth.dut1_s)
+
+    def _prepared_moon(self, day: int) -> "MoonLight":
+        # erfa and scipy take 0.3 s to import; the Sun's world needs neither.
+        from solarcal.sun.moon import MoonLight
+
+        begins_s = day * SECONDS_PER_DAY
+        return MoonLight(self._site, begins_s, begins_s + SECONDS_PER_DAY, self._truth.dut1_s)
 
 
 class Seen(NamedTuple):
@@ -186,7 +209,7 @@ class World:
     def _switch_noise(self, stream: np.random.Generator) -> "_Noise":
         return _Noise(stream, self.truth.switch_sigma_counts)
 
-    # --- the Sun and the eye ------------------------------------------------------------------
+    # --- the light and the eye ----------------------------------------------------------------
 
     def collector_axes_deg(self, now_s: float) -> tuple[float, float]:
         """Ideal axis angles of the direction the collector really looks at."""
@@ -207,17 +230,18 @@ class World:
 
         Every look draws new noise of the eye.
         """
-        sun1, sun2, elevation = self.sky.sun_now_deg(self.true_utc_s(now_s))
         noise1, noise2 = self._eye.standard_normal(2) * self.truth.noise_deg
-        looks1, looks2 = self.collector_axes_deg(now_s)
-        away_deg = self.geometry.sky_separation_deg(sun1, sun2, looks1, looks2)
-        if elevation <= 0.0 or away_deg > self.truth.spot_range_deg:
+        light = self.sky.light_now_deg(self.true_utc_s(now_s))
+        if light is None:
             return Seen(False, 0.0, 0.0)
-        wanted1, wanted2 = self.mechanism.readings_deg(self.geometry, sun1, sun2)
+        away_deg = self.geometry.sky_separation_deg(*light, *self.collector_axes_deg(now_s))
+        if away_deg > self.truth.spot_range_deg:
+            return Seen(False, 0.0, 0.0)
+        wanted1, wanted2 = self.mechanism.readings_deg(self.geometry, *light)
         stands1, stands2 = (motor.collector_deg(now_s) for motor in self.motors)
         # On the target plate a cross error shows as an angle on the sky, whatever the axis must
         # turn for it; near the primary axis that is much more.
-        on_sky = max(math.sin(sun2 * RAD_PER_DEG), 1e-6)
+        on_sky = max(math.sin(light[1] * RAD_PER_DEG), 1e-6)
         return Seen(
             True,
             float(wrap_deg(float(wanted1) - stands1)) + float(noise1) / on_sky,

@@ -242,7 +242,7 @@ def _require_same_unit(first: PointTable, other: PointTable) -> None:
 
 def ideal_kind(header: Header) -> str:
     """What the ideal angles of a session are: one of `IDEALS`."""
-    if header.refraction != "none":
+    if header.refraction != "none" or header.target == "moon":
         return "apparent"
     # Before the word of an import: an emulated world may have the controller's own Sun.
     if header.true_sun == header.sun_model:
@@ -253,6 +253,9 @@ def ideal_kind(header: Header) -> str:
 
 
 def _instant(point: PointRecord, header: Header) -> float | None:
+    if header.target == "moon":
+        # What compares instants and angles compares them with the Sun.
+        return None
     if point.read_utc is not None:
         return parse_utc(point.read_utc)
     # The time of an import says nothing about when its points were taken.

@@ -115,20 +115,21 @@ def _points_of(content: bytes) -> PointsOnly:
     if not len(ideal) == len(error) == len(live):
         raise NeedsFirstReader("an accepted point without angles")
     sigma = [p.sigma_deg for p in live if p.sigma_deg is not None]
-    imported = header.unit.imported
     return PointsOnly(
         header=header,
         ideal=ideal_kind(header),
         labels=[p.seq for p in live],
-        utc_s=[_instant(p, imported) for p in live],
+        utc_s=[_instant(p, header) for p in live],
         ideal_deg=ideal,
         error_deg=error,
         sigma_deg=sigma if sigma and len(sigma) == len(live) else None,
     )
 
 
-def _instant(point: _Point, imported: bool) -> float:
+def _instant(point: _Point, header: Header) -> float:
+    if header.target == "moon":
+        return float("nan")
     if point.read_utc is not None:
         return parse_utc(point.read_utc)
     # The time of an import says nothing about when its points were taken.
-    return float("nan") if imported else parse_utc(point.utc)
+    return float("nan") if header.unit.imported else parse_utc(point.utc)

@@ -82,6 +82,9 @@ class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
     sun_model: str = "solartrak"
     refraction: str = "none"
     true_sun: str = "precise"
+    target: str = "sun"
+    """What the points are taken on: ``sun``, or ``moon``. On the Moon their ideal angles are its
+    apparent place, computed by this program: the unit's own are the Sun's."""
     tolerance_deg: float = 0.1
     done_probability: float = 0.95
     """With which the year must be within the tolerance before the calibration is done."""
@@ -179,13 +182,14 @@ class PointRecord(_Record, frozen=True, kw_only=True, tag="point"):
     ``error_deg`` is the axis error, reading - ideal on the Sun: E(coefficients in force) + O, the
     TOTAL correction. ``ideal_deg``, ``reading_deg``, ``counts`` and ``offsets`` belong to the
     instant ``read_utc``: the Set Sun Offset the error is taken from (``basis`` "sun_offset"),
-    or, where the offset was set without us seeing it, the gathering ("gathering").
+    or, where the offset was set without us seeing it, the gathering ("gathering"). On the Moon
+    ("moon") they belong to the read-outs at rest, and there is no offset.
     """
 
     status: PointStatus
     answers: Answers
     reason: str = ""
-    basis: Literal["sun_offset", "gathering"] | None = None
+    basis: Literal["sun_offset", "gathering", "moon"] | None = None
     read_utc: str | None = None
     unit_minus_laptop_s: float | None = None
     ideal_deg: Pair | None = None

@@ -69,6 +69,7 @@ class StationCore:
     weather : station pressure and temperature; the standard atmosphere's when ``None``.
     rule : when the calibration is done; goes into the header.
     true_sun : the Sun the points are taken on; another than ``precise`` only in an emulated world.
+    target : what the points are taken on, ``sun`` or ``moon``.
     """
 
     def __init__(
@@ -79,6 +80,7 @@ class StationCore:
         site: Site | None = None,
         weather: Weather | None = None,
         true_sun: str = "precise",
+        target: str = "sun",
         operator: str = "",
         pointing_device: str = "",
         rule: StoppingRule = DEFAULT_RULE,
@@ -90,6 +92,7 @@ class StationCore:
         self._own_site = site
         self._weather = weather
         self._true_sun = true_sun
+        self._target = target
         self._operator = operator
         self._pointing_device = pointing_device
         self._rule = rule
@@ -449,6 +452,7 @@ class StationCore:
             geometry=told.geometry,
             ax1_centre_deg=told.ax1_centre_deg,
             true_sun=self._true_sun,
+            target=self._target,
             tolerance_deg=self._rule.tolerance_deg,
             done_probability=self._rule.probability,
             unmodelled=self._rule.unmodelled,

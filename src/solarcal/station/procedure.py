@@ -252,6 +252,10 @@ class Station(StationCore):
         what = "a check point" if check else "a data point"
         self._demand_idle(what)
         session = self.session
+        if session.header.target != "sun":
+            raise ProcedureRefused(
+                "this session holds points on the Moon; connect again without it for the Sun"
+            )
         if session.initialised is None and not check:
             raise ProcedureRefused("initialise the data file first (F3), once per calibration")
         if check and not session.uploads:
@@ -325,6 +329,22 @@ class Station(StationCore):
         )
         self._become(activity=Activity.IDLE, attempt=None)
         return stored
+
+    def store_reading(self, candidate: PointRecord) -> PointRecord:
+        """Store a point taken on the Moon, which the unit's own steps cannot take.
+
+        Raises
+        ------
+        ProcedureRefused
+            The session is not initialised or one of points on the Sun, or no axis can have such an
+            error.
+        """
+        self._demand_idle("a data point")
+        session = self.session
+        if session.initialised is None or session.header.target != "moon":
+            raise ProcedureRefused("points on the Moon need a session of their own, initialised")
+        demand_plausible(session, candidate)
+        return self._record(lambda seq, utc: msgspec.structs.replace(candidate, seq=seq, utc=utc))
 
     def _attempt(self, expected: Activity) -> Attempt:
         attempt = self._state.attempt

@@ -88,18 +88,33 @@ def follow_sensor(
     LinkError
         The line was lost.
     """
+    follower = SensorFollower(station, look, sensor_sigma_deg, say)
+    return follow_plan(station, follower, plan, commanded=commanded, say=say)
+
+
+def follow_plan(
+    station: Station,
+    follower: "SensorFollower",
+    plan: FollowPlan,
+    *,
+    commanded: bool,
+    say: Callable[[str], None],
+) -> Followed:
+    """Let a follower take the points of a plan; see ``follow_sensor``."""
     _demand_ready(station, commanded)
+    follower.demand_ready()
+    light = follower.light
     station.note(
-        f"following the sun sensor from here: {plan.points} points, every {plan.every_min:g} min"
+        f"following the {light} by the sun sensor from here: {plan.points} points, "
+        f"every {plan.every_min:g} min"
     )
-    follower = _Follower(station, look, sensor_sigma_deg, say)
     taken: list[PointRecord] = []
     slot_utc_s = station.clock.utc_s()
     while len(taken) < plan.points:
         station.clock.wait(max(0.0, round(slot_utc_s - station.clock.utc_s(), 3)))
         slot_utc_s += 60.0 * plan.every_min
-        if station.sun_elevation_deg() < LEAST_ELEVATION_DEG:
-            say(f"the Sun is below {LEAST_ELEVATION_DEG:g} deg: no more points")
+        if follower.elevation_deg() < LEAST_ELEVATION_DEG:
+            say(f"the {light} is below {LEAST_ELEVATION_DEG:g} deg: no more points")
             break
         try:
             taken.append(follower.take_point())
@@ -119,13 +134,12 @@ def _demand_ready(station: Station, commanded: bool) -> None:
         raise ProcedureRefused("initialise the data file first (F3), once per calibration")
     if not session.ref_checks or not session.ref_checks[-1].complete:
         raise ProcedureRefused("do a reference check first; without one no point would count")
-    mode = station.poll().mode
-    if mode is not Mode.TRACK:
-        raise ProcedureRefused(f"the unit is in mode {mode}; let it track first")
 
 
-class _Follower:
+class SensorFollower:
     """The sensor's eye and the jogging hand, for one station."""
+
+    light = "Sun"
 
     def __init__(
         self,
@@ -137,10 +151,21 @@ class _Follower:
         self._station = station
         self._look = look
         self._mean_sigma_deg = sensor_sigma_deg / math.sqrt(LOOKS)
+        self._centred_deg = 0.005 + 2.0 * self._mean_sigma_deg
         self._say = say
         self._watcher = AutomaticTechnician(
             station, look, Schedule(), eye_sigma_deg=sensor_sigma_deg, say=say
         )
+
+    def demand_ready(self) -> None:
+        """Raises ``ProcedureRefused`` where the unit is not where points can begin."""
+        mode = self._station.poll().mode
+        if mode is not Mode.TRACK:
+            raise ProcedureRefused(f"the unit is in mode {mode}; let it track first")
+
+    def elevation_deg(self) -> float:
+        """How high the light stands now."""
+        return self._station.sun_elevation_deg()
 
     def take_point(self) -> PointRecord:
         """One point, stored.
@@ -171,6 +196,10 @@ class _Follower:
             raise SensorDoubt(judgement.sentence)
         stored = self._station.store(True)
         assert isinstance(stored, PointRecord)
+        return self._stored(stored)
+
+    def _stored(self, stored: PointRecord) -> PointRecord:
+        """Record what the fit says with it."""
         solution = solve(self._station.session)
         if solution is not None:
             self._station.record_fit(solution)
@@ -202,26 +231,25 @@ class _Follower:
         )
 
     def _centre(self, jog: SunOffsetJog) -> None:
-        """Onto the Sun, both axes from behind, within what the sensor can tell."""
+        """Onto the light, both axes from behind, within what the sensor can tell."""
         watch = GrowthWatch()
-        tolerance_deg = 0.005 + 2.0 * self._mean_sigma_deg
         view = jog.look()
         began = _apart(view)
         for _ in range(MAX_CORRECTIONS):
             spot = self._mean_look(jog)
             view = jog.look()
             self._demand_jogging(view)
-            error_deg = _on_sky_deg((spot.error1_deg, spot.error2_deg), view)
+            error_deg = on_sky_deg((spot.error1_deg, spot.error2_deg), view)
             if watch.growing(1e3 * math.radians(error_deg)):
                 raise SensorDoubt(watch.sentence())
             moved = _apart(view)
-            moved_deg = _on_sky_deg((moved[0] - began[0], moved[1] - began[1]), view)
+            moved_deg = on_sky_deg((moved[0] - began[0], moved[1] - began[1]), view)
             if moved_deg > LARGEST_CORRECTION_DEG:
                 raise SensorDoubt(
                     f"the sensor asked for {moved_deg:.2f} deg, more than "
                     f"{LARGEST_CORRECTION_DEG:g}: {REVERSED}"
                 )
-            if error_deg > tolerance_deg:
+            if error_deg > self._centred_deg:
                 jog.nudge(GAIN * spot.error1_deg, GAIN * spot.error2_deg)
                 self._renew(jog, SETTLE_S)
             elif all(view.watch.from_behind):
@@ -229,17 +257,22 @@ class _Follower:
             else:
                 self._from_behind(jog)
                 watch.forget()
-        raise SensorDoubt(f"the Sun could not be centred in {MAX_CORRECTIONS} corrections")
+        raise SensorDoubt(f"the {self.light} could not be centred in {MAX_CORRECTIONS} corrections")
 
     def _from_behind(self, jog: SunOffsetJog) -> None:
-        """Behind the Sun and forward to the same aim, the slack taken up."""
+        """Behind the light and forward to the same aim, the slack taken up."""
         jog.go_behind()
-        for _ in range(MAX_CORRECTIONS):
+        self._come_forward(jog)
+
+    def _come_forward(self, jog: SunOffsetJog, longest_s: float = MAX_CORRECTIONS) -> None:
+        for _ in range(math.ceil(longest_s)):
             view = self._renew(jog, 1.0)
             going = view.aim is not None and any(view.aim.behind)
             if not going and view.status.moving == (0, 0) and all(view.watch.from_behind):
                 return
-        raise SensorDoubt("the axes do not come forward from behind the Sun; look what holds them")
+        raise SensorDoubt(
+            f"the axes do not come forward from behind the {self.light}; look what holds them"
+        )
 
     def _renew(self, jog: SunOffsetJog, seconds: float) -> JogView:
         """Let the axes move, the target renewed before it expires."""
@@ -259,7 +292,9 @@ class _Follower:
                     jog.look()
             spot = self._look()
             if not spot.visible:
-                raise SensorDoubt("the sensor sees no Sun: clouds, or it was lost while centring")
+                raise SensorDoubt(
+                    f"the sensor sees no {self.light}: clouds, or it was lost while centring"
+                )
             if not (math.isfinite(spot.error1_deg) and math.isfinite(spot.error2_deg)):
                 raise SensorDoubt("the sensor gives something that is not a number")
             spots.append(spot)
@@ -281,6 +316,7 @@ def _apart(view: JogView) -> tuple[float, float]:
     return status.reading1_deg - status.ideal1_deg, status.reading2_deg - status.ideal2_deg
 
 
-def _on_sky_deg(axes_deg: tuple[float, float], view: JogView) -> float:
+def on_sky_deg(axes_deg: tuple[float, float], view: JogView) -> float:
+    """The angle on the sky that axis angles make where the light stands."""
     across = axes_deg[0] * math.sin(math.radians(view.status.ideal2_deg))
     return math.hypot(across, axes_deg[1])

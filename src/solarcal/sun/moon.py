@@ -173,14 +173,16 @@ class MoonLight:
     ellipse, evenly bright).
     """
 
-    def __init__(self, site: Site, start_utc_s: float, end_utc_s: float) -> None:
+    def __init__(
+        self, site: Site, start_utc_s: float, end_utc_s: float, dut1_s: float = 0.0
+    ) -> None:
         # Not needed for the Sun; its import takes 0.2 s.
         from scipy.interpolate import CubicSpline
 
         count = max(4, math.ceil((end_utc_s - start_utc_s) / _NODE_S) + 1)
         times = np.linspace(start_utc_s, end_utc_s, count)
-        moon = moon_position(times, site)
-        instants = Instants.of_utc(times)
+        moon = moon_position(times, site, dut1_s)
+        instants = Instants.of_utc(times, dut1_s)
         sun = Frame.of(instants, EarthMotion.at(instants)).sun(site)
         towards = _enu(moon.azimuth_deg, moon.zenith_deg)
         away = _enu(*horizontal_deg(sun, site)) - towards
@@ -190,7 +192,7 @@ class MoonLight:
         shift *= 1.0 - np.cos(moon.phase_deg * RAD_PER_DEG)
         self._start_utc_s = start_utc_s
         self._towards = CubicSpline(times - start_utc_s, towards + shift[:, np.newaxis] * across)
-        self.illuminated = float(np.mean(moon.illuminated))
+        self.bright_enough = bool(np.mean(moon.illuminated) >= BRIGHT_ENOUGH)
 
     def horizontal_deg(self, utc_s: float) -> tuple[float, float]:
         """Azimuth (north through east) and zenith angle, degrees."""

@@ -282,6 +282,13 @@ def _without_lines(point: PointRecord, influence: PointInfluence | None) -> Sequ
     return lines
 
 
+_TAKEN_FROM = {
+    "sun_offset": "its Set Sun Offset",
+    "gathering": "the gathering",
+    "moon": "the read-outs at rest on the Moon",
+}
+
+
 def _evidence_lines(session: SessionView, point: PointRecord) -> Sequence[str]:
     found = point_evidence(session, point)
     answers = point.answers
@@ -293,7 +300,7 @@ def _evidence_lines(session: SessionView, point: PointRecord) -> Sequence[str]:
     words = {True: "yes", False: "NO", None: "not asked"}
     lines = ["Answers: " + ", ".join(f"{what} {words[given]}" for given, what in asked)]
     if point.basis is not None:
-        of = "its Set Sun Offset" if point.basis == "sun_offset" else "the gathering"
+        of = _TAKEN_FROM[point.basis]
         lines.append(f"Error taken from {of}" + (f": {point.reason}" if point.reason else ""))
     check = found.ref_check
     lines.append(
