@@ -229,7 +229,12 @@ class Mechanism(msgspec.Struct, frozen=True):
             As ``errors_deg``.
         """
         up = geometry.up_components()
-        errors = np.stack(self._errors_deg(up, ax1_deg, ax2_deg, seen))
+        lean = [name for name in ("P1", "P3") if name in names]
+        steps = [self._step(name) for name in lean]
+        # One call for the mechanism and its neighbours: of few points the calls are what costs.
+        leaning = self._neighbours(lean, steps) if lean else self
+        there = np.stack(leaning._errors_deg(up, ax1_deg, ax2_deg, seen))
+        errors, *nearby = np.moveaxis(there, 1, 0) if lean else there[np.newaxis]
         slopes = np.zeros((len(names), *errors.shape))
         for slope, name in zip(slopes, names, strict=True):
             if name in ("P2", "backlash1_deg"):
@@ -241,17 +246,33 @@ class Mechanism(msgspec.Struct, frozen=True):
             elif name == "P6":
                 slope[1] = -ax2_deg
             else:
-                value, step = getattr(self, name), _STEPS[name]
-                if name in ("P1", "P3"):
-                    # Towards zero, so that a lean at its largest is not stepped over.
-                    step = maths_for(value).where(value > 0.0, -step, step)
-                nearby = msgspec.structs.replace(self, **{name: value + step})
-                change = np.stack(nearby._errors_deg(up, ax1_deg, ax2_deg, seen)) - errors
+                if name in lean:
+                    there, step = nearby[lean.index(name)], steps[lean.index(name)]
+                else:
+                    step = _STEPS[name]
+                    bent = msgspec.structs.replace(self, **{name: getattr(self, name) + step})
+                    there = np.stack(bent._errors_deg(up, ax1_deg, ax2_deg, seen))
+                change = there - errors
                 change[0] -= 360.0 * np.round(change[0] / 360.0)
                 np.divide(change, step, out=slope)
         sky = np.ones_like(errors)
         sky[0] = self.own_sine(ax2_deg, errors[1])
         return Linearised(errors, slopes, sky)
+
+    def _step(self, name: str) -> Value:
+        """By how much a lean is changed: towards zero, so that the largest is not stepped over."""
+        value = getattr(self, name)
+        return maths_for(value).where(value > 0.0, -_STEPS[name], _STEPS[name])
+
+    def _neighbours(self, names: Sequence[str], steps: Sequence[Value]) -> "Mechanism":
+        """This one and, for each name, one a step away: (1 + k, 1) or (1 + k, s, 1)."""
+        moved: dict[str, Value] = {}
+        for place, (name, step) in enumerate(zip(names, steps, strict=True), 1):
+            value = np.asarray(getattr(self, name), dtype=np.float64)
+            column = np.repeat(value[np.newaxis], 1 + len(names), axis=0)
+            column[place] += step
+            moved[name] = column if value.ndim else column[:, np.newaxis]
+        return msgspec.structs.replace(self, **moved)
 
     def own_sine(self, ax2_deg: FloatArray, error2_deg: FloatArray) -> FloatArray:
         """Sine of the mechanism's OWN axis 2 (..., n): what turns axis 1 degrees into sky degrees.
