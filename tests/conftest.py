@@ -39,7 +39,7 @@ def pytest_collection_finish() -> None:
     """Modules and collected tests live until the end: the garbage collector need not look at half
     a million objects again and again, only at what tests make."""
     gc.freeze()
-    gc.set_threshold(20_000, 20, 20)
+    gc.set_threshold(20_000, 10, 10)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

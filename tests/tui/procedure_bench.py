@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from textual.pilot import Pilot
+from textual.screen import Screen
 
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
@@ -24,7 +25,7 @@ from solarcal.unit.link import Link
 START = "2026-06-03T16:00:00Z"
 SMALL, LARGE = (80, 24), (140, 45)
 PATIENCE = 1000
-"""Turns of the event loop, a hundredth of a second each, before a test gives up waiting."""
+"""Looks at the screen, some hundredths of a second apart, before a test gives up waiting."""
 
 
 class Cable:
@@ -99,12 +100,19 @@ def offset_set(station: Station) -> None:
     station.poll()
 
 
+def plain_start(**options: Any) -> SolarcalApp:
+    """The app without its start screen, which costs each test a screen and has tests of its own."""
+    app = SolarcalApp(ACTION_HANDLERS, **options)
+    app.get_default_screen = Screen  # type: ignore[method-assign]
+    return app
+
+
 @asynccontextmanager
 async def workstation(
-    station: Station, size: tuple[int, int] = SMALL
+    station: Station, size: tuple[int, int] = SMALL, *, begun: bool = False
 ) -> AsyncIterator[tuple[SolarcalApp, Pilot[int]]]:
-    """The app with this station adopted; closed again whatever happens."""
-    app = SolarcalApp(ACTION_HANDLERS)
+    """The app with this station adopted, ``begun`` on its start screen; closed again."""
+    app = SolarcalApp(ACTION_HANDLERS) if begun else plain_start()
     async with app.run_test(size=size) as pilot:
         app.adopt(station)
         await pilot.pause()
@@ -130,7 +138,8 @@ async def until(pilot: Pilot[int], true: Callable[[], object]) -> None:
     for _ in range(PATIENCE):
         if true():
             return
-        await pilot.pause(0.01)
+        # Looking at the screen costs more than it takes to change: not more often than needed.
+        await pilot.pause(0.03)
     raise AssertionError(f"in vain; the screen shows:\n{screen_text(pilot.app)}")
 
 

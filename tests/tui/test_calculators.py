@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from golden_screens import shows_golden
-from procedure_bench import LARGE, SMALL, screen_text, screen_words, shows, until
+from procedure_bench import LARGE, SMALL, plain_start, screen_text, screen_words, shows, until
 from textual.widgets import OptionList
 
 from solarcal.config import Settings, load_settings
@@ -24,7 +24,7 @@ JUNE = "2026-06-10T17:00:00Z"
 
 
 def app_with(profile=TIJERAS, settings=None, remember=False):
-    return SolarcalApp(ACTION_HANDLERS, profile=profile, settings=settings, remember=remember)
+    return plain_start(profile=profile, settings=settings, remember=remember)
 
 
 async def opened(app, pilot, name, **typed):
@@ -241,7 +241,7 @@ async def test_without_a_place_it_asks_for_one_without_alarm():
 
 
 async def test_g_opens_the_list_and_enter_a_calculator():
-    app = app_with()
+    app = SolarcalApp(ACTION_HANDLERS, profile=TIJERAS)
     async with app.run_test(size=SMALL) as pilot:
         await shows(pilot, "g Calcs")
         await pilot.press("g")

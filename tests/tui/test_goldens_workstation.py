@@ -9,6 +9,7 @@ from procedure_bench import (
     SMALL,
     bench,
     offset_set,
+    plain_start,
     shows,
     take_points,
     until,
@@ -80,7 +81,7 @@ async def test_workstation(points, size, sessions):
 async def test_replay_in_the_middle(size, sessions):
     folder, _ = sessions
     start = Choice(replay=str(folder / "calibration-12.jsonl"))
-    app = SolarcalApp(ACTION_HANDLERS, start=start)
+    app = plain_start(start=start)
     async with app.run_test(size=size) as pilot:
         await shows(pilot, "REPLAY")
         for _ in range(6):

@@ -9,6 +9,7 @@ from procedure_bench import (
     LARGE,
     SMALL,
     bench,
+    plain_start,
     screen_text,
     screen_words,
     settled_text,
@@ -25,8 +26,6 @@ from solarcal.station.fitting import solve
 from solarcal.station.news import StatusRead
 from solarcal.station.plan_wishes import HALF_HOUR_S
 from solarcal.tui import fitting
-from solarcal.tui.action_handlers import ACTION_HANDLERS
-from solarcal.tui.app import SolarcalApp
 from solarcal.tui.plan.half_hours import HalfHours
 from solarcal.tui.plan.screen import PlanScreen
 from solarcal.tui.station_app import MISSED_S
@@ -259,7 +258,7 @@ async def test_in_the_middle_of_a_point_ctrl_q_asks_over_its_dialog():
 @pytest.mark.parametrize("size", SIZES)
 async def test_toasts_never_lie_over_stop(size):
     station, _ = bench()
-    app = SolarcalApp(ACTION_HANDLERS)
+    app = plain_start()
     async with app.run_test(size=size, notifications=True) as pilot:
         app.adopt(station)
         app.push_screen(WorkstationScreen())

@@ -1,7 +1,16 @@
 """A saved session on the workstation's screen: forward, BACK, play, jump."""
 
 import pytest
-from procedure_bench import SMALL, bench, screen_text, settled_text, shows, take_points, until
+from procedure_bench import (
+    SMALL,
+    bench,
+    plain_start,
+    screen_text,
+    settled_text,
+    shows,
+    take_points,
+    until,
+)
 
 from solarcal.config import Choice
 from solarcal.tui.action_handlers import ACTION_HANDLERS
@@ -18,7 +27,7 @@ def recorded(tmp_path_factory):
 
 
 def replaying(path, speed=None):
-    return SolarcalApp(ACTION_HANDLERS, start=Choice(replay=str(path), speed=speed))
+    return plain_start(start=Choice(replay=str(path), speed=speed))
 
 
 async def opened(pilot):
@@ -100,7 +109,8 @@ async def test_no_key_of_the_procedure_reaches_a_unit_from_a_replay(recorded):
 
 async def test_a_file_that_cannot_be_read_is_said_on_the_start_screen(tmp_path):
     (tmp_path / "bad.jsonl").write_text("{\n")
-    async with replaying(tmp_path / "bad.jsonl").run_test(size=SMALL) as pilot:
+    start = Choice(replay=str(tmp_path / "bad.jsonl"))
+    async with SolarcalApp(ACTION_HANDLERS, start=start).run_test(size=SMALL) as pilot:
         await shows(pilot, "no complete session header")
         assert not isinstance(pilot.app.screen, ReplayScreen)
 

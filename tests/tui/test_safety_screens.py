@@ -64,7 +64,7 @@ async def test_opening_and_leaving_every_screen_commands_the_unit_nothing() -> N
     station.tracker = SolarTrakUnit(OverheardCable(cable, said).open, port="test")
     station.connect()
     before = station.session.records
-    async with workstation(station) as (app, pilot):
+    async with workstation(station, begun=True) as (app, pilot):
         for action in ACTIONS:
             # These are commands in so many words: to stop, to leave, to let emulated time pass.
             if action.id in ("stop", "quit", "faster", "slower", "skip"):

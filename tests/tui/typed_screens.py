@@ -3,6 +3,7 @@
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
+from procedure_bench import plain_start
 from textual.pilot import Pilot
 
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
@@ -15,7 +16,6 @@ from solarcal.station.typed.controller_model import TypedControllerModel
 from solarcal.station.typed.forms import DisplayForm, TypedAnswer
 from solarcal.station.typed.unit import TypedUnit
 from solarcal.timescale import parse_utc
-from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.messages import FormAsked, Told
 from solarcal.tui.typed_form.form_asked import ScreenDisplay
@@ -120,7 +120,7 @@ async def workstation_by_hand(
     uploaded : these were keyed in before it.
     """
     clock = TestClock()
-    app = SolarcalApp(ACTION_HANDLERS)
+    app = plain_start()
     async with app.run_test(size=size) as pilot:
         screen = ScreenDisplay(lambda asked: app.post_message(Told(FormAsked(asked))), clock)
         reader = Reader(screen, clock)
