@@ -169,12 +169,11 @@ def test_missing_files_and_folders(tmp_path: Path) -> None:
             read_session(path)
 
 
-def test_a_hundred_thousand_records_are_read() -> None:
+def test_the_order_of_many_records_is_checked() -> None:
     body = b"".join(encode_record(point(seq)) for seq in range(1, 1001))
+    assert len(parse_session(HEAD + body, "day.jsonl").records) == 1000
     with pytest.raises(SessionFileError, match="sequence number"):
-        parse_session(HEAD + 100 * body, "day.jsonl")  # ...and their order is checked
-    ordered = HEAD + b"".join(encode_record(point(seq)) for seq in range(1, 100_001))
-    assert len(parse_session(ordered, "day.jsonl").records) == 100_000
+        parse_session(HEAD + 2 * body, "day.jsonl")
 
 
 # -- voids -------------------------------------------------------------------------------------

@@ -294,3 +294,12 @@ async def test_a_fit_of_fewer_points_that_comes_late_is_dropped():
         as_new = FitReady(10_001, session, None, reason="planned anew")
         app.on_told(Told(as_new))
         assert app.fit is as_new
+
+
+async def test_the_thread_of_the_fits_ends_with_the_app():
+    station, _ = bench()
+    async with workstation(station) as (app, _pilot):
+        thread = app._fitter._thread
+        assert thread.is_alive()
+    thread.join(30.0)
+    assert not thread.is_alive()

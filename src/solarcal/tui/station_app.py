@@ -104,6 +104,10 @@ class StationApp(App[int]):
             return []
         return [s for s in self.screen_stack if isinstance(s, (StationScreen, StationModal))]
 
+    def on_unmount(self) -> None:
+        # Its thread holds the app: it would wait for as long as the process lives.
+        self._fitter.close()
+
     def on_resize(self, event: Resize) -> None:
         for screen in self._station_screens():
             screen.show_size(event.size)
