@@ -1,6 +1,7 @@
 """Forecast, plan, report, upload and rollback as a shell meets them."""
 
 import json
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -165,20 +166,29 @@ def test_texts_name_the_verdict(day, capsys):
 # -- report ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("ending", ["html", "md", "svg", "txt"])
-def test_a_report_is_written_with_its_zip_beside(session, tmp_path, capsys, ending):
+def test_a_report_is_written_in_every_form_asked_for_with_its_zip_beside(session, tmp_path, capsys):
     before = session.read_bytes()
-    told = said(capsys, "report", session, "-o", tmp_path / f"c.{ending}", "--zip")
+    forms = [tmp_path / f"c.{ending}" for ending in ("md", "html", "svg", "txt")]
+    outputs = [word for form in forms for word in ("-o", form)]
+    told = said(capsys, "report", session, *outputs, "--zip")
     assert told["signed_off"] is True
-    assert (tmp_path / f"c.{ending}").stat().st_size > 5000
-    assert (tmp_path / "c.zip").exists()
+    assert told["certificates"] == [str(form) for form in forms]
+    assert told["certificate"] == str(forms[0])
+    assert told["zip"] == str(tmp_path / "c.zip")
+    assert all(form.stat().st_size > 5000 for form in forms)
+    with zipfile.ZipFile(told["zip"]) as archive:
+        assert archive.read("c.md") == forms[0].read_bytes()
     assert session.read_bytes() == before
 
 
-def test_a_report_of_another_ending_is_refused_before_anything_is_written(session, capsys):
-    assert run_command(["report", str(session), "-o", str(session.with_suffix(".pdf"))]) == 2
+def test_a_report_of_another_ending_is_refused_before_anything_is_written(
+    session, tmp_path, capsys
+):
+    good, bad = tmp_path / "c.html", tmp_path / "c.pdf"
+    assert run_command(["report", str(session), "-o", str(good), "-o", str(bad)]) == 2
     assert ".html, .md, .svg, .txt" in capsys.readouterr().err
-    assert not session.with_suffix(".pdf").exists()
+    assert not good.exists()
+    assert not bad.exists()
 
 
 # -- upload and rollback ---------------------------------------------------------------------

@@ -18,12 +18,18 @@ HELP = "certificate of saved sessions or points, as .html, .md, .svg or .txt"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE")
     parser.add_argument(
-        "-o", "--output", type=Path, required=True, metavar="OUT", help="the certificate to write"
+        "-o",
+        "--output",
+        type=Path,
+        action="append",
+        required=True,
+        metavar="OUT",
+        help="the certificate to write; again for another form of it",
     )
     parser.add_argument(
         "--zip",
         action="store_true",
-        help="beside it a zip for the office: certificate, files, profile, checksums",
+        help="beside the first a zip for the office: certificate, files, profile, checksums",
     )
     add_method_option(parser)
     add_rule_options(parser)
@@ -36,14 +42,15 @@ def run(args: argparse.Namespace) -> int:
     from solarcal.report.certificate import WRITERS
     from solarcal.report.issuing import issue
 
-    if args.output.suffix.lower() not in WRITERS:
-        raise ConfigurationError(
-            f"{args.output}: a certificate is written as {', '.join(WRITERS)}; choose by the ending"
-        )
+    for output in args.output:
+        if output.suffix.lower() not in WRITERS:
+            raise ConfigurationError(
+                f"{output}: a certificate is written as {', '.join(WRITERS)}; choose by the ending"
+            )
     issued = issue(
         args.files,
         fill_in(args),
-        [args.output],
+        args.output,
         zip_too=args.zip,
         method=args.method,
         **rule_changes(args),
@@ -54,9 +61,10 @@ def run(args: argparse.Namespace) -> int:
         print_json(
             {
                 "files": [path.name for path in args.files],
-                "certificate": str(args.output),
+                "certificate": str(args.output[0]),
+                "certificates": [str(output) for output in args.output],
                 "sha256": issued.sha256,
-                "zip": str(issued.paths[1]) if args.zip else None,
+                "zip": str(issued.paths[-1]) if args.zip else None,
                 "signed_off": after.signed_off,
                 "reason": after.reason,
                 "verdict": judgement.verdict.as_json(),
