@@ -92,6 +92,17 @@ def take_points(station: Station, points: int, every_min: float = 45.0) -> None:
     station.poll()
 
 
+def upload_and_check(station: Station, checks: int) -> None:
+    """Uploaded by the automatic technician, and so many check points taken."""
+    emulation = station.tracker.emulation
+    assert emulation is not None
+    technician = AutomaticTechnician(
+        station, emulation.spot, Schedule(checks=checks, check_every_min=30.0)
+    )
+    technician.upload()
+    technician.take_checks()
+
+
 def offset_set(station: Station) -> None:
     """Set Sun Offset where the axes stand, and a watched minute and a half."""
     station.set_sun_offset()

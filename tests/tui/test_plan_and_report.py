@@ -1,5 +1,6 @@
 """Verdict and plan on the workstation, the plan screen, the report, refusal of a bad upload."""
 
+import re
 import zipfile
 from dataclasses import replace
 
@@ -16,6 +17,7 @@ from procedure_bench import (
     shows,
     take_points,
     until,
+    upload_and_check,
     workstation,
 )
 
@@ -271,3 +273,83 @@ async def test_toasts_never_lie_over_stop(size):
         assert "STOP" in text[stop.y]
         assert "F12" in text[stop.y + 1]
         app.worker.close()
+
+
+def uploaded(folder, checks):
+    """Seven points, uploaded, and so many check points."""
+    station, cable = bench(folder / "calibration.jsonl", start="2026-06-03T14:00:00Z")
+    take_points(station, 7, 45.0)
+    upload_and_check(station, checks)
+    return station, cable
+
+
+@pytest.fixture(scope="module")
+def proven(tmp_path_factory):
+    return uploaded(tmp_path_factory.mktemp("proof"), 2)[0]
+
+
+async def second_check(app, pilot, station, cable):
+    """As a technician does it: offset, point, three times yes, store."""
+    cable.emulator.advance(1800.0)
+    await pilot.press("f6")
+    await shows(pilot, "Set here")
+    await pilot.press("enter")
+    await shows(pilot, "SET and recorded")
+    await pilot.press("full_stop")
+    await shows(pilot, "a check point, or one more data point?")
+    await pilot.press("enter")
+    for question in ("1. Did", "2. Did", "3. Do"):
+        await shows(pilot, question)
+        await pilot.press("y")
+    for _ in range(40):
+        if "never fitted" in screen_text(app):
+            break
+        cable.emulator.advance(1.0)
+        await pilot.pause(0.05)
+    await shows(pilot, "never fitted")
+    await until(pilot, lambda: app.screen.offered("yes"))
+    await pilot.press("y")
+
+
+async def test_the_second_check_point_shows_the_year_before_and_after(tmp_path):
+    station, cable = uploaded(tmp_path, 1)
+    async with workstation(station, LARGE) as (app, pilot):
+        await judged(app, pilot)
+        await second_check(app, pilot, station, cable)
+        await shows(pilot, "SIGNED OFF: 2 check points", "BEFORE, as found", "AFTER, as uploaded")
+        await pilot.press("e")
+        await shows(pilot, "The certificate of this session as of now")
+        await pilot.press("v")
+        await shows(pilot, "SIGNED OFF: 2 check points")
+        await pilot.press("escape", "escape")
+        await until(pilot, lambda: isinstance(app.screen, WorkstationScreen))
+
+
+@pytest.mark.parametrize("size", SIZES)
+async def test_before_and_after_are_beside_each_other(proven, size):
+    """The errors on one ruler: what is left looks as small as it is."""
+    async with workstation(proven, size) as (app, pilot):
+        await judged(app, pilot)
+        await pilot.press("e")
+        await shows(pilot, "Before and after")
+        await pilot.press("v")
+        await shows(pilot, "after the upload", "AFTER, as uploaded", "STOP")
+        years = [app.screen.query_one(f"#{side}-year") for side in ("before", "after")]
+        errors = [app.screen.query_one(f"#{side}-errors") for side in ("before", "after")]
+        for left, right in (years, errors):
+            assert left.region.y == right.region.y
+        if size == LARGE:
+            await shows_golden(pilot, name_of("before-and-after", size))
+            assert all(plot.display for plot in (*years, *errors))
+            return
+        await shows(pilot, "Jan", "Nov")
+        await pilot.press("v")
+        await shows(pilot, "model", "apparent solar time")
+        await shows_golden(pilot, name_of("before-and-after", size))
+        ticks = [
+            re.findall(r"[+ -]\d\.\d+(?=┤)", row)
+            for row in screen_text(app).split("\n")
+            if row.count("┤") == 2
+        ]
+        assert len(ticks) >= 3
+        assert all(left == right for left, right in ticks), "one ruler"

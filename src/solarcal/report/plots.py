@@ -161,6 +161,13 @@ def _model_curves(canvas: Canvas, data: ErrorPlotData) -> bool:
     return band
 
 
+def error_reach(*data: ErrorPlotData) -> tuple[float, float]:
+    """Ends of the one ruler on which all of these are plotted."""
+    points = [error for one in data for error in (one.points.err1_deg, one.points.err2_deg)]
+    model = [error for one in data for error in (one.model.err1_deg, one.model.err2_deg)]
+    return scales.error_range(points, model)
+
+
 def error_plot(
     data: ErrorPlotData,
     width: int,
@@ -168,19 +175,19 @@ def error_plot(
     colour: bool = True,
     theme: Theme = "phosphor",
     view: View = WHOLE,
+    reach_deg: tuple[float, float] | None = None,
 ) -> str:
     """Axis errors of the points and of the model, against solar time.
 
     Returns ``height`` lines of at most ``width`` characters; 40 x 10 is the least that can be read.
     Faint columns are times at which the limits shut the Sun out. The model is a dot every ten
     minutes, from 20 rows on with ``'`` and ``,`` at its one-sigma band; where the view is fine,
-    curves in braille with dotted bands at any height.
+    curves in braille with dotted bands at any height. ``reach_deg``: ends of the ruler of errors
+    where it is not this plot's own.
     """
     canvas = Canvas(width, height, colour, theme, _time_label(data))
     points, model, palette = data.points, data.model, canvas.palette
-    low, high = scales.error_range(
-        (points.err1_deg, points.err2_deg), (model.err1_deg, model.err2_deg)
-    )
+    low, high = reach_deg or error_reach(data)
     hours, values = _rulers(canvas, data, view, low, high, points.err1_deg, points.err2_deg)
     canvas.frame(hours, values)
     for start, end in data.outside_h:

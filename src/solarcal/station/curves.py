@@ -6,19 +6,22 @@ solar midnight to the next, which is the only day a site near the date line agre
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.fit import Solution
+from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import Limits
 from solarcal.optics.aiming import Heliostat
 from solarcal.session.points import PointTable
-from solarcal.session.records import Header, PointRecord
+from solarcal.session.records import CheckRecord, Header, PointRecord, UploadRecord
+from solarcal.session.view import SessionView
 from solarcal.site import Site
+from solarcal.station.sign_off import held
 from solarcal.station.solar_time import (
     STEP_H,
     STEPS_PER_DAY,
@@ -273,8 +276,40 @@ def _curves(
     return model, path, _runs_h(outside)
 
 
+def before_and_after(
+    session: SessionView, solution: Solution, upload: UploadRecord
+) -> tuple[ErrorPlotData, ErrorPlotData]:
+    """The errors as found, and what is left of them after an upload.
+
+    Before: the points less what the unit corrected when the session began. After: the check points,
+    which measure what is left, and what the solution expects there.
+    """
+    header = session.header
+    found = held(header.coefficients, header.offsets)
+    measured = session_plot_data(header, session.accepted, solution)
+    points = measured.points
+    c1, c2 = correction_deg(found, points.ax1_deg, points.ax2_deg)
+    before = replace(
+        measured,
+        points=replace(points, err1_deg=points.err1_deg - c1, err2_deg=points.err2_deg - c2),
+        model=_left(measured.model, found),
+    )
+    checks = [c for c in session.checks if c.status == "accepted" and c.seq > upload.seq]
+    left = session_plot_data(header, checks, solution)
+    given = held(upload.new_coefficients, upload.new_offsets)
+    return before, replace(left, model=_left(left.model, given))
+
+
+def _left(model: ModelDots, given: Coefficients) -> ModelDots:
+    """What the solution expects to be left of its errors with these numbers in the unit."""
+    c1, c2 = correction_deg(given, model.ax1_deg, model.ax2_deg)
+    return replace(model, err1_deg=model.err1_deg - c1, err2_deg=model.err2_deg - c2)
+
+
 def session_plot_data(
-    header: Header, points: Sequence[PointRecord], solution: Solution | None = None
+    header: Header,
+    points: Sequence[PointRecord | CheckRecord],
+    solution: Solution | None = None,
 ) -> ErrorPlotData:
     """For a session: its live points (voided ones left out by the caller) and a solution.
 

@@ -94,9 +94,9 @@ def _conclusion(
     return True, f"{those}: all within the tolerance, the worst {worst:.3f} deg"
 
 
-def forecast_with(judgement: Analysis, coefficients: Coefficients, offsets: Offsets) -> Forecast:
-    """The year with these P and O in force: reading = ideal + E(P) + O, so O adds to P2 and P4."""
-    held = Coefficients(
+def held(coefficients: Coefficients, offsets: Offsets) -> Coefficients:
+    """What P and O correct together: reading = ideal + E(P) + O, so O adds to P2 and P4."""
+    return Coefficients(
         coefficients.P1,
         coefficients.P2 + offsets.O1,
         coefficients.P3,
@@ -104,4 +104,8 @@ def forecast_with(judgement: Analysis, coefficients: Coefficients, offsets: Offs
         coefficients.P5,
         coefficients.P6,
     )
-    return judgement.forecast.uploading(held)
+
+
+def forecast_with(judgement: Analysis, coefficients: Coefficients, offsets: Offsets) -> Forecast:
+    """The year with these P and O in force."""
+    return judgement.forecast.uploading(held(coefficients, offsets))

@@ -1,21 +1,36 @@
-"""Report: the certificate of the running session in every format, and the zip for the office."""
+"""Before and after the upload side by side; the certificate in every format, and the zip."""
 
 import threading
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
 from textual.widget import Widget
 
 from solarcal.config import sessions_dir
 from solarcal.errors import ProcedureRefused, SolarcalError
-from solarcal.station.sign_off import sign_off
-from solarcal.station.state import StationState
-from solarcal.tui.base import Workstation
+from solarcal.report.forecast_map import forecast_map
+from solarcal.report.plots import error_plot, error_reach
+from solarcal.report.scales import View
+from solarcal.station.curves import before_and_after
+from solarcal.station.news import FitReady
+from solarcal.station.next_step import CHECK_POINTS
+from solarcal.station.sign_off import SignOff, forecast_with, sign_off
+from solarcal.station.state import SessionView, StationState
+from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
+from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
+from solarcal.tui.widgets.lines import HeadLine
+from solarcal.tui.widgets.plot import AnsiPlot, fine_characters
 from solarcal.tui.widgets.words import Words
 
 if TYPE_CHECKING:
+    from solarcal.model.analysis import Analysis
+    from solarcal.model.forecast import Forecast
     from solarcal.report.issuing import Issued
 
 ENDINGS = (".html", ".md", ".svg", ".txt")
@@ -34,6 +49,7 @@ class ReportDialog(Dialog):
     HEADING = "Report"
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
         DialogKey("write", "Write html md svg txt zip", "y", "y"),
+        DialogKey("compare", "Before and after", "v", "v"),
     )
 
     DEFAULT_CSS = """
@@ -57,13 +73,27 @@ class ReportDialog(Dialog):
         session = state.session
         if self._told or session is None:
             return
-        proof = sign_off([session], session.header.tolerance_deg)
+        proof = self._proof()
+        self._offer(proof)
         n = len(session.accepted)
         self.query_one("#told", Words).update(
             f"Session  {self._path.name}, {n} point{'' if n == 1 else 's'}\n"
             f"Status   {'SIGNED OFF' if proof.signed_off else 'not signed off'}: {proof.reason}\n"
             f"Folder   {sessions_dir()}"
         )
+
+    def _proof(self) -> SignOff:
+        session = self.workstation.state.session
+        if session is None:
+            return SignOff(False, "no session")
+        return sign_off([session], session.header.tolerance_deg)
+
+    def _offer(self, proof: SignOff) -> None:
+        self.offer("write", *(["compare"] if proof.newest is not None else []))
+
+    def action_compare(self) -> None:
+        self.dismiss(None)
+        open_comparison(self.workstation)
 
     def action_write(self) -> None:
         self.offer()
@@ -83,7 +113,7 @@ class ReportDialog(Dialog):
     def _written(self, found: "Issued | SolarcalError") -> None:
         if not self.is_mounted:
             return
-        self.offer("write")
+        self._offer(self._proof())
         if isinstance(found, SolarcalError):
             self.say(str(found), "error")
             return
@@ -94,3 +124,125 @@ class ReportDialog(Dialog):
         self.query_one("#told", Words).update(self._told)
         word = "Signed off" if after.signed_off else "Not signed off"
         self.say(f"Written. {word}: {after.reason}.", "good" if after.signed_off else "warning")
+
+
+BOTH_ROWS = 40
+"""From this height on map and errors are one above the other; below it ``v`` goes between them."""
+
+
+def open_comparison(app: Workstation) -> None:
+    app.push_screen(ComparisonScreen())
+
+
+def proven(session: SessionView) -> bool:
+    """Whether the newest upload is signed off by the check points the manual asks for."""
+    proof = sign_off([session], session.header.tolerance_deg)
+    return proof.signed_off and len(proof.checks) >= CHECK_POINTS
+
+
+class ComparisonScreen(StationScreen):
+    """The year as the unit was found and as it is now: map and errors, on the same scales."""
+
+    DEFAULT_CSS = """
+    ComparisonScreen #title { background: $primary; color: $background; text-style: bold; }
+    ComparisonScreen #proof { height: 2; padding: 0 1; background: $boost; text-style: bold; }
+    ComparisonScreen .side { width: 1fr; }
+    ComparisonScreen .side > Words { height: 2; text-style: bold; padding: 0 1; }
+    ComparisonScreen .errors { display: none; }
+    ComparisonScreen.-errors .errors, ComparisonScreen.-both .errors { display: block; }
+    ComparisonScreen.-errors .year { display: none; }
+    ComparisonScreen.-both .year { display: block; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("v", "turn", "Map or errors", show=False),
+        Binding("escape", "back", "Back", show=False),
+    ]
+    AUTO_FOCUS = ""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._judged: Analysis | None = None
+
+    def compose(self) -> ComposeResult:
+        yield HeadLine(id="title")
+        yield Words("", id="proof", markup=False)
+        with Horizontal():
+            for side in ("before", "after"):
+                with Vertical(classes="side"):
+                    yield Words("", id=f"{side}-words", markup=False)
+                    yield AnsiPlot(id=f"{side}-year").add_class("year")
+                    yield AnsiPlot(id=f"{side}-errors").add_class("errors")
+        yield ActionFooter(
+            [
+                FooterEntry("e", "Certif.", "app.perform('report')", "Write the certificate"),
+                FooterEntry("v", "Errors", "screen.turn", "Map of the year, or errors"),
+                FooterEntry("Esc", "Back", "screen.back"),
+            ]
+        )
+
+    def on_mount(self) -> None:
+        name = self.workstation.session_name
+        self.query_one("#title", HeadLine).show([f"Before and after  {name}"], ["e: certificate"])
+        self.query_one("#proof", Words).update("Computing the year ...")
+        self._judge()
+
+    def on_resize(self) -> None:
+        self.set_class(self.app.size.height >= BOTH_ROWS, "-both")
+
+    def show_fit(self, fit: FitReady) -> None:
+        self._judge()
+
+    def action_turn(self) -> None:
+        self.toggle_class("-errors")
+
+    def action_back(self) -> None:
+        self.dismiss(None)
+
+    def _judge(self) -> None:
+        """Both years, on a thread: each takes as long as a judgement."""
+        judged, session = self.workstation.judgement, self.workstation.state.session
+        if judged is None or session is None or judged is self._judged:
+            return
+        self._judged = judged
+        proof = sign_off([session], session.header.tolerance_deg)
+        if proof.newest is not None:
+            threading.Thread(
+                target=self._compare, args=(session, judged, proof), name="compare", daemon=True
+            ).start()
+
+    def _compare(self, session: SessionView, judged: "Analysis", proof: SignOff) -> None:
+        header, upload = session.header, proof.newest
+        assert upload is not None
+        before = forecast_with(judged, header.coefficients, header.offsets)
+        after = forecast_with(judged, upload.new_coefficients, upload.new_offsets)
+        self.app.call_from_thread(self._show, session, judged, proof, (before, after))
+
+    def _show(
+        self,
+        session: SessionView,
+        judged: "Analysis",
+        proof: SignOff,
+        years: "tuple[Forecast, Forecast]",
+    ) -> None:
+        upload = proof.newest
+        if not self.is_mounted or judged is not self._judged or upload is None:
+            return
+        word = "SIGNED OFF" if proof.signed_off else "NOT SIGNED OFF"
+        self.query_one("#proof", Words).update(f"■ {word}: {proof.reason}.")
+        fine, tolerance = fine_characters(self.app.console.encoding), session.header.tolerance_deg
+        errors = before_and_after(session, judged.solution, upload)
+        reach_deg = error_reach(*errors)
+        heads = (
+            f"BEFORE, as found {session.header.utc[:10]}",
+            f"AFTER, as uploaded {upload.utc[:10]}",
+        )
+        for side, head, year, data in zip(("before", "after"), heads, years, errors, strict=True):
+            self.query_one(f"#{side}-words", Words).update(
+                f"{head}\nyear: 95 % {year.year_p95_deg:.3f} deg, rms {year.year_rms_deg:.3f}"
+            )
+            self.query_one(f"#{side}-year", AnsiPlot).show(
+                partial(forecast_map, year, tolerance_deg=tolerance, fine=fine)
+            )
+            self.query_one(f"#{side}-errors", AnsiPlot).show(
+                partial(error_plot, data, view=View(fine=fine), reach_deg=reach_deg)
+            )

@@ -30,6 +30,7 @@ from solarcal.station.question_evidence import question_evidence
 from solarcal.station.state import Activity, Attempt, StationState
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, open_dialog
+from solarcal.tui.dialogs.report import open_comparison, proven
 from solarcal.tui.point.question import Gathering, Question, check_result, point_result
 from solarcal.tui.widgets.field import Field
 from solarcal.tui.widgets.words import Words
@@ -259,6 +260,8 @@ class TakePointDialog(PacedDialog):
         else:
             self.app.notify(f"{what} kept as rejected (record {record.seq}); not used.")
         self.dismiss(None)
+        if isinstance(record, CheckRecord) and proven(self.worker.station.session):
+            open_comparison(self.workstation)
 
 
 def _answer(station: Station, asked: int, yes: bool) -> Attempt:
