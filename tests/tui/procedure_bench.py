@@ -58,6 +58,19 @@ class _PullableLink(InProcessLink):
 
 def bench(path: Path | None = None, *settings: str, start: str = START) -> tuple[Station, Cable]:
     """A station whose unit is referenced and tracks; time moves only by its clock."""
+    station, cable = unreferenced_bench(path, *settings, start=start)
+    station.set_unit_clock()
+    station.ref_check()
+    station.track()
+    station.clock.wait(120.0)
+    station.poll()
+    return station, cable
+
+
+def unreferenced_bench(
+    path: Path | None = None, *settings: str, start: str = START
+) -> tuple[Station, Cable]:
+    """The same, just switched on: before clock and reference check."""
     emulator = Emulator(load_scenario("tijeras-azel", [f"start={start}", *settings]), seed=7)
     cable = Cable(emulator)
     unit = SolarTrakUnit(cable.open, port="test")
@@ -69,11 +82,6 @@ def bench(path: Path | None = None, *settings: str, start: str = START) -> tuple
     station.open_session(
         Journal.memory if path is None else lambda header: Journal.create(path, header)
     )
-    station.set_unit_clock()
-    station.ref_check()
-    station.track()
-    station.clock.wait(120.0)
-    station.poll()
     return station, cable
 
 

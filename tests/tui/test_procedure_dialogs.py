@@ -55,6 +55,22 @@ async def test_every_screen_fits_and_shows_stop_and_the_way_out(size: tuple[int,
 
 
 @on_loop
+async def test_a_key_that_comes_too_early_is_seen_not_to_be_taken() -> None:
+    """A fast y before its question is on the screen does nothing, and that is shown."""
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("u")
+        await shows(pilot, "0 accepted points")
+        assert "not taken" not in screen_words(app)
+        await pilot.press("y")
+        await shows(pilot, "y not taken: not asked yet")
+        await pilot.press("b")
+        await shows(pilot, "b not taken: not asked yet")
+        await until(pilot, lambda: "not taken" not in screen_words(app))
+    assert station.session.uploads == ()
+
+
+@on_loop
 async def test_without_a_unit_the_keys_say_so() -> None:
     from solarcal.tui.app import SolarcalApp
 

@@ -8,6 +8,7 @@ from procedure_bench import (
     screen_words,
     shows,
     take_points,
+    unreferenced_bench,
     until,
     workstation,
 )
@@ -106,6 +107,19 @@ async def test_stop_ends_the_jog_and_arrows_do_not_move_a_stopped_unit() -> None
         assert station.poll().moving == (0, 0)
         await pilot.press("t")
         await until(pilot, lambda: station.state.live.status.mode is Mode.TRACK)
+
+
+@on_loop
+async def test_before_the_reference_check_t_and_arrows_are_refused_naming_its_key() -> None:
+    station, _ = unreferenced_bench()
+    async with workstation(station) as (_, pilot):
+        await pilot.press("f6")
+        await shows(pilot, "no reference: leave, and do a reference check [F5]")
+        for key in ("t", "left"):
+            await pilot.press(key)
+            await shows(pilot, "Refused. The unit has no reference", "[F5]")
+        await pilot.press("escape")
+    assert station.poll().moving == (0, 0)
 
 
 @on_loop

@@ -65,8 +65,10 @@ async def test_page_keys_go_from_point_to_point_and_numbers_jump(recorded):
         await pilot.press("pagedown", "pageup", "pageup")
         assert len(screen.replay.view.points) == 1
         await pilot.press("j")
-        await shows(pilot, "Jump to point (1 to 4)")
-        await pilot.press("4", "enter")
+        await shows(pilot, "Point, 1 to 4", "STOP")
+        await pilot.press("5", "enter")
+        await shows(pilot, "There is no point '5'")
+        await pilot.press("backspace", "4", "enter")
         await until(pilot, lambda: len(screen.replay.view.points) == 4)
         await pilot.press("home")
         assert screen.replay.position == 0

@@ -79,19 +79,14 @@ def switch_alerts(app: Workstation) -> None:
 def leave(app: Workstation) -> None:
     """Out; asks first while something is going on."""
     from solarcal.station.state import Activity
-    from solarcal.tui.dialogs.leave import LeaveScreen
+    from solarcal.tui.dialogs.leave import LeaveDialog
 
-    if isinstance(app.screen, LeaveScreen):
+    if isinstance(app.screen, LeaveDialog):
         return
     if app.state.activity is Activity.IDLE or app.worker is None:
         app.leave_soon()
-        return
-
-    def answered(yes: bool | None) -> None:
-        if yes:
-            app.leave_soon()
-
-    app.push_screen(LeaveScreen(str(app.state.activity)), answered)
+    else:
+        app.push_screen(LeaveDialog(str(app.state.activity)))
 
 
 def _emulation(station: "Station") -> "Emulation":

@@ -8,6 +8,8 @@ from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.containers import Horizontal, Vertical
 from textual.content import Content
+from textual.events import Key
+from textual.timer import Timer
 from textual.widget import Widget
 from textual.widgets import Static
 
@@ -16,6 +18,7 @@ from solarcal.station.procedure import Station
 from solarcal.station.state import LinkState, StationState
 from solarcal.station.worker import StationWorker
 from solarcal.tui.base import StationModal, Workstation, is_typed
+from solarcal.tui.keys import shown_key
 from solarcal.tui.widgets.words import Words
 
 
@@ -67,6 +70,10 @@ STYLES: dict[Tone, str] = {
 }  # fmt: skip
 
 
+BLINK_S = 0.6
+"""How long a key that was not taken shows."""
+
+
 class Dialog(StationModal[None]):
     """A step of the procedure.
 
@@ -86,6 +93,10 @@ class Dialog(StationModal[None]):
         border: heavy $primary; border-title-style: bold; border-title-color: $accent;
         padding: 0 1; background: $surface;
     }
+    Dialog > #dialog.-early {
+        border: heavy $warning; border-subtitle-color: $background;
+        border-subtitle-background: $warning; border-subtitle-style: bold;
+    }
     Dialog #body { height: auto; }
     Dialog #said { height: auto; min-height: 1; max-height: 4; }
     Dialog #keys { height: 3; }
@@ -101,6 +112,7 @@ class Dialog(StationModal[None]):
         super().__init__()
         self._ready = False
         self._lost = False
+        self._blinking: Timer | None = None
 
     def compose(self) -> ComposeResult:
         with Vertical(id="dialog") as dialog:
@@ -159,6 +171,25 @@ class Dialog(StationModal[None]):
         button = KeyButton(key.shown, key.label, f"screen.{key.action}")
         button.id = f"key-{_identifier(key.action)}"
         return button
+
+    def on_key(self, event: Key) -> None:
+        """A key that comes before its question is on the screen is seen not to be taken."""
+        early = [k for k in self.KEYS if k.button and event.key in k.keys.split(",")]
+        if early and not any(self.offered(key.action) for key in early):
+            self._blink(f" {shown_key(event.key)} not taken: not asked yet ")
+
+    def _blink(self, words: str) -> None:
+        frame = self.query_one("#dialog")
+        frame.border_subtitle = words
+        frame.add_class("-early")
+        if self._blinking is not None:
+            self._blinking.stop()
+        self._blinking = self.set_timer(BLINK_S, self._blinked)
+
+    def _blinked(self) -> None:
+        frame = self.query_one("#dialog")
+        frame.border_subtitle = ""
+        frame.remove_class("-early")
 
     def palette_refused(self) -> None:
         self.say("Leave this first (Esc): the palette begins other steps.", "warning")

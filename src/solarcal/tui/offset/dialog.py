@@ -10,7 +10,7 @@ from textual.events import Key, Resize
 from textual.widget import Widget
 from textual.widgets import Digits, Input, Static
 
-from solarcal.errors import ConfigurationError
+from solarcal.errors import ConfigurationError, UnitRefused
 from solarcal.model.fit import Solution
 from solarcal.session.records import SunOffset
 from solarcal.station.jogging import STEPS_DEG, JogView, SunOffsetJog
@@ -30,6 +30,7 @@ from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, open_dialog
 from solarcal.tui.offset.spot import SpotCalculator, Sunspot, jog_table
 from solarcal.tui.widgets.words import Words
+from solarcal.unit.conversation import NOT_REFERENCED
 from solarcal.unit.tracker import Mode
 
 STEPS = (JogSeen, Jogged, OffsetSet, OffsetLeft)
@@ -266,8 +267,8 @@ class SunOffsetDialog(PacedDialog):
         )
 
     def action_track(self) -> None:
+        self.say("To the Sun, with the offsets the unit has.")
         self._submit(Jogged, lambda station: self._jog.track())
-        self.say("The unit tracks with the offsets it has.")
 
     def action_calculate(self) -> None:
         view = self._view
@@ -354,6 +355,8 @@ class SunOffsetDialog(PacedDialog):
 
     def step_failed(self, failed: StepFailed) -> None:
         super().step_failed(failed)
+        if isinstance(failed.error, UnitRefused) and failed.error.code == NOT_REFERENCED:
+            self.say(f"Refused. {self._reference_first()}", "error")
         if failed.kind in STEPS:
             self._waiting = max(0, self._waiting - 1)
         if failed.kind is Jogged:
@@ -418,19 +421,15 @@ class SunOffsetDialog(PacedDialog):
         if self._warned.startswith("Driving") and view.aim is None:
             self._warned = ""
             self.say("The axes have arrived. " + self._how_to_begin())
-        if view.aim is not None and any(view.aim.behind):
+        if not view.status.referenced:
+            warning = self._reference_first()
+        elif view.aim is not None and any(view.aim.behind):
             warning = "Going behind the Sun; the axes then come forward automatically."
         elif view.aim is not None and not all(behind):
             axes = " and ".join(str(i + 1) for i, ok in enumerate(behind) if not ok)
             warning = (
                 f"Axis {axes} did NOT come from behind: backlash is in it. "
                 "Press b: behind the Sun first, then forward."
-            )
-        elif view.status.mode in (Mode.STOP, Mode.FAULT) and not view.status.referenced:
-            key = self.workstation.keys_of("ref_check").split()[0]
-            warning = (
-                f"The unit is in mode {view.status.mode} and has no reference: leave, and do a "
-                f"reference check [{key}]; then it can be jogged."
             )
         elif view.status.mode in (Mode.STOP, Mode.FAULT):
             warning = f"The unit is in mode {view.status.mode}: press t to track again."
@@ -441,6 +440,13 @@ class SunOffsetDialog(PacedDialog):
         elif self._warned and not warning and view.aim is not None:
             self.say("Both axes came from behind. Centre the spot, then Enter.", "good")
         self._warned = warning
+
+    def _reference_first(self) -> str:
+        key = self.workstation.keys_of("ref_check").split()[0]
+        return (
+            f"The unit has no reference: leave, and do a reference check [{key}]; then it can "
+            "track and be jogged."
+        )
 
     def _show_steps(self) -> None:
         adapts = self._step is None

@@ -1,11 +1,11 @@
 """A saved session on the workstation's own screen: play, pause, forward, BACK, jump to a point."""
 
+from collections.abc import Callable, Iterable
 from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Horizontal
-from textual.widgets import Input, Static
+from textual.widget import Widget
 
 from solarcal.report.session_report import record_line
 from solarcal.session.records import PointRecord
@@ -13,49 +13,44 @@ from solarcal.station.news import FitReady
 from solarcal.station.replay import Replay
 from solarcal.station.state import LiveView, StationState
 from solarcal.timescale import format_utc, parse_utc
-from solarcal.tui.base import StationModal, StationScreen
+from solarcal.tui.base import StationScreen
+from solarcal.tui.dialogs.dialog import Dialog, DialogKey
 from solarcal.tui.fitting import Fitter
 from solarcal.tui.messages import Told
 from solarcal.tui.point.opened import PointScreen
-from solarcal.tui.widgets.footer import ActionFooter, FooterEntry, StopKey
+from solarcal.tui.widgets.field import Field
+from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine
 from solarcal.tui.widgets.plot import ExploredPlot
 from solarcal.tui.workstation.lines import TitleLine, verdict_words
 from solarcal.tui.workstation.view import TABS, WorkstationView
 
 
-class JumpScreen(StationModal[int]):
+class JumpDialog(Dialog):
     """One number, counted from one."""
 
-    DEFAULT_CSS = """
-    JumpScreen { align: center middle; }
-    JumpScreen > Horizontal {
-        width: 56; height: 6; border: heavy $primary; padding: 1 2; background: $surface;
-        border-subtitle-style: bold;
-    }
-    JumpScreen Static { width: auto; }
-    JumpScreen Input { width: 1fr; height: 1; border: none; margin: 0 1; }
-    """
+    HEADING = "Jump to a point"
+    KEYS: ClassVar[tuple[DialogKey, ...]] = (DialogKey("jump", "Jump", "enter", "Enter"),)
+    AUTO_FOCUS = "Input"
 
-    def __init__(self, points: int) -> None:
+    def __init__(self, points: int, jump: Callable[[int], None]) -> None:
         super().__init__()
-        self._points = points
+        self._points, self._jump = points, jump
 
-    def compose(self) -> ComposeResult:
-        with Horizontal():
-            yield Static(f"Jump to point (1 to {self._points}):", markup=False)
-            yield Input(type="integer", max_length=5, compact=True)
-            yield StopKey()
+    def body(self) -> Iterable[Widget]:
+        yield Field("number", f"Point, 1 to {self._points}")
 
-    def on_mount(self) -> None:
-        self.query_one(Input).focus()
+    def on_input_submitted(self) -> None:
+        self.action_jump()
 
-    def on_input_submitted(self, event: Input.Submitted) -> None:
-        number = int(event.value) if event.value.isdigit() else 0
-        if event.value and not 1 <= number <= self._points:
-            self.query_one(Horizontal).border_subtitle = f"! There is no point {event.value}"
+    def action_jump(self) -> None:
+        text = self.query_one(Field).value
+        number = int(text) if text.isdecimal() else 0
+        if 1 <= number <= self._points:
+            self.dismiss(None)
+            self._jump(number)
         else:
-            self.dismiss(number or None)
+            self.say(f"There is no point {text!r}.", "warning")
 
 
 TICK_S = 0.1
@@ -291,12 +286,11 @@ class ReplayScreen(StationScreen):
 
         count = sum(isinstance(record, PointRecord) for record in self.replay.records)
 
-        def jump(number: int | None) -> None:
-            if number is not None:
-                self.replay.jump_to_point(number)
-                self._stand()
+        def jump(number: int) -> None:
+            self.replay.jump_to_point(number)
+            self._stand()
 
-        self.app.push_screen(JumpScreen(count), jump)
+        self.app.push_screen(JumpDialog(count, jump))
 
     def next_plot(self) -> None:
         name = self.query_one(WorkstationView).next_plot()
