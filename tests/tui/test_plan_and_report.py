@@ -258,20 +258,31 @@ async def test_in_the_middle_of_a_point_ctrl_q_asks_over_its_dialog():
 
 
 @pytest.mark.parametrize("size", SIZES)
-async def test_toasts_never_lie_over_stop(size):
+async def test_notices_have_rows_of_their_own_and_lie_over_nothing(size):
     station, _ = bench()
     app = plain_start()
     async with app.run_test(size=size, notifications=True) as pilot:
         app.adopt(station)
         app.push_screen(WorkstationScreen())
         await shows(pilot, "LINK OK")
+        await until(pilot, lambda: app.emulated_speed == 0.0)
+        before = (await settled_text(pilot)).split("\n")
         for number in range(12):
             app.notify(f"notice {number}, as long as a notice may well become in a bad hour")
-        await shows(pilot, "notice 0", "F12 s ^S")
+        await shows(pilot, "notice 11", "F12 s ^S")
+        text = (await settled_text(pilot)).split("\n")
+        log = app.screen.query_one("#log").region
+        assert 1 <= log.height <= 4
+        assert text[:5] == before[:5], "title, file, next step and verdict"
+        assert [row[:55] for row in text[5:16]] == [row[:55] for row in before[5:16]], "clocks"
         stop = app.screen.query_one(StopKey).region
-        text = screen_text(app).split("\n")
-        assert "STOP" in text[stop.y]
-        assert "F12" in text[stop.y + 1]
+        assert text[stop.y :] == before[stop.y :]
+        assert "notice 11" in text[log.y], "the newest first"
+        await pilot.press("n")
+        await shows(pilot, "Remark")
+        app.notify("a notice while a dialog is open")
+        said = app.screen.query_one("#said").region
+        await until(pilot, lambda: "a notice while" in screen_text(app).split("\n")[said.y])
         app.worker.close()
 
 

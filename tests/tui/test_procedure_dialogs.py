@@ -77,7 +77,7 @@ async def test_without_a_unit_the_keys_say_so() -> None:
     app = SolarcalApp(ACTION_HANDLERS)
     async with app.run_test(size=SMALL) as pilot:
         app.action_perform("ref_check")
-        await until(pilot, lambda: any("no unit" in n.message for n in app._notifications))
+        await shows(pilot, "no unit is connected")
         assert len(app.screen_stack) == 1
 
 

@@ -19,7 +19,7 @@ from solarcal.plain_text import harmless
 from solarcal.profiles import Profile
 from solarcal.station.news import StepFailed
 from solarcal.tui.action_handlers import ActionHandler
-from solarcal.tui.base import StationModal
+from solarcal.tui.base import StationModal, StationScreen
 from solarcal.tui.keys import (
     ACTIONS,
     QUIT_EVERYWHERE,
@@ -39,9 +39,6 @@ if TYPE_CHECKING:
 
 PRESS_STOP_S = 8.0
 """How long it covers a part of the screen that STOP is at the unit; the log goes on saying it."""
-
-NOTICED_S = 20.0
-"""How long something noticed while opening stays on the screen."""
 
 
 def _action_provider() -> "type[Provider]":
@@ -121,8 +118,16 @@ class SolarcalApp(StationApp):
         timeout: float | None = None,
         markup: bool = False,
     ) -> None:
-        """Messages quote units, files and people: nothing in them is markup."""
-        super().notify(message, title=title, severity=severity, timeout=timeout, markup=markup)
+        """On the screen's own line. Messages quote units, files and people: none is markup."""
+        seconds = self.NOTIFICATION_TIMEOUT if timeout is None else timeout
+        words = f"{title}. {message}" if title else message
+        match self.screen:
+            case StationScreen() | StationModal() as screen if screen.is_mounted:
+                shown = screen.notice(words, severity, seconds)
+            case _:
+                shown = False
+        if not shown:
+            super().notify(message, title=title, severity=severity, timeout=timeout, markup=markup)
 
     def action_command_palette(self) -> None:
         """Ours has STOP on it. In the middle of a step it would begin another one: not there."""
@@ -264,9 +269,7 @@ class SolarcalApp(StationApp):
         self.line = line
         self._output = None
         self.adopt(line.station)
-        self.push_screen(WorkstationScreen())
-        for sentence in line.noticed:
-            self.notify(sentence, severity="warning", timeout=NOTICED_S)
+        self.push_screen(WorkstationScreen(line.noticed))
 
     def file_opened(self, path: Path) -> None:
         """On which line each session was taken: after a crash it goes on there."""

@@ -13,7 +13,7 @@ from textual.widget import Widget
 
 from solarcal.station.news import Done, FitReady, Progress, StepFailed
 from solarcal.tui.behind import draw_behind
-from solarcal.tui.widgets.lines import say_if_too_small
+from solarcal.tui.widgets.lines import LogLine, say_if_too_small
 
 if TYPE_CHECKING:
     from textual.geometry import Size
@@ -120,6 +120,13 @@ class _StationHooks(DOMNode):
     def show_size(self, size: "Size") -> None:
         """The terminal is this large now."""
         say_if_too_small(self.screen, size)
+
+    def notice(self, sentence: str, severity: "SeverityLevel", seconds: float) -> bool:
+        """Show a notice on the screen's own line, if it has one; nothing may be covered by it."""
+        for log in self.query(LogLine):
+            log.notice(sentence, severity, seconds)
+            return True
+        return False
 
     def show_state(self, state: "StationState") -> None:
         """The station's newest state."""

@@ -9,6 +9,7 @@ from textual.binding import Binding
 from textual.containers import Horizontal, Vertical
 from textual.content import Content
 from textual.events import Key
+from textual.notifications import SeverityLevel
 from textual.timer import Timer
 from textual.widget import Widget
 from textual.widgets import Static
@@ -146,6 +147,17 @@ class Dialog(StationModal[None]):
         self.query_one("#said", Words).update(
             Content.assemble((MARKS[tone] + sentence, STYLES[tone]))
         )
+
+    def notice(self, sentence: str, severity: SeverityLevel, seconds: float) -> bool:
+        del seconds
+        self.say(sentence, "plain" if severity == "information" else severity)
+        return True
+
+    def leave_saying(self, sentence: str, severity: SeverityLevel = "information") -> None:
+        """Leave; the sentence stands on the line of the screen below."""
+        app = self.workstation
+        self.dismiss(None)
+        app.notify(sentence, severity=severity)
 
     def offer(self, *actions: str) -> None:
         """Show the buttons of these actions; a key whose button is away does nothing."""

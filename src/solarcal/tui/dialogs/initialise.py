@@ -98,8 +98,7 @@ class InitialiseDialog(Dialog):
         if isinstance(done, FileInitialised):
             path = self.worker.station.session_path
             where = f" in {path.name}" if path is not None else ""
-            self.app.notify(f"The calibration begins{where}.")
-            self.dismiss(None)
+            self.leave_saying(f"The calibration begins{where}.")
 
     def step_failed(self, failed: StepFailed) -> None:
         super().step_failed(failed)

@@ -55,8 +55,7 @@ class NoteDialog(Dialog):
     def step_done(self, done: Done[Any]) -> None:
         super().step_done(done)
         if isinstance(done, NoteWritten):
-            self.app.notify(f"Noted as record {done.result.seq}.")
-            self.dismiss(None)
+            self.leave_saying(f"Noted as record {done.result.seq}.")
 
     def step_failed(self, failed: StepFailed) -> None:
         super().step_failed(failed)
@@ -142,5 +141,4 @@ class VoidDialog(Dialog):
         super().step_done(done)
         if isinstance(done, RecordVoided):
             void = done.result
-            self.app.notify(f"Record {void.voids} is void (record {void.seq}).")
-            self.dismiss(None)
+            self.leave_saying(f"Record {void.voids} is void (record {void.seq}).")

@@ -88,11 +88,10 @@ class TypedOffsetDialog(Dialog):
         super().step_done(done)
         if isinstance(done, OffsetSet):
             offsets = done.result.offsets
-            self.app.notify(
+            self.leave_saying(
                 f"Recorded: O1 {offsets.O1:+.4f}, O2 {offsets.O2:+.4f} deg. Let the "
                 "unit track; watch it a minute and through one update."
             )
-            self.dismiss(None)
 
     def step_failed(self, failed: StepFailed) -> None:
         super().step_failed(failed)

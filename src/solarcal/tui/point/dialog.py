@@ -123,8 +123,9 @@ class TakePointDialog(PacedDialog):
             return
         if self.workstation.state.attempt is not None:
             keys = self.workstation.keys_of("take_point")
-            self.app.notify(f"The attempt stays open: {keys} goes on with it.", severity="warning")
-        self.dismiss(None)
+            self.leave_saying(f"The attempt stays open: {keys} goes on with it.", "warning")
+        else:
+            self.dismiss(None)
 
     def _begin(self, *, check: bool, override_reason: str | None = None) -> None:
         self._check = check
@@ -235,11 +236,10 @@ class TakePointDialog(PacedDialog):
             self.offer("again")
 
     def _answered_no(self, attempt: Attempt) -> None:
-        self.app.notify(
+        self.leave_saying(
             f"NO to question {attempt.asked}: the attempt is kept as aborted and not used.",
-            severity="warning",
+            "warning",
         )
-        self.dismiss(None)
 
     def _show_result(self, judged: PointJudgement | str) -> None:
         attempt = self._attempt
@@ -254,11 +254,10 @@ class TakePointDialog(PacedDialog):
         self.offer("yes", "no")
 
     def _stored(self, record: PointRecord | CheckRecord) -> None:
-        what = "Check point" if isinstance(record, CheckRecord) else "Point"
-        if record.status == "accepted":
-            self.app.notify(f"{what} stored as record {record.seq}.")
-        else:
-            self.app.notify(f"{what} kept as rejected (record {record.seq}); not used.")
+        if record.status != "accepted":
+            what = "Check point" if isinstance(record, CheckRecord) else "Point"
+            self.leave_saying(f"{what} kept as rejected (record {record.seq}); not used.")
+            return
         self.dismiss(None)
         if isinstance(record, CheckRecord) and proven(self.worker.station.session):
             open_comparison(self.workstation)

@@ -100,8 +100,6 @@ class StartScreen(StationScreen):
 
     def tell(self, sentence: str, *, error: bool = False) -> None:
         self.query_one("#log", LogLine).say(sentence, error=error)
-        if error:
-            self.workstation.notify(sentence, severity="error", timeout=10.0)
 
     def step_failed(self, failed: StepFailed) -> None:
         self.query_one("#log", LogLine).say(str(failed.error), error=True)

@@ -1,5 +1,6 @@
 """One-row lines every screen has: title, file, log; and the row of a terminal too small."""
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from textual.content import Content
@@ -10,6 +11,7 @@ from solarcal.tui.widgets.words import Words
 
 if TYPE_CHECKING:
     from textual.geometry import Size
+    from textual.notifications import SeverityLevel
 
 
 Part = str | tuple[str, str] | Content
@@ -46,21 +48,60 @@ class HeadLine(Words):
         self.update(Content.assemble(start, " " * gap, end), layout=False)
 
 
+SEVERITIES: "tuple[SeverityLevel, ...]" = ("error", "warning", "information")
+MARKS = {"error": "! ", "warning": "! ", "information": ""}
+
+
 class LogLine(HeadLine):
-    """The newest thing worth telling; an error stays until something else happens."""
+    """The newest thing worth telling; an error stays until something else happens.
+
+    Notices stand here for their time, in rows of their own, and cover nothing.
+    """
 
     DEFAULT_CSS = """
     LogLine { background: $background; }
-    LogLine.-error {
-        background: $error; color: $background; text-style: bold;
-        height: auto; max-height: 4; text-wrap: wrap; text-overflow: fold;
+    LogLine.-error, LogLine.-warning, LogLine.-information {
+        text-style: bold; height: auto; max-height: 4; text-wrap: wrap; text-overflow: fold;
     }
+    LogLine.-error { background: $error; color: $background; }
+    LogLine.-warning { background: $warning; color: $background; }
     """
 
+    def __init__(self, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self._said: tuple[str, bool] = ("", False)
+        self._notices: list[tuple[SeverityLevel, str]] = []
+
     def say(self, sentence: str, *, error: bool = False) -> None:
-        self.set_class(error, "-error")
-        self._shown = None
+        self._said = (sentence, error)
         if error:
+            self._notices.clear()
+        self._show_newest()
+
+    def notice(self, sentence: str, severity: "SeverityLevel", seconds: float) -> None:
+        """Show this for so long, whatever is said meanwhile; only an error takes its place."""
+        one = (severity, sentence)
+        self._notices.append(one)
+        self.set_timer(seconds, partial(self._over, one))
+        self._show_newest()
+
+    def _over(self, one: "tuple[SeverityLevel, str]") -> None:
+        if one in self._notices:
+            self._notices.remove(one)
+            self._show_newest()
+
+    def _show_newest(self) -> None:
+        sentence, error = self._said
+        worst = next((s for s in SEVERITIES if s in {level for level, _ in self._notices}), None)
+        tone = worst or ("error" if error else None)
+        for severity in SEVERITIES:
+            self.set_class(severity == tone, f"-{severity}")
+        self._shown = None
+        if worst is not None:
+            # The newest first: where there is no room for all, they are the ones to read.
+            said = [f"{MARKS[level]}{words}" for level, words in reversed(self._notices)]
+            self.update(Content("\n".join(said)))
+        elif error:
             # An error is worth more than one row.
             self.update(Content(f"! {sentence}"))
         else:

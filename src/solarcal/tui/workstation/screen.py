@@ -1,5 +1,6 @@
 """The screen a technician uses all day: everything the station says, and every key."""
 
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from textual.app import ComposeResult
@@ -9,7 +10,7 @@ from textual.events import Key
 from textual.markup import escape
 
 from solarcal.report.session_report import record_line
-from solarcal.session.records import PointRecord
+from solarcal.session.records import CheckRecord, PointRecord
 from solarcal.station.news import (
     Done,
     FitReady,
@@ -34,6 +35,10 @@ from solarcal.tui.workstation.view import TABS, WorkstationView
 REVIEW_FROM, REVIEW_FROM_WIDE = 5, 3
 """Accepted points from which the parameters come up after a point is stored."""
 
+STORED_S = 5.0
+NOTICED_S = 20.0
+"""How long something noticed while opening stays on the screen."""
+
 WINDOW_KEYS = frozenset({"tab", "shift+tab", "f12", "ctrl+s", "ctrl+q", "ctrl+p"})
 
 FOOTER = (
@@ -57,7 +62,10 @@ def _footer_key(app: Workstation, name: str) -> str:
 
 
 class WorkstationScreen(StationScreen):
-    """Title, file, what to do next, verdict, panes, log, footer."""
+    """Title, file, what to do next, verdict, panes, log, footer.
+
+    ``noticed`` while the line was opened: sentences to read first.
+    """
 
     DEFAULT_CSS = """
     WorkstationScreen.-alone #file, WorkstationScreen.-alone #next { display: none; }
@@ -73,8 +81,9 @@ class WorkstationScreen(StationScreen):
         Binding("shift+tab", "next_tab(-1)", "Previous pane", show=False, priority=True),
     ]
 
-    def __init__(self) -> None:
+    def __init__(self, noticed: Sequence[str] = ()) -> None:
         super().__init__()
+        self._noticed = tuple(noticed)
         self._ready = False
         self._told_records = -1
         self._review: str | None = None
@@ -102,6 +111,8 @@ class WorkstationScreen(StationScreen):
         self.show_state(self.workstation.state)
         if self.workstation.fit is not None:
             self.show_fit(self.workstation.fit)
+        for sentence in self._noticed:
+            self.notice(sentence, "warning", NOTICED_S)
 
     def on_resize(self) -> None:
         if self._ready:
@@ -188,8 +199,8 @@ class WorkstationScreen(StationScreen):
 
     def step_done(self, done: Done[Any]) -> None:
         match done:
-            case Stored(PointRecord(status="accepted")):
-                self._review_point()
+            case Stored(record) if record.status == "accepted":
+                self._stored(record)
             case SpeedTold():
                 self._show_lines(self.workstation.state)
             case Stopped():
@@ -211,18 +222,20 @@ class WorkstationScreen(StationScreen):
 
     # -- after a stored point ------------------------------------------------------------------
 
-    def _review_point(self) -> None:
+    def _stored(self, record: PointRecord | CheckRecord) -> None:
         """The parameters with what changed come up, as in the manual; any key goes on."""
         view, session = self.query_one(WorkstationView), self.workstation.state.session
         least = REVIEW_FROM_WIDE if view.wide else REVIEW_FROM
-        if session is None or len(session.accepted) < least:
+        if isinstance(record, CheckRecord) or session is None or len(session.accepted) < least:
+            what = "Check point" if isinstance(record, CheckRecord) else "Point"
+            self.notice(f"{what} stored as record {record.seq}.", "information", STORED_S)
             return
         if self._review is None:
             self._tab_before = view.tab
         self._review = "coefficients"
         view.show_review("coefficients")
         self.query_one("#log", LogLine).say(
-            "Point stored: the parameters, and what changed. Any key: the error plot."
+            f"Stored as record {record.seq}: the parameters, what changed. Any key: the error plot."
         )
 
     def on_key(self, event: Key) -> None:
