@@ -1,8 +1,10 @@
 """Reference check, initialise, clock, note, void and link: by their keys, on an emulated unit."""
 
 import contextlib
+from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import pytest
 from procedure_bench import (
     LARGE,
@@ -22,7 +24,7 @@ from solarcal.config import Choice
 from solarcal.session.journal import Journal
 from solarcal.session.reader import live_records, read_session
 from solarcal.session.records import Closed, Note, Override, Void
-from solarcal.station.state import LinkState
+from solarcal.station.state import Activity, LinkState
 from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.dialogs.clock import ClockDialog
 from solarcal.tui.dialogs.link import LinkDialog
@@ -115,6 +117,34 @@ async def test_a_reference_check_runs_and_shows_the_difference() -> None:
         await pilot.press("t")
         await until(pilot, lambda: len(app.screen_stack) == 1)
         assert station.poll().mode is Mode.TRACK
+
+
+@on_loop
+async def test_a_running_check_shows_how_far_it_is_and_the_time_that_is_left() -> None:
+    """By the read-outs: 40 deg in 20 s, so 60 deg more are about 30 s."""
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f5")
+        await shows(pilot, "Start: drive")
+        state, unit = station.state, station.session.header.unit
+        status = state.live.status
+        assert status is not None
+        for seconds, to_go, words in (
+            (0.0, 100.0, "[..............................] 0 % 100 deg to go. STOP"),
+            (20.0, 60.0, "[############..................] 40 % 60 deg to go, about 30 s. STOP"),
+            (35.0, 30.0, "[#####################.........] 70 % 30 deg to go, about 15 s. STOP"),
+        ):
+            seen = msgspec.structs.replace(
+                status,
+                mode=Mode.REF,
+                unit_utc_s=status.unit_utc_s + seconds,
+                reading1_deg=unit.reference1_deg - to_go,
+                reading2_deg=unit.reference2_deg - 0.5 * to_go,
+            )
+            app.screen.show_state(
+                replace(state, activity=Activity.REF_CHECK, live=replace(state.live, status=seen))
+            )
+            await shows(pilot, f"Reference check running {words}")
 
 
 @on_loop

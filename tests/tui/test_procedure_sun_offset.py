@@ -1,5 +1,7 @@
 """Set Sun Offset by the keys; the emulator's time is moved by hand, one renewal after the other."""
 
+import re
+
 import pytest
 from procedure_bench import (
     Cable,
@@ -107,6 +109,29 @@ async def test_stop_ends_the_jog_and_arrows_do_not_move_a_stopped_unit() -> None
         assert station.poll().moving == (0, 0)
         await pilot.press("t")
         await until(pilot, lambda: station.state.live.status.mode is Mode.TRACK)
+
+
+@on_loop
+async def test_far_from_the_sun_the_degrees_to_go_and_the_seconds_are_said() -> None:
+    """After a reference check the axes stand at their switches, tens of degrees away."""
+    station, cable = unreferenced_bench()
+    station.ref_check()
+    async with workstation(station) as (_, pilot):
+        await pilot.press("f6")
+        await shows(pilot, "press t, and it goes to its Sun")
+        await pilot.press("t")
+        await until(pilot, lambda: station.state.live.status.mode is Mode.TRACK)
+        await pass_time(pilot, cable, 3)
+        found = re.search(
+            r"Driving to the Sun: (\d+) deg to go, about (\d+) s", screen_words(pilot.app)
+        )
+        assert found is not None, screen_words(pilot.app)
+        to_go, left_s = int(found[1]), int(found[2])
+        assert to_go > 10
+        await pass_time(pilot, cable, 3)
+        await shows(pilot, "deg to go, about")
+        await pass_time(pilot, cable, left_s)
+        await shows(pilot, "The axes have arrived.")
 
 
 @on_loop

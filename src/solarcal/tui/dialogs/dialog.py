@@ -265,6 +265,37 @@ def open_dialog(app: Workstation, dialog: Dialog) -> None:
         app.push_screen(dialog)
 
 
+class DriveWatch:
+    """How far a drive is and how long it still takes, from one look to the next."""
+
+    def __init__(self) -> None:
+        self._first: tuple[float, float] | None = None
+        self.fraction = 0.0
+        self.left_s: float | None = None
+
+    def at(self, utc_s: float, to_go_deg: float) -> None:
+        """``to_go_deg`` of the axis that has the longer way; more than before begins anew."""
+        if self._first is None or to_go_deg > self._first[1]:
+            self._first = (utc_s, to_go_deg)
+        since_s, whole_deg = self._first
+        driven_deg = whole_deg - to_go_deg
+        self.fraction = driven_deg / whole_deg if whole_deg > 0.0 else 1.0
+        self.left_s = None
+        if driven_deg > 0.0 and utc_s > since_s:
+            self.left_s = to_go_deg * (utc_s - since_s) / driven_deg
+
+    def words(self) -> str:
+        """``, about 40 s`` once the speed is known."""
+        return "" if self.left_s is None else f", about {self.left_s:.0f} s"
+
+
+def progress_bar(fraction: float, cells: int = 30) -> str:
+    """``[######....]  60 %``; nothing of it is shown by colour."""
+    share = min(max(fraction, 0.0), 1.0)
+    done = round(cells * share)
+    return "[" + "#" * done + "." * (cells - done) + f"] {100.0 * share:3.0f} %"
+
+
 LIFE = 1.0
 FASTEST = 10.0
 """Beyond this a jog target expires before it is renewed, and a gathering cannot be watched."""

@@ -10,14 +10,20 @@ from textual.widgets import Static
 from solarcal.report.blocks import text_of
 from solarcal.report.tables import ref_checks_table
 from solarcal.session.records import RefCheck
-from solarcal.station.news import Done, Progress, ReferenceChecked, StepFailed, Tracking
-from solarcal.station.procedure import Station
+from solarcal.station.news import Done, ReferenceChecked, StepFailed, Tracking
 from solarcal.station.question_evidence import counts_missed
-from solarcal.station.state import StationState
+from solarcal.station.state import Activity, StationState
 from solarcal.tui.base import Workstation, is_typed
-from solarcal.tui.dialogs.dialog import Dialog, DialogKey, Tone, open_dialog
+from solarcal.tui.dialogs.dialog import (
+    Dialog,
+    DialogKey,
+    DriveWatch,
+    Tone,
+    open_dialog,
+    progress_bar,
+)
 from solarcal.tui.widgets.words import Words
-from solarcal.unit.tracker import Mode
+from solarcal.unit.tracker import Mode, Status
 
 SHOWN_CHECKS = 5
 
@@ -55,7 +61,7 @@ class RefCheckDialog(Dialog):
             start, track = self.KEYS
             self.KEYS = (replace(start, label="Start: go to the reference position"), track)  # type: ignore[misc]
         super().__init__()
-        self._running = False
+        self._drive = DriveWatch()
 
     def body(self) -> Iterable[Widget]:
         yield Words("", id="axes", markup=False)
@@ -85,38 +91,42 @@ class RefCheckDialog(Dialog):
                 f"Axis 2 at {status.reading2_deg:9.3f} deg, register {status.counts2:8d}   "
                 f"{_motion(status.moving[1])}"
             )
+            if state.activity is Activity.REF_CHECK:
+                self._tell_progress(state, status)
         if session is not None:
             self.query_one("#checks", Words).update(
                 text_of(*ref_checks_table(session.ref_checks[-SHOWN_CHECKS:]))
             )
 
+    def _tell_progress(self, state: StationState, status: Status) -> None:
+        """By the read-outs: how far from the reference position, and how long from there."""
+        if state.session is None:
+            return
+        unit = state.session.header.unit
+        to_go = max(
+            abs(unit.reference1_deg - status.reading1_deg),
+            abs(unit.reference2_deg - status.reading2_deg),
+        )
+        self._drive.at(status.unit_utc_s, to_go)
+        self.say(
+            f"Reference check running {progress_bar(self._drive.fraction)}\n"
+            f"{to_go:.0f} deg to go{self._drive.words()}. STOP ends it."
+        )
+
     def action_start(self) -> None:
-        self._running = True
         self.offer()
-        worker = self.worker
-
-        def step(station: Station) -> RefCheck:
-            return station.ref_check(
-                lambda seconds: worker.progress(
-                    ReferenceChecked, None, f"driving for {seconds:.0f} s"
-                )
-            )
-
-        self.submit(ReferenceChecked, step, moves=True)
+        self._drive = DriveWatch()
+        self.say("Reference check running. STOP ends it.")
+        self.submit(ReferenceChecked, lambda station: station.ref_check(), moves=True)
 
     def action_track(self) -> None:
         self.offer()
         self.submit(Tracking, lambda station: station.track(), moves=True)
 
-    def show_progress(self, progress: Progress) -> None:
-        if progress.kind is ReferenceChecked and self._running:
-            self.say(f"Reference check running: {progress.words}. STOP ends it.")
-
     def step_done(self, done: Done[Any]) -> None:
         super().step_done(done)
         match done:
             case ReferenceChecked(check):
-                self._running = False
                 self.offer("start", "track")
                 self._tell(check)
             case Tracking():
@@ -125,7 +135,6 @@ class RefCheckDialog(Dialog):
     def step_failed(self, failed: StepFailed) -> None:
         super().step_failed(failed)
         if failed.kind in (ReferenceChecked, Tracking):
-            self._running = False
             self.offer("start", "track")
 
     def _checks(self) -> Sequence[RefCheck]:

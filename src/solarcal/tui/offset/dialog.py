@@ -27,7 +27,7 @@ from solarcal.station.news import (
 from solarcal.station.procedure import Station
 from solarcal.station.state import StationState
 from solarcal.tui.base import Workstation, is_typed
-from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, open_dialog
+from solarcal.tui.dialogs.dialog import DialogKey, DriveWatch, PacedDialog, open_dialog
 from solarcal.tui.offset.spot import SpotCalculator, Sunspot, jog_table
 from solarcal.tui.widgets.words import Words
 from solarcal.unit.conversation import NOT_REFERENCED
@@ -110,7 +110,7 @@ class SunOffsetDialog(PacedDialog):
         self._held: tuple[tuple[int, int], int] = ((0, 0), 0)
         self._to_jog = [0.0, 0.0]
         self._jogging = False
-        self._drive: tuple[float, float] | None = None
+        self._drive = DriveWatch()
         self._view: JogView | None = None
         self._set: SunOffset | None = None
         self._waiting = 0
@@ -402,14 +402,11 @@ class SunOffsetDialog(PacedDialog):
             abs(status.target1_deg - status.reading1_deg),
             abs(status.target2_deg - status.reading2_deg),
         )
-        before, self._drive = self._drive, (status.unit_utc_s, to_go)
         if to_go < FAR_DEG or status.moving == (0, 0):
+            self._drive = DriveWatch()
             return ""
-        words = f"Driving to the Sun: {to_go:.0f} deg to go"
-        if before is not None and status.unit_utc_s > before[0] and before[1] > to_go:
-            rate = (before[1] - to_go) / (status.unit_utc_s - before[0])
-            return f"{words}, about {to_go / rate:.0f} s."
-        return f"{words}."
+        self._drive.at(status.unit_utc_s, to_go)
+        return f"Driving to the Sun: {to_go:.0f} deg to go{self._drive.words()}."
 
     def _warn(self, view: JogView) -> None:
         """Say once what the technician has to know of the side the axes came from."""

@@ -9,9 +9,8 @@ from solarcal.session.records import Answers, CheckRecord, PointRecord
 from solarcal.station.point_judgement import PointJudgement
 from solarcal.station.question_evidence import Fact
 from solarcal.station.state import QUESTIONS
+from solarcal.tui.dialogs.dialog import progress_bar
 from solarcal.tui.widgets.words import Words
-
-BAR_CELLS = 30
 
 
 class Question(Words):
@@ -46,11 +45,10 @@ class Gathering(Words):
     """
 
     def at(self, fraction: float) -> None:
-        done = round(BAR_CELLS * min(max(fraction, 0.0), 1.0))
         self.update(
             Content.assemble(
                 ("GATHERING  ", "bold $accent"),
-                "[" + "#" * done + "." * (BAR_CELLS - done) + f"] {100.0 * fraction:3.0f} %\n\n",
+                f"{progress_bar(fraction)}\n\n",
                 "Keys are held for a few seconds. Touch nothing. STOP works.",
             )
         )
