@@ -102,12 +102,13 @@ def _rotator(
     )
     opener = DRIVERS[driver].rotator
     assert opener is not None  # asked for by the only caller
-    unit, world = scenario.unit, RotatorWorld(rotator)
+    unit, site, world = scenario.unit, scenario.site, RotatorWorld(rotator)
     store = MemoryStore()
     tracker = RotatorTracker(
         opener(_InProcess(rotator, "emulated")),
         unit.serial,
         MountDescription(
+            zone_west_h=site.zone_west_h if unit.zone_west_h is None else unit.zone_west_h,
             ax1_centre_deg=unit.ax1_centre_deg,
             update_range_deg=unit.update_range_deg,
             reference1_deg=unit.reference1_deg,
@@ -115,7 +116,7 @@ def _rotator(
             tilt_decimals=unit.tilt_decimals,
             scale_decimals=unit.scale_decimals,
         ),
-        scenario.site.place(),
+        site.place(),
         EmulatedClock(world),
         lambda model, serial: store,
         emulation=world,

@@ -148,6 +148,23 @@ async def test_a_running_check_shows_how_far_it_is_and_the_time_that_is_left() -
 
 
 @on_loop
+async def test_a_reference_check_that_runs_is_accelerated_from_its_dialog() -> None:
+    """At x1 it takes a minute and a half; nobody waits for it here."""
+    station, cable = bench()
+    cable.emulator.set_speed(1.0)
+    async with workstation(station) as (app, pilot):
+        await until(pilot, lambda: app.emulated_speed == 1.0)
+        await pilot.press("f5")
+        await shows(pilot, "Start: drive", "time x1 [+ -]")
+        await pilot.press("enter")
+        await shows(pilot, "deg to go")
+        await pilot.press("plus", "plus", "plus", "plus", "plus", "plus")
+        await shows(pilot, "time x120 [+ -]")
+        await shows(pilot, "Check no. 2 complete")
+        assert app.emulated_speed == 120.0
+
+
+@on_loop
 async def test_initialise_asks_and_no_changes_nothing() -> None:
     station, _ = bench()
     async with workstation(station) as (app, pilot):

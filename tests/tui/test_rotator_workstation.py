@@ -10,6 +10,7 @@ from solarcal.session.journal import Journal
 from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.tui.offset.dialog import SunOffsetDialog
+from solarcal.tui.workstation.screen import WorkstationScreen
 from solarcal.unit.tracker import Emulation, Mode
 
 
@@ -60,6 +61,15 @@ async def test_the_reference_check_does_not_claim_to_have_found_counts() -> None
     async with workstation(station) as (_, pilot):
         await pilot.press("f7")
         await shows(pilot, "No switches: the read-outs stood", "at their marks there?")
+
+
+@on_loop
+async def test_the_local_time_is_that_of_the_emulated_site() -> None:
+    """Tijeras keeps Mountain Standard Time, 7 h behind UTC; solar noon is near 12:00 of it."""
+    station = rotator_bench()
+    async with workstation(station) as (app, pilot):
+        app.push_screen(WorkstationScreen())
+        await shows(pilot, "UTC 2026-06-03 16:00", "Local 09:00", "apparent solar time 08:5")
 
 
 @on_loop

@@ -67,6 +67,20 @@ async def test_the_compact_form_has_every_pane_as_a_tab(station_and_cable):
             await shows(pilot, seen[name])
 
 
+@pytest.mark.parametrize("key", ["l", "L"])
+async def test_a_lost_link_counts_down_and_l_tries_at_once(station_and_cable, key):
+    station, cable = station_and_cable
+    async with workstation(station, SMALL) as (app, pilot):
+        await on_workstation(app, pilot)
+        cable.pulled = True
+        await shows(pilot, "LINK LOST", "next try in", "press L to try now")
+        cable.pulled = False
+        await pilot.press(key)
+        await shows(pilot, "The link is back")
+        await pilot.press("escape")
+        await shows(pilot, "LINK OK")
+
+
 async def test_a_click_on_a_tab_opens_it(station_and_cable):
     async with workstation(station_and_cable[0], SMALL) as (app, pilot):
         await on_workstation(app, pilot)

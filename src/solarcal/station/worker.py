@@ -88,6 +88,22 @@ class StationWorker:
         """
         self._steps.put(_Submitted(kind, step, self._stops if moves else None))
 
+    def submit_beside(self, kind: type[Done[Result]], step: Callable[["Station"], Result]) -> None:
+        """Run a step that touches no state of the station, beside a long one that is running."""
+        if not self._busy.is_set():
+            self.submit(kind, step)
+            return
+
+        def run() -> None:
+            try:
+                result = step(self.station)
+            except SolarcalError as error:
+                self._post(StepFailed(kind, error))
+            else:
+                self._post(kind(result))
+
+        threading.Thread(target=run, name="beside", daemon=True).start()
+
     def stop_motion(self) -> None:
         """STOP, now, past everything that waits."""
         # Counted before it is sent: what was asked for earlier must not undo it.

@@ -104,7 +104,8 @@ def _change_speed(app: Workstation, step: int) -> None:
     wanted = SPEEDS[min(max(nearest + step, 0), len(SPEEDS) - 1)]
     # The next press may come before the unit has answered this one.
     app.emulated_speed = wanted
-    app.station_worker().submit(SpeedTold, lambda s: _emulation(s).set_speed(wanted))
+    # Beside a reference check that runs: it is what one wants to be faster.
+    app.station_worker().submit_beside(SpeedTold, lambda s: _emulation(s).set_speed(wanted))
 
 
 def faster(app: Workstation) -> None:

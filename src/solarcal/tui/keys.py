@@ -44,7 +44,7 @@ class Action:
 
 ACTIONS: tuple[Action, ...] = (
     Action("help", "Help", ("f1", "question_mark"), "F1 ?", "The procedure and the keys"),
-    Action("link", "Link", ("f2", "l"), "F2 l", "The line to the unit: connect, reconnect"),
+    Action("link", "Link", ("f2", "l", "L"), "F2 l", "The line to the unit: connect, reconnect"),
     Action(
         "initialise", "Initialise", ("f3", "i", "alt+f3"), "F3 i Alt+F3",
         "Begin the calibration in this data file (after a question; once per calibration)",

@@ -71,6 +71,11 @@ STYLES: dict[Tone, str] = {
 }  # fmt: skip
 
 
+SPEED_KEYS = (
+    DialogKey("faster", "emulator faster", "plus", "+", button=False),
+    DialogKey("slower", "emulator slower", "minus", "-", button=False),
+)
+
 BLINK_S = 0.6
 """How long a key that was not taken shows."""
 
@@ -106,7 +111,7 @@ class Dialog(StationModal[None]):
 
     def __init_subclass__(cls) -> None:
         # Textual reads BINDINGS when the class is made: they must be there before.
-        cls.BINDINGS = [key.binding() for key in cls.KEYS]
+        cls.BINDINGS = [key.binding() for key in (*cls.KEYS, *SPEED_KEYS)]
         super().__init_subclass__()
 
     def __init__(self) -> None:
@@ -135,6 +140,7 @@ class Dialog(StationModal[None]):
 
     def on_mount(self) -> None:
         self._ready = True
+        self._show_speed()
         self.show_state(self.workstation.state)
 
     def stop_label(self) -> str:
@@ -188,7 +194,7 @@ class Dialog(StationModal[None]):
         """A key that comes before its question is on the screen is seen not to be taken."""
         early = [k for k in self.KEYS if k.button and event.key in k.keys.split(",")]
         if early and not any(self.offered(key.action) for key in early):
-            self._blink(f" {shown_key(event.key)} not taken: not asked yet ")
+            self._blink(f"{shown_key(event.key)} not taken: not asked yet")
 
     def _blink(self, words: str) -> None:
         frame = self.query_one("#dialog")
@@ -200,8 +206,24 @@ class Dialog(StationModal[None]):
 
     def _blinked(self) -> None:
         frame = self.query_one("#dialog")
-        frame.border_subtitle = ""
         frame.remove_class("-early")
+        self._show_speed()
+
+    # -- an emulator's time ------------------------------------------------------------------
+
+    def action_faster(self) -> None:
+        self.workstation.action_perform("faster")
+
+    def action_slower(self) -> None:
+        self.workstation.action_perform("slower")
+
+    def _show_speed(self) -> None:
+        """On the frame, with its keys, where time is emulated."""
+        speed = self.workstation.emulated_speed
+        words = (
+            "" if speed is None else f"time x{speed:g} [+ -]" if speed else "clock paused [+]"
+        )
+        self.query_one("#dialog").border_subtitle = words
 
     def palette_refused(self) -> None:
         self.say("Leave this first (Esc): the palette begins other steps.", "warning")
@@ -245,6 +267,8 @@ class Dialog(StationModal[None]):
         """The line is back, identity and settings are read again."""
 
     def step_done(self, done: Done[Any]) -> None:
+        if isinstance(done, SpeedTold):
+            self._show_speed()
         if isinstance(done, Stopped):
             self.say("STOPPED. Nothing moves until the next motion command.", "warning")
 
@@ -300,21 +324,12 @@ LIFE = 1.0
 FASTEST = 10.0
 """Beyond this a jog target expires before it is renewed, and a gathering cannot be watched."""
 
-SPEED_KEYS = (
-    DialogKey("faster", "emulator faster", "plus", "+", button=False),
-    DialogKey("slower", "emulator slower", "minus", "-", button=False),
-)
-
 
 class PacedDialog(Dialog):
     """Sets a faster emulator to x1 while open, and back unless it was changed meanwhile.
 
-    The keys for an emulator's speed work here too, within reason.
+    The keys for an emulator's speed work here within reason.
     """
-
-    def __init_subclass__(cls) -> None:
-        cls.KEYS = (*cls.KEYS, *SPEED_KEYS)
-        super().__init_subclass__()
 
     def __init__(self) -> None:
         super().__init__()
@@ -337,14 +352,13 @@ class PacedDialog(Dialog):
         if speed is not None and speed >= FASTEST:
             self.say(f"No faster than x{FASTEST:g} while this is open.", "warning")
         else:
-            self.workstation.action_perform("faster")
-
-    def action_slower(self) -> None:
-        self.workstation.action_perform("slower")
+            super().action_faster()
 
     def _pace(self, speed: float) -> None:
         # At once, so that a key pressed before the unit has answered counts from here.
         self.workstation.emulated_speed = speed
+        if self.is_running:
+            self._show_speed()
         self.submit(SpeedTold, lambda station: _set_speed(station, speed))
 
 

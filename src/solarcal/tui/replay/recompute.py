@@ -1,6 +1,6 @@
 """Recompute: another saved session's coefficients and plots, the running one left alone.
 
-Space steps through the file names just below the title, Enter opens the one shown.
+The newest file is open at once; Space steps through the names just below the title, Enter opens.
 """
 
 import threading
@@ -117,12 +117,12 @@ class RecomputeScreen(StationScreen):
         )
 
     def on_mount(self) -> None:
+        """The newest file is opened at once; the others wait for Enter."""
         self._name_file()
-        self.query_one(TextLines).show(
-            ("Space: next file name.  Enter: open it.  Esc: back to the session.",)
-            if self._files
-            else (f"No saved sessions in {sessions_dir()}.",)
-        )
+        if self._files:
+            self.action_open()
+        else:
+            self.query_one(TextLines).show((f"No saved sessions in {sessions_dir()}.",))
 
     def on_resize(self, event: Resize) -> None:
         self.set_class(self.app.size.height >= HIGH, "-high")
