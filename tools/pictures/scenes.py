@@ -4,6 +4,8 @@ from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import Any
 
+from textual.pilot import Pilot
+
 from solarcal.config import Choice, Settings
 from solarcal.station.news import StatusRead
 from solarcal.tui.action_handlers import ACTION_HANDLERS
@@ -12,6 +14,7 @@ from solarcal.tui.messages import MenuEntriesFound
 from solarcal.tui.start.menu_entries import Entry, MenuEntries, menu_entries
 from solarcal.tui.start.screen import StartScreen
 from solarcal.tui.workstation.view import PLOTS, WorkstationView
+from tools.pictures.film import Frame, film
 from tools.pictures.stage import LARGE, SMALL, Day, picture, shows, until
 
 Scene = Callable[[Path], Coroutine[Any, Any, str]]
@@ -218,8 +221,6 @@ async def report(folder: Path) -> str:
 async def recompute(folder: Path) -> str:
     async with Day(folder, MORNING).prepared().taken(7).workstation() as pilot:
         await pilot.press("f9")
-        await shows(pilot, "Space")
-        await pilot.press("enter")
         await shows(pilot, "OPEN", "P5")
         return await picture(pilot, "Recompute: a saved session opened beside the running one")
 
@@ -236,6 +237,84 @@ async def replay(folder: Path) -> str:
         await until(pilot, lambda: view.solution is not None and view.solution.n_points == 6)
         await pilot.press("4")
         return await picture(pilot, "Replay: the session as it stood after its sixth point")
+
+
+@scene
+async def before_and_after(folder: Path) -> str:
+    day = Day(folder, MORNING).prepared().taken(11)
+    day.technician.upload()
+    day.technician.take_checks()
+    async with day.workstation() as pilot:
+        await pilot.press("e")
+        await shows(pilot, "Before and after")
+        await pilot.press("v")
+        await shows(pilot, "SIGNED OFF", "AFTER, as uploaded")
+        await pilot.press("v")
+        return await picture(pilot, "The year before and after the calibration")
+
+
+@scene
+async def demo(folder: Path) -> str:
+    """A calibration on the emulated tracker by its keys; the points between by the technician."""
+    frames: list[Frame] = []
+    day = Day(folder, MORNING)
+
+    async def show(pilot: Pilot[int], caption: str, *words: str, seconds: float = 3.0) -> None:
+        await shows(pilot, *words)
+        frames.append(Frame(await picture(pilot, caption), caption, seconds))
+
+    day.station.poll()
+    async with day.workstation() as pilot:
+        await show(pilot, "solarcal demo: what to do next stands on top", "Set the unit's clock")
+        await pilot.press("f10", "enter")
+        await show(pilot, "F10, Enter: the unit's clock is set", "Set and recorded")
+        await pilot.press("escape", "f5", "enter")
+        await show(pilot, "F5, Enter: reference check", "Check no. 1 complete")
+    day.prepared()
+    async with day.workstation() as pilot:
+        await pilot.press("f6")
+        await show(pilot, "F6: arrow keys jog the spot to the centre", "mode TRACK", "(deg, sky)")
+    day.offset_set()
+    async with day.workstation() as pilot:
+        await pilot.press("f3")
+        await show(pilot, "F3: the calibration begins in this file", "Are you sure?")
+        await pilot.press("y")
+        await shows(pilot, "The calibration begins")
+        await pilot.press("f7")
+        await show(pilot, "F7: the first of three questions, with its evidence", QUESTIONS[0])
+        for words in QUESTIONS:
+            await shows(pilot, words)
+            await pilot.press("y")
+        await show(pilot, "y y y: the point is gathered; store it?", "Store it?")
+        await pilot.press("y")
+        await show(pilot, "y: stored; the next point is planned", "1 point", "Point 2")
+    day.station.clock.wait(3000.0)
+    day.taken(5)
+    async with day.workstation() as pilot:
+        await pilot.press("4")
+        await show(pilot, "4: errors and model after six points", "apparent solar time")
+    day.taken(6)
+    async with day.workstation() as pilot:
+        await show(pilot, "Twelve points: the verdict", "Year 95 %")
+        await pilot.press("f8")
+        await show(pilot, "F8: in force, new, and what it changes", "Upload?")
+        await pilot.press("y")
+        await show(pilot, "y: written, stored, read back", "read back EQUAL")
+    day.technician.take_checks()
+    async with day.workstation() as pilot:
+        await pilot.press("e")
+        await shows(pilot, "Before and after")
+        await pilot.press("v")
+        await show(pilot, "Two check points: the year before and after", "AFTER", "Nov")
+        await pilot.press("v")
+        await show(pilot, "v: the errors before and after", "model", seconds=4.0)
+        colours = pilot.app.theme_variables
+    return film(
+        frames,
+        title="A calibration with solarcal demo",
+        ink=colours["foreground"],
+        paper=colours["background"],
+    )
 
 
 @scene

@@ -220,9 +220,7 @@ class Dialog(StationModal[None]):
     def _show_speed(self) -> None:
         """On the frame, with its keys, where time is emulated."""
         speed = self.workstation.emulated_speed
-        words = (
-            "" if speed is None else f"time x{speed:g} [+ -]" if speed else "clock paused [+]"
-        )
+        words = "" if speed is None else f"time x{speed:g} [+ -]" if speed else "clock paused [+]"
         self.query_one("#dialog").border_subtitle = words
 
     def palette_refused(self) -> None:
