@@ -160,7 +160,7 @@ class Dialog(StationModal[None]):
         return True
 
     def leave_saying(self, sentence: str, severity: SeverityLevel = "information") -> None:
-        """Leave; the sentence stands on the line of the screen below."""
+        """Leave; the screen below shows the sentence on its line."""
         app = self.workstation
         self.dismiss(None)
         app.notify(sentence, severity=severity)

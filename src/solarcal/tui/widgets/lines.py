@@ -79,7 +79,7 @@ class LogLine(HeadLine):
         self._show_newest()
 
     def notice(self, sentence: str, severity: "SeverityLevel", seconds: float) -> None:
-        """Show this for so long, whatever is said meanwhile; only an error takes its place."""
+        """Show this for so long, whatever comes meanwhile; only an error takes its place."""
         one = (severity, sentence)
         self._notices.append(one)
         self.set_timer(seconds, partial(self._over, one))
