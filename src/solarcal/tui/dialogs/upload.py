@@ -29,11 +29,15 @@ from solarcal.stopping_rule import percent
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
 from solarcal.tui.widgets.field import Field
-from solarcal.tui.widgets.words import Words
+from solarcal.tui.widgets.text_lines import TextLines
 
 
 def open_screen(app: Workstation) -> None:
     open_dialog(app, UploadDialog())
+
+
+BESIDE_TABLE = 10
+"""Rows of the frame, the field of a reason, the longest sentence and the buttons."""
 
 
 class UploadDialog(Dialog):
@@ -48,7 +52,7 @@ class UploadDialog(Dialog):
     )
 
     DEFAULT_CSS = """
-    UploadDialog #table { height: auto; }
+    UploadDialog #table { height: 1; background: $surface; }
     """
 
     def __init__(self) -> None:
@@ -57,13 +61,14 @@ class UploadDialog(Dialog):
         self._sure = False
 
     def body(self) -> Iterable[Widget]:
-        yield Words("", id="table", markup=False)
+        yield TextLines(id="table", wrap=True)
         field = Field("reason", "Reason to upload it anyway")
         field.display = False
         yield field
 
     def on_mount(self) -> None:
         super().on_mount()
+        self.query_one(TextLines).focus()
         self._propose()
 
     def _propose(self) -> None:
@@ -192,15 +197,21 @@ class UploadDialog(Dialog):
         session = self.workstation.state.session
         if session is None:
             return
-        parts = [proposal_table(self._proposal)] if self._proposal is not None else []
-        if session.checks:
-            checks = checks_table(session.checks[-3:], session.header.tolerance_deg)
-            parts.append(text_of(*checks))
+        parts = []
         if session.uploads:
+            # First: it is seen without scrolling.
             proof = sign_off([session], session.header.tolerance_deg)
             word = "SIGNED OFF" if proof.signed_off else "Not signed off"
             parts.append(f"{word}: {proof.reason}.")
-        self.query_one("#table", Words).update("\n\n".join(parts))
+        if self._proposal is not None:
+            parts.append(proposal_table(self._proposal))
+        if session.checks:
+            checks = checks_table(session.checks[-3:], session.header.tolerance_deg)
+            parts.append(text_of(*checks))
+        table = self.query_one(TextLines)
+        table.show("\n\n".join(parts).split("\n"))
+        # What has no room beside sentence and buttons is scrolled to.
+        table.styles.height = min(len(table.lines), self.app.size.height - BESIDE_TABLE)
 
     def _tell(self, record: UploadRecord) -> None:
         self.query_one(Field).display = False

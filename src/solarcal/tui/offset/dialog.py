@@ -454,4 +454,4 @@ class SunOffsetDialog(PacedDialog):
             chosen = index == self._step
             text = f"[{index + 1}:{step:g}]" if chosen else f" {index + 1}:{step:g} "
             parts.append((text, "bold reverse" if chosen else ""))
-        self.query_one("#steps", Words).update(Content.assemble(*parts, " deg"))
+        self.query_one("#steps", Words).update(Content.assemble(*parts, "deg"))

@@ -47,8 +47,8 @@ def open_screen(app: Workstation) -> None:
 class TakePointDialog(PacedDialog):
     HEADING = "Take a data point"
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
-        DialogKey("check", "Check point: proves the upload", "c,enter", "c Enter"),
-        DialogKey("data", "Data point: will be fitted", "d", "d"),
+        DialogKey("check", "Check point (proof)", "c,enter", "c Enter"),
+        DialogKey("data", "Data point (fitted)", "d", "d"),
         DialogKey("yes", "Yes", "y", "y"),
         DialogKey("no", "No", "n", "n"),
         DialogKey("again", "Try again", "r", "r"),
