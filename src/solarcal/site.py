@@ -6,10 +6,9 @@ from datetime import date
 import msgspec
 
 from solarcal.errors import ConfigurationError
-from solarcal.timescale import parse_utc
+from solarcal.timescale import SECONDS_PER_SUN_DEG, parse_utc
 
 HALF_DAY_S = 43200.0
-SECONDS_PER_DEG = 240.0
 
 
 class Site(msgspec.Struct, frozen=True):
@@ -44,7 +43,7 @@ def day_utc_s(text: str, site: Site) -> float:
         date.fromisoformat(text.strip())
     except ValueError:
         return instant_s
-    return instant_s + HALF_DAY_S - SECONDS_PER_DEG * math.remainder(site.longitude_deg, 360.0)
+    return instant_s + HALF_DAY_S - SECONDS_PER_SUN_DEG * math.remainder(site.longitude_deg, 360.0)
 
 
 class Weather(msgspec.Struct, frozen=True):

@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from solarcal.errors import ConfigurationError
 
 SECONDS_PER_DAY = 86400.0
+SECONDS_PER_SUN_DEG = SECONDS_PER_DAY / 360.0
 
 
 def parse_utc(text: str) -> float:

@@ -11,6 +11,9 @@ FloatArray: TypeAlias = NDArray[np.float64]
 RAD_PER_DEG = np.pi / 180.0
 ARCSEC_PER_DEG = 3600.0
 
+SUN_RADIUS_DEG = 0.2666
+"""Of the Sun's disc at the mean distance; it is 9.3 mrad across."""
+
 
 Angles = TypeVar("Angles", float, FloatArray)
 """Degrees as a float or as an array: a function of ``Angles`` returns what it was given."""

@@ -93,6 +93,14 @@ def test_a_wrong_clock_comes_before_everything_else():
     assert "0.10 deg" in step.sentence
 
 
+def test_a_unit_without_a_clock_is_not_asked_to_set_one():
+    station = connected("truth.unit_offset_s=24")
+    live = station.state.live
+    without = msgspec.structs.replace(live.capabilities, has_clock=False)
+    step = next_step(replace(station.state, live=replace(live, capabilities=without)))
+    assert step.action == "ref_check"
+
+
 def test_a_lost_link_is_said_before_anything_the_session_wants():
     station = connected()
     live = replace(station.state.live, link=LinkState.LOST)

@@ -4,6 +4,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from solarcal.cli.output import print_json, say
+from solarcal.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from solarcal.station.typed.field_book_calibration import HandCalibration
@@ -14,7 +15,6 @@ def run_book(args: argparse.Namespace) -> int:
     from solarcal.cli.fit import rule_changes
     from solarcal.cli.unit_options import asked_driver, book_lines, journal_creator, named_profile
     from solarcal.config import file_stem
-    from solarcal.errors import ConfigurationError
     from solarcal.model.methods import DEFAULT_METHOD
     from solarcal.profiles import Profile
     from solarcal.report.session_report import record_line

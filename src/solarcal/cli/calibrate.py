@@ -18,6 +18,8 @@ from solarcal.cli.unit_options import (
 )
 from solarcal.cli.upload import add_force_option, forced_reason
 from solarcal.decimals import number_option, whole_option
+from solarcal.errors import ConfigurationError
+from solarcal.timescale import parse_utc
 from solarcal.unit.drivers import DEFAULT_DRIVER
 
 if TYPE_CHECKING:
@@ -88,7 +90,6 @@ def add_schedule_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def start_utc_s(args: argparse.Namespace) -> float | None:
-    from solarcal.timescale import parse_utc
 
     return parse_utc(args.start) if args.start else None
 
@@ -97,7 +98,6 @@ def run_calibration(
     args: argparse.Namespace, tracker: "Tracker", name: str, noise_deg: float | None
 ) -> "Calibration":
     """The calibration itself; its steps are reported on stderr."""
-    from solarcal.errors import ConfigurationError
     from solarcal.model.methods import DEFAULT_METHOD
     from solarcal.station.analysing import stopping_rule
     from solarcal.station.headless import calibrate
@@ -179,7 +179,6 @@ def _start_where_it_broke_off(args: argparse.Namespace) -> None:
     ConfigurationError
         A file cannot be gone on with and be written anew.
     """
-    from solarcal.errors import ConfigurationError
     from solarcal.session.reader import read_session
 
     if args.output:

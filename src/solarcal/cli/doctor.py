@@ -5,6 +5,9 @@ The JSON document: ``ready`` and ``checks`` (``name``, ``verdict`` ok, warning o
 """
 
 import argparse
+from dataclasses import asdict
+
+from solarcal.cli.output import print_json
 
 HELP = "is this laptop ready"
 
@@ -16,15 +19,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """0 when no check failed; warnings do not count."""
-    from dataclasses import asdict
 
     from solarcal.cli.readiness import check_all
 
     checks = check_all()
     failed = [check.name for check in checks if check.verdict == "failed"]
     if args.json:
-        from solarcal.cli.output import print_json
-
         print_json({"ready": not failed, "checks": [asdict(check) for check in checks]})
     else:
         for check in checks:

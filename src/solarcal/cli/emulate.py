@@ -5,10 +5,15 @@ or terminated, and removes the link it made.
 """
 
 import argparse
+import signal
 import sys
+import threading
 from typing import TYPE_CHECKING
 
+from solarcal.clock import SystemClock
 from solarcal.decimals import number_option, speed_option
+from solarcal.errors import ConfigurationError
+from solarcal.timescale import format_utc
 from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS
 
 if TYPE_CHECKING:
@@ -77,13 +82,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Serve until interrupted or terminated."""
-    import signal
-    import threading
 
     from solarcal.emulator.line_faults import FaultyLine, line_faults
     from solarcal.emulator.scenario import load_scenario
     from solarcal.emulator.server import exposure, serve_pty, serve_tcp, tcp_address
-    from solarcal.errors import ConfigurationError
 
     address = tcp_address(args.tcp) if args.tcp else None
     faults = line_faults(args.faults) if args.faults is not None else None
@@ -143,7 +145,6 @@ def _controller(args: argparse.Namespace, scenario: "Scenario") -> "Emulator":
 def _rotator(args: argparse.Namespace, scenario: "Scenario") -> "EmulatedRotator":
     """It begins now: its client goes by the real clock and the real Sun."""
     from solarcal.cli.calibrate import start_utc_s
-    from solarcal.clock import SystemClock
     from solarcal.emulator.rotator import EmulatedRotator
     from solarcal.emulator.rotator_protocols import ROTATOR_PROTOCOLS
 
@@ -167,7 +168,6 @@ def _client(driver: str, port: str) -> str:
 
 def _seen(rotator: "EmulatedRotator") -> str:
     """One line of ``--watch``: where it reads, and where the light is on its sunspot device."""
-    from solarcal.timescale import format_utc
 
     with rotator.time.turn:
         rotator.catch_up()

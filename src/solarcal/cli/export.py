@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from solarcal.cli.output import print_json, say
+from solarcal.errors import ConfigurationError
 
 HELP = "write a session's points as .csv or TPOINT .dat"
 
@@ -16,7 +17,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from solarcal.errors import ConfigurationError
     from solarcal.session.interchange import read_table, write_table
     from solarcal.session.points import STATUSES
 

@@ -1,9 +1,12 @@
 """``solarcal import``: points of a CSV or TPOINT file into a session file of their own."""
 
 import argparse
+from pathlib import Path
 
 from solarcal.cli.fit import add_point_options, fill_in
 from solarcal.cli.output import print_json, say
+from solarcal.clock import SystemClock
+from solarcal.errors import ConfigurationError
 
 HELP = "make a session file from a points .csv or TPOINT .dat file"
 
@@ -16,10 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from pathlib import Path
 
-    from solarcal.clock import SystemClock
-    from solarcal.errors import ConfigurationError
     from solarcal.session.interchange import read_table
     from solarcal.session.interchange.sessions import session_from_table
     from solarcal.session.points import STATUSES

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from solarcal.cli.output import print_answer
+from solarcal.clock import SystemClock
 from solarcal.errors import ConfigurationError
 from solarcal.instruments.catalogue import INSTRUMENTS
 from solarcal.instruments.form import Field, Flag, Instrument
@@ -76,7 +77,6 @@ def run(args: argparse.Namespace) -> int:
 
 def answer(instrument: Instrument, args: argparse.Namespace) -> int:
     """Read the options as the instrument's fields, and print what it answers."""
-    from solarcal.clock import SystemClock
 
     values, labels = texts_of(instrument, args)
     form = instrument.form(values, SystemClock().utc_s(), labels)

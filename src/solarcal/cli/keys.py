@@ -2,8 +2,12 @@
 
 import argparse
 import os
+import select
 import sys
 from collections.abc import Iterator
+
+from solarcal.cli.output import print_json
+from solarcal.errors import ConfigurationError
 
 HELP = "what this terminal sends, and which action it would be"
 
@@ -32,8 +36,6 @@ def run(args: argparse.Namespace) -> int:
 
     actions = bound_actions(checked_keymap(load_keymap()))
     if args.json:
-        from solarcal.cli.output import print_json
-
         print_json(
             {
                 "actions": [
@@ -101,12 +103,9 @@ def _readable(data: bytes) -> str:
 def _keystrokes() -> Iterator[bytes]:
     """The bytes of each key, from the terminal in raw mode."""
     try:
-        import select
         import termios
         import tty
     except ImportError:
-        from solarcal.errors import ConfigurationError
-
         raise ConfigurationError(
             "this system's terminal cannot be read byte by byte; the table above is complete"
         ) from None

@@ -3,6 +3,9 @@
 import argparse
 
 from solarcal.cli.output import print_json
+from solarcal.clock import SystemClock
+from solarcal.errors import ConfigurationError
+from solarcal.timescale import format_utc
 
 HELP = "add a remark to a session"
 
@@ -14,11 +17,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from solarcal.clock import SystemClock
-    from solarcal.errors import ConfigurationError
     from solarcal.session.journal import Journal
     from solarcal.session.records import Note
-    from solarcal.timescale import format_utc
 
     text = args.text.strip()
     if not text:

@@ -1,6 +1,7 @@
 """How commands print: one JSON document, or text."""
 
 import json
+import shutil
 import sys
 from typing import TYPE_CHECKING, Any
 
@@ -36,7 +37,6 @@ def print_json(document: Any) -> None:
 
 def print_answer(answer: "Answer", as_json: bool) -> int:
     """The answer of a field calculator as a document or as text with its drawings; 0."""
-    import shutil
 
     if as_json:
         print_json(answer.document)
@@ -58,7 +58,6 @@ def say(sentence: str) -> None:
 
 def terminal_size() -> tuple[int, bool]:
     """Columns for a drawing, and whether it may have colours."""
-    import shutil
 
     columns = min(100, max(40, shutil.get_terminal_size((80, 24)).columns))
     return columns, sys.stdout.isatty()

@@ -12,7 +12,10 @@ from solarcal.cli.fit import (
     rule_changes,
 )
 from solarcal.cli.output import print_json, say
+from solarcal.clock import SystemClock
 from solarcal.decimals import whole_option
+from solarcal.errors import ConfigurationError
+from solarcal.timescale import SECONDS_PER_DAY, parse_utc
 
 _CLOCK = re.compile(r"([01]?[0-9]|2[0-3]):([0-5][0-9])")
 
@@ -44,7 +47,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from solarcal.errors import ConfigurationError
     from solarcal.station.analysing import analyse_files, read_files
     from solarcal.station.fitting import newest_point_utc_s
 
@@ -79,26 +81,22 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _instant(text: str) -> float:
-    from solarcal.clock import SystemClock
-    from solarcal.timescale import parse_utc
 
     return SystemClock().utc_s() if text == "now" else parse_utc(text)
 
 
 def next_time(text: str, after_utc_s: float, option: str) -> float:
     """The first instant after another at which the clock shows HH:MM UTC."""
-    from solarcal.errors import ConfigurationError
-
     found = _CLOCK.fullmatch(text)
     if found is None:
         raise ConfigurationError(f"{option} {text}: give a time of day as HH:MM, UTC")
     of_day_s = 3600.0 * int(found[1]) + 60.0 * int(found[2])
-    return after_utc_s + ((of_day_s - after_utc_s) % 86400.0 or 86400.0)
+    return after_utc_s + ((of_day_s - after_utc_s) % SECONDS_PER_DAY or SECONDS_PER_DAY)
 
 
 def _interval(text: str, at_utc_s: float) -> tuple[float, float]:
     """An interval of the day that is running or comes next."""
     begin, _, end = text.partition("-")
     end_utc_s = next_time(end, at_utc_s, "--strike")
-    begin_utc_s = next_time(begin, end_utc_s - 86400.0, "--strike")
+    begin_utc_s = next_time(begin, end_utc_s - SECONDS_PER_DAY, "--strike")
     return begin_utc_s, end_utc_s

@@ -3,6 +3,7 @@
 import argparse
 from typing import Any
 
+from solarcal.cli.output import print_json
 from solarcal.unit.ports import describe
 
 HELP = "what is plugged in"
@@ -17,8 +18,6 @@ def run(args: argparse.Namespace) -> int:
 
     ports = [describe(port) for port in sorted(comports(), key=lambda port: str(port.device))]
     if args.json:
-        from solarcal.cli.output import print_json
-
         print_json({"ports": ports})
     else:
         print(ports_text(ports))

@@ -5,7 +5,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from solarcal.cli.output import print_json, say
+from solarcal.clock import SystemClock
 from solarcal.decimals import speed_option
+from solarcal.errors import FitError
 
 if TYPE_CHECKING:
     from solarcal.station.replay import Replay
@@ -43,7 +45,6 @@ def run(args: argparse.Namespace) -> int:
         return 0
     replay.jump(len(replay))
     if args.json:
-        from solarcal.errors import FitError
         from solarcal.station.analysing import analyse_session
         from solarcal.station.documents import fit_document
 
@@ -69,7 +70,6 @@ def run(args: argparse.Namespace) -> int:
 
 def _tell_as_it_happened(replay: "Replay", speed: float) -> None:
     """Each record when its time has come, then the session as it ended."""
-    from solarcal.clock import SystemClock
     from solarcal.report.session_report import record_line, session_text
     from solarcal.station.analysing import analyse_session
 

@@ -11,6 +11,7 @@ from solarcal.cli.fit import (
     rule_changes,
 )
 from solarcal.cli.output import print_json, say
+from solarcal.errors import ConfigurationError
 
 HELP = "certificate of saved sessions or points, as .html, .md, .svg or .txt"
 
@@ -38,7 +39,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from solarcal.errors import ConfigurationError
     from solarcal.report.certificate import WRITERS
     from solarcal.report.issuing import issue
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from solarcal.cli.output import print_json, say
 from solarcal.cli.unit_options import add_unit_options, asked_tracker, port_words
 from solarcal.cli.upload import demand_session
+from solarcal.errors import ProcedureRefused
 
 HELP = "restore what the newest upload to a unit replaced"
 
@@ -24,7 +25,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from solarcal.config import sessions_dir
-    from solarcal.errors import ProcedureRefused
     from solarcal.session.journal import Journal
     from solarcal.session.view import view_session
     from solarcal.station.state import newest_upload

@@ -6,7 +6,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from solarcal.cli.ending import leave_by_signals
 from solarcal.cli.unit_options import PORT_HELP, add_driver_options, port
+from solarcal.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from solarcal.config import Choice
@@ -67,7 +69,6 @@ def run(args: argparse.Namespace) -> int:
 
 def _continued(path: Path) -> "Choice":
     from solarcal.config import load_settings
-    from solarcal.errors import ConfigurationError
     from solarcal.station.saved_sessions import continuing, look_into
 
     saved = look_into(path)
@@ -95,7 +96,6 @@ def in_browser() -> bool:
 
 def demand_terminal() -> None:
     """Refuse in one line where there is no terminal; Textual itself would not fail."""
-    from solarcal.errors import ConfigurationError
 
     if not has_terminal():
         raise ConfigurationError(
@@ -113,7 +113,6 @@ def run_workstation(
     offline: bool = False,
 ) -> int:
     """The Textual program, until it is left; its exit code."""
-    from solarcal.cli.ending import leave_by_signals
     from solarcal.config import load_keymap, load_settings
     from solarcal.profiles import load_profile
     from solarcal.tui.action_handlers import ACTION_HANDLERS

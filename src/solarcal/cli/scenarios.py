@@ -7,6 +7,9 @@ The JSON document: ``scenarios`` (``name``, ``summary``, ``start_utc``, ``settin
 import argparse
 from typing import Any
 
+from solarcal.cli.output import print_json
+from solarcal.timescale import format_utc
+
 HELP = "the emulator's scenarios"
 
 
@@ -22,13 +25,10 @@ def run(args: argparse.Namespace) -> int:
     """List all, or one with its keys."""
     from solarcal.emulator.scenario import DEFAULT_SCENARIO, load_scenario, scenario_names
     from solarcal.emulator.settings import settings_of
-    from solarcal.timescale import format_utc
 
     names = [args.scenario] if args.scenario else scenario_names()
     scenarios = [load_scenario(name) for name in names]
     if args.json:
-        from solarcal.cli.output import print_json
-
         found: list[dict[str, Any]] = [
             {
                 "name": scenario.name,

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from solarcal.errors import ConfigurationError
+
 HELP = "the workstation in a browser: replay, recompute, reports and calculators"
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
 
@@ -36,7 +38,6 @@ def run(args: argparse.Namespace) -> int:
     ConfigurationError
         A number that is no TCP port, a file that cannot be read, the package missing.
     """
-    from solarcal.errors import ConfigurationError
 
     if not 1 <= args.tcp_port <= 65535:
         raise ConfigurationError(f"--tcp-port {args.tcp_port} is not between 1 and 65535")

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 from solarcal.cli.fit import add_method_option
 from solarcal.cli.output import print_json, say
 from solarcal.cli.unit_options import PORT_HELP, add_driver_options, port
+from solarcal.clock import SystemClock
 from solarcal.decimals import number_option
+from solarcal.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from solarcal.clock import Clock
@@ -46,8 +48,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Track until the end, then stop the rotator."""
     from solarcal.cli.calibrate import tracker_for
-    from solarcal.clock import SystemClock
-    from solarcal.errors import ConfigurationError
     from solarcal.station.emulated_clock import EmulatedClock
 
     if not 1.0 <= args.every <= 3600.0:
@@ -70,7 +70,6 @@ def _tracked(
     args: argparse.Namespace, tracker: "Tracker", unit: str, clock: "Clock"
 ) -> dict[str, Any]:
     from solarcal.cli.plan import next_time
-    from solarcal.errors import ConfigurationError
     from solarcal.station.coefficient_files import read_coefficients
     from solarcal.station.software_controller.rotator_tracker import RotatorTracker
     from solarcal.station.sun_tracking import SunTracking, TrackingRun

@@ -11,6 +11,7 @@ from solarcal.cli.instrument import add_options, answer, texts_of
 from solarcal.cli.output import print_json, say, terminal_size
 from solarcal.clock import Clock, SystemClock
 from solarcal.decimals import whole_option
+from solarcal.errors import ConfigurationError
 from solarcal.instruments.catalogue import BY_ID
 
 if TYPE_CHECKING:
@@ -148,7 +149,6 @@ def watch_folder(args: argparse.Namespace, clock: Clock) -> int:
 
 
 def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
-    from solarcal.errors import ConfigurationError
     from solarcal.instruments.two_mirror import base_document
     from solarcal.session.interchange.csv_points import read_points_csv
     from solarcal.two_mirror.base import MirrorPoints, fit_base

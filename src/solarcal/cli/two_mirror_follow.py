@@ -5,12 +5,14 @@ sees; a real unit is refused. On the Moon the unit is jogged: what it computes i
 """
 
 import argparse
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from solarcal.cli.calibrate import add_emulator_arguments, tracker_for
 from solarcal.cli.output import say
 from solarcal.cli.unit_options import add_driver_options, asks_for_unit, journal_creator
 from solarcal.decimals import number_option, whole_option
+from solarcal.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from solarcal.unit.tracker import Tracker
@@ -18,7 +20,6 @@ if TYPE_CHECKING:
 
 def add_follow_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the subcommand."""
-    from pathlib import Path
 
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--scenario", metavar="NAME|FILE", help="an emulated tracker, in process")
@@ -51,7 +52,6 @@ def follow(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
 def _followed(
     args: argparse.Namespace, tracker: "Tracker", name: str, noise_deg: float | None
 ) -> tuple[dict[str, Any], list[str]]:
-    from solarcal.errors import ConfigurationError
     from solarcal.station.emulated_clock import EmulatedClock
     from solarcal.station.moon_following import follow_moon
     from solarcal.station.procedure import Station

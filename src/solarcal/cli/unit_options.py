@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from solarcal.decimals import shortened
+from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.input_files import read_utf8
 from solarcal.unit.drivers import DEFAULT_DRIVER, demand_driver
 
 if TYPE_CHECKING:
@@ -71,7 +73,6 @@ def asked_driver(args: argparse.Namespace, profile: "Profile | None") -> str:
     ConfigurationError
         A field book is given to one that does not read any.
     """
-    from solarcal.errors import ConfigurationError
 
     driver = args.driver or (profile.driver if profile is not None else DEFAULT_DRIVER)
     if args.input and demand_driver(driver).has_line:
@@ -97,7 +98,6 @@ def named_profile(args: argparse.Namespace) -> "Profile | None":
     ConfigurationError
         There is none of that name, or it cannot be used.
     """
-    from solarcal.errors import ConfigurationError
     from solarcal.profiles import load_profile, load_site_file, profile_names
 
     if args.site:
@@ -157,7 +157,6 @@ def book_lines(path: str) -> tuple[Iterable[str], str]:
     InputFileError
         The file cannot be read; of standard input while its lines are taken.
     """
-    from solarcal.input_files import read_utf8
 
     if path == "-":
         return _standard_input(), "standard input"
@@ -165,7 +164,6 @@ def book_lines(path: str) -> tuple[Iterable[str], str]:
 
 
 def _standard_input() -> Iterator[str]:
-    from solarcal.errors import InputFileError
 
     try:
         yield from sys.stdin

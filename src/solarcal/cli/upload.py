@@ -6,6 +6,7 @@ from pathlib import Path
 from solarcal.cli.fit import add_method_option
 from solarcal.cli.output import print_json
 from solarcal.cli.unit_options import add_unit_options, asked_tracker, port_words
+from solarcal.errors import ConfigurationError
 
 HELP = "write the fit of a session into its unit, read back, compare"
 
@@ -35,8 +36,6 @@ def forced_reason(args: argparse.Namespace) -> str | None:
     ConfigurationError
         It is empty.
     """
-    from solarcal.errors import ConfigurationError
-
     if args.force is None:
         return None
     if not args.force.strip():
@@ -86,7 +85,6 @@ def run(args: argparse.Namespace) -> int:
 
 def demand_session(path: Path) -> None:
     """An upload belongs to a session: only there can it be recorded."""
-    from solarcal.errors import ConfigurationError
 
     if path.suffix.lower() != ".jsonl":
         raise ConfigurationError(

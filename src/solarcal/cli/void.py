@@ -3,7 +3,10 @@
 import argparse
 
 from solarcal.cli.output import print_json
+from solarcal.clock import SystemClock
 from solarcal.decimals import whole_option
+from solarcal.errors import ConfigurationError
+from solarcal.timescale import format_utc
 
 HELP = "strike a record of a session (undone by voiding the void)"
 
@@ -18,12 +21,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from solarcal.clock import SystemClock
-    from solarcal.errors import ConfigurationError
     from solarcal.session.journal import Journal
     from solarcal.session.reader import refuse_void
     from solarcal.session.records import Void
-    from solarcal.timescale import format_utc
 
     reason = args.reason.strip()
     if not reason:

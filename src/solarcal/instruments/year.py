@@ -19,10 +19,10 @@ from solarcal.report.scales import Theme
 from solarcal.sun.circular_orbit import CircularDay, days_after_march_equinox
 from solarcal.sun.day import DayEvents, day_events
 from solarcal.sun.energy import day_percent, year_percent
-from solarcal.timescale import format_utc, parse_utc
+from solarcal.timescale import SECONDS_PER_DAY, SECONDS_PER_SUN_DEG, format_utc, parse_utc
 
 _MONTH_DAY = 21
-_WEEK_S = 7.0 * 86400.0
+_WEEK_S = 7.0 * SECONDS_PER_DAY
 
 
 def year(form: Form) -> Answer:
@@ -37,7 +37,7 @@ def year(form: Form) -> Answer:
     number_of_year = int(format_utc(form.now_utc_s)[:4]) if asked is None else int(asked)
 
     def noon_utc_s(date: str) -> float:
-        return parse_utc(f"{date}T12:00:00Z") - 240.0 * site.longitude_deg
+        return parse_utc(f"{date}T12:00:00Z") - SECONDS_PER_SUN_DEG * site.longitude_deg
 
     def reach_h(events: DayEvents) -> float | None:
         if mount is None:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.known_physics import SkyContext, TruePoints, true_points
+from solarcal.model.least_squares import RANK_LIMIT
 from solarcal.model.points import PointSet
 from solarcal.model.terms import TERMS, NativeAngles, Term, design_matrix, terms_tested
 from solarcal.mount.formula import COEFFICIENT_NAMES
@@ -22,7 +23,6 @@ from solarcal.mount.mechanism import Circumstances, Mechanism
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.units import FloatArray, wrap_deg
 
-RANK_LIMIT = 1e-6
 UNSEEN = 1e-9
 """A column this small is the rounding of another."""
 SIDES_NEEDED = 2

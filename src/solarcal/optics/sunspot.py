@@ -10,13 +10,10 @@ import math
 from dataclasses import dataclass
 
 from solarcal.errors import ConfigurationError
-from solarcal.units import RAD_PER_DEG
+from solarcal.units import RAD_PER_DEG, SUN_RADIUS_DEG
 
 LARGEST_ERROR_RAD = 0.1
 """The relation is for small angles; beyond this the spot is not on any plate."""
-
-SUN_RADIUS_DEG = 0.2666
-"""At the mean distance; the Sun's disc is 9.3 mrad across."""
 
 
 def spot_error_deg(height: float, hole_diameter: float, spot_diameter: float, edge: float) -> float:

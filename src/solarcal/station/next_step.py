@@ -6,10 +6,11 @@ A pure function of the state and the time, so that the screen, a replay and a te
 from dataclasses import dataclass
 
 from solarcal.model.analysis import Analysis
+from solarcal.model.evidence.clocks import CLOCK_TOLERANCE_S
 from solarcal.station import guards
 from solarcal.station.sign_off import sign_off
 from solarcal.station.state import Activity, LinkState, SessionView, StationState
-from solarcal.timescale import parse_utc
+from solarcal.timescale import SECONDS_PER_SUN_DEG, parse_utc
 from solarcal.unit.tracker import Mode
 
 POINT_INTERVAL_S = 1800.0
@@ -22,7 +23,6 @@ ENOUGH_POINTS = 7
 FULL_CALIBRATION = 12
 NOT_TODAY = " Today's will not reach the tolerance."
 CHECK_POINTS = 2
-CLOCK_TOLERANCE_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,14 +115,15 @@ def _during(state: StationState) -> NextStep | None:
 
 
 def _preparation(state: StationState, session: SessionView) -> NextStep | None:
+    has_clock = state.live.capabilities.has_clock
     difference_s = state.live.unit_minus_laptop_s
-    if difference_s is not None and abs(difference_s) > CLOCK_TOLERANCE_S:
+    if has_clock and difference_s is not None and abs(difference_s) > CLOCK_TOLERANCE_S:
         return NextStep(
             f"Set the unit's clock: it differs from the laptop's by {difference_s:+.1f} s "
-            f"({abs(difference_s) / 240.0:.2f} deg of Sun).",
+            f"({abs(difference_s) / SECONDS_PER_SUN_DEG:.2f} deg of Sun).",
             "clock",
         )
-    if not session.clock_sets and not session.accepted:
+    if has_clock and not session.clock_sets and not session.accepted:
         return NextStep("Set the unit's clock to the laptop's, once per calibration.", "clock")
     if not any(check.complete for check in session.ref_checks):
         return NextStep("Do a reference check, and watch both axes reach home.", "ref_check")

@@ -7,6 +7,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from solarcal.model.evidence.clocks import CLOCK_TOLERANCE_S
+from solarcal.model.evidence.counts import FEWEST_COUNTS
 from solarcal.session.records import RefCheck
 from solarcal.station.gathering import MAX_OFFSET_AGE_S
 from solarcal.station.state import LiveView, SessionView
@@ -16,9 +18,6 @@ from solarcal.unit.tracker import Mode, Spot
 
 WATCH_S = 60.0
 """The manual has it watched for a minute before a point."""
-
-CLOCK_TOLERANCE_S = 1.0
-MISSED_COUNTS = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +60,7 @@ def counts_missed(checks: Sequence[RefCheck], check: RefCheck) -> bool:
     if check.difference_counts is None or not check.at_switches:
         return False
     before = any(other.complete and other.seq < check.seq for other in checks)
-    return before and max(abs(found) for found in check.difference_counts) >= MISSED_COUNTS
+    return before and max(abs(found) for found in check.difference_counts) >= FEWEST_COUNTS
 
 
 def _since_s(utc: str, live: LiveView) -> float:

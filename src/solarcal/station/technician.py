@@ -23,7 +23,7 @@ from solarcal.station.procedure import Station
 from solarcal.station.upload_proposal import propose_upload
 from solarcal.station.uploading import refuse_doubtful
 from solarcal.sun.day import daylight
-from solarcal.timescale import format_utc
+from solarcal.timescale import SECONDS_PER_DAY, format_utc
 from solarcal.unit.conversation import NOT_REFERENCED
 from solarcal.unit.tracker import Mode, Spot
 
@@ -114,7 +114,8 @@ class AutomaticTechnician:
 
     def prepare(self) -> None:
         """Clock and reference check; then the calibration is begun, unless it was before."""
-        self._persist(self._set_clock)
+        if self.station.tracker.capabilities.has_clock:
+            self._persist(self._set_clock)
         self._persist(self._check_reference)
         if not self._sun_up():
             self._say("the Sun is down; waiting for the morning")
@@ -159,7 +160,7 @@ class AutomaticTechnician:
                 self._say("the Sun is too low or beyond the limits; waiting for the next morning")
                 self._persist(self._wait_for_sun)
                 slot_utc_s = station.clock.utc_s()
-                if slot_utc_s - start_utc_s > 5 * 86400.0:
+                if slot_utc_s - start_utc_s > 5 * SECONDS_PER_DAY:
                     break
             if self._persist(self.take_point) is not None:
                 taken += 1

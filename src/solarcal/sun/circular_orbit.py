@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from solarcal.errors import ConfigurationError
+from solarcal.site import Site
+from solarcal.timescale import SECONDS_PER_DAY, parse_utc
 from solarcal.units import RAD_PER_DEG, FloatArray
 
 YEAR_DAYS = 365.25
@@ -176,7 +178,6 @@ def days_after_march_equinox(utc_s: float) -> float:
     ConfigurationError
         The time, or the equinox before it, is outside 1960..2100.
     """
-    from solarcal.timescale import SECONDS_PER_DAY
 
     year = int(np.datetime64(math.floor(utc_s), "s").astype("datetime64[Y]").astype(int)) + 1970
     equinox_s = _march_equinox_utc_s(year)
@@ -186,13 +187,11 @@ def days_after_march_equinox(utc_s: float) -> float:
 
 
 def _march_equinox_utc_s(year: int) -> float:
-    from solarcal.site import Site
     from solarcal.sun.position import sun_position
-    from solarcal.timescale import parse_utc
 
     at_s = parse_utc(f"{year:04d}-03-20T12:00:00Z")
     for _ in range(3):
         # 0.39 deg a day around the equinox; the third step is good to a second.
         declination_deg = sun_position("precise", at_s, Site(0.0, 0.0)).declination_deg
-        at_s -= declination_deg / 0.3952 * 86400.0
+        at_s -= declination_deg / 0.3952 * SECONDS_PER_DAY
     return at_s

@@ -21,7 +21,7 @@ import numpy as np
 
 from solarcal.errors import ConfigurationError
 from solarcal.sun.circular_orbit import YEAR_DAYS, CircularDay
-from solarcal.units import RAD_PER_DEG, FloatArray
+from solarcal.units import RAD_PER_DEG, SUN_RADIUS_DEG, FloatArray
 
 Vector = tuple[float, float, float]
 
@@ -29,9 +29,6 @@ SUNCALC_STEPS = 100
 _STEPS = 720
 _YEAR_STEPS = 365
 _BEARINGS = 16
-
-SUN_RADIUS_DEG = 0.2666
-"""Mean radius of the Sun's disc."""
 
 
 def _unit(vector: Vector, what: str) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 from solarcal.errors import ConfigurationError
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun.refraction import apparent_zenith_deg
-from solarcal.timescale import format_utc
+from solarcal.timescale import SECONDS_PER_DAY, format_utc
 from solarcal.units import RAD_PER_DEG, Angles, FloatArray, wrap_deg
 
 SUN_MODELS = ("solartrak", "solartrak+", "noaa", "precise")
@@ -193,7 +193,7 @@ def _precise(times: FloatArray, site: Site, dut1_s: float) -> SunPosition[FloatA
 
 def _equation_of_time_min(solar_time_h: FloatArray, ut1_s: FloatArray, site: Site) -> FloatArray:
     """Apparent minus mean solar time; the mean one is UT1 turned by the longitude."""
-    mean_solar_time_h = np.mod(ut1_s, 86400.0) / 3600.0 + site.longitude_deg / 15.0
+    mean_solar_time_h = np.mod(ut1_s, SECONDS_PER_DAY) / 3600.0 + site.longitude_deg / 15.0
     return wrap_deg(15.0 * (solar_time_h - mean_solar_time_h)) * 4.0
 
 

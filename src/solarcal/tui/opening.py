@@ -17,6 +17,7 @@ from solarcal.errors import ProcedureRefused, SolarcalError
 from solarcal.profiles import Profile
 from solarcal.station.saved_sessions import finished, unfinished_sessions
 from solarcal.stopping_rule import SYNCHRONISED_S
+from solarcal.timescale import parse_utc
 from solarcal.unit.drivers import demand_driver
 
 if TYPE_CHECKING:
@@ -187,7 +188,6 @@ def _journal_creator(choice: Choice, station: "Station", output: Path | None) ->
 def _emulated_unit(choice: Choice) -> "Tracker":
     """An emulated unit that no line is emulated for: it is spoken to within this process."""
     from solarcal.emulated_units import emulated_unit
-    from solarcal.timescale import parse_utc
 
     return emulated_unit(
         choice.scenario,
@@ -206,7 +206,6 @@ def _emulated_line(choice: Choice) -> Iterator[str]:
     from solarcal.emulator.emulation import Emulator
     from solarcal.emulator.scenario import load_scenario
     from solarcal.emulator.server import serve_here
-    from solarcal.timescale import parse_utc
 
     emulator = Emulator(
         load_scenario(choice.scenario, list(choice.settings)),

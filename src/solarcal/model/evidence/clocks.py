@@ -8,12 +8,13 @@ import numpy as np
 from solarcal.model.finding import Finding
 from solarcal.session.view import SessionView
 from solarcal.stopping_rule import SYNCHRONISED_S
-from solarcal.timescale import SECONDS_PER_DAY, parse_utc
+from solarcal.timescale import SECONDS_PER_DAY, SECONDS_PER_SUN_DEG, parse_utc
 from solarcal.units import FloatArray
 
 CLOCK_SCATTER_S = 0.05
 """Differences are read to the millisecond over a line that takes tens of them."""
-SECONDS_PER_SUN_DEG = 240.0
+CLOCK_TOLERANCE_S = 1.0
+"""So far unit and laptop may be apart before it is said."""
 OFFSET_LIMIT_S = 1.0
 STEP_LIMIT_S = 0.5
 DRIFT_LIMIT_S_PER_DAY = 2.0

@@ -8,6 +8,7 @@ disagreement is a wrong setting, and the one that explains it is searched for an
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from solarcal.model.evidence.clocks import CLOCK_TOLERANCE_S
 from solarcal.model.finding import Finding
 from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.formula import COEFFICIENT_NAMES
@@ -15,7 +16,7 @@ from solarcal.mount.geometry import MountGeometry
 from solarcal.session.records import PointRecord
 from solarcal.session.view import SessionView
 from solarcal.site import Site
-from solarcal.timescale import parse_utc
+from solarcal.timescale import SECONDS_PER_DAY, SECONDS_PER_SUN_DEG, parse_utc
 from solarcal.unit.tracker import Mode, Status, UnitSite
 
 AGREEMENT_DEG = 0.002
@@ -78,7 +79,7 @@ def _hypotheses(
     yield "it uses our site, not the one it reports", ours, utc_s
     yield "it uses another date or time than it reports (the laptop's fits)", told, laptop_utc_s
     for days in (1, -1):
-        yield f"its date is wrong by {days:+d} day", told, utc_s + 86400.0 * days
+        yield f"its date is wrong by {days:+d} day", told, utc_s + SECONDS_PER_DAY * days
 
 
 def check_unit_sun(
@@ -128,10 +129,10 @@ def check_unit_settings(
             f"the unit's UTC differs from the laptop's by {hours:+d} h: its hour or its zone "
             f"({unit_site.zone_west_h:g} h west) is wrong, or the laptop's is"
         )
-    elif abs(unit_minus_laptop_s) > 1.0:
+    elif abs(unit_minus_laptop_s) > CLOCK_TOLERANCE_S:
         said.append(
             f"the unit's clock differs from the laptop's by {unit_minus_laptop_s:+.1f} s, "
-            f"{abs(unit_minus_laptop_s) / 240.0:.3f} deg of Sun"
+            f"{abs(unit_minus_laptop_s) / SECONDS_PER_SUN_DEG:.3f} deg of Sun"
         )
     return tuple(said)
 

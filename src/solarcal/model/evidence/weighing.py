@@ -4,9 +4,9 @@ from collections.abc import Iterable
 from collections.abc import Set as AbstractSet
 from typing import NamedTuple
 
-from solarcal.model.evidence.clocks import SECONDS_PER_SUN_DEG
 from solarcal.model.evidence.times import UNIT_CLOCK
 from solarcal.model.finding import Finding
+from solarcal.timescale import SECONDS_PER_SUN_DEG
 
 CAUSES = (
     "collimation", "nonperpendicularity", "cross_axis", "sag", "refraction", "backlash",

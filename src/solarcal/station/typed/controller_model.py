@@ -8,10 +8,9 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.station.typed.forms import Values
+from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.unit.tracker import UnitParameters, UnitSite
 from solarcal.units import wrap_deg
-
-DAY_S = 86400.0
 
 Pair = tuple[float, float]
 
@@ -47,11 +46,13 @@ class TypedControllerModel:
     def unit_day_s(self, laptop_utc_s: float) -> float:
         """Seconds since midnight on the unit's clock."""
         local_s = self.unit_utc_s(laptop_utc_s) - 3600.0 * self.unit_site.zone_west_h
-        return local_s % DAY_S
+        return local_s % SECONDS_PER_DAY
 
     def clock_off_s(self, shown_s: float, laptop_utc_s: float) -> float:
         """By how much a shown time of day is ahead of what the unit's clock was taken for."""
-        return (shown_s - self.unit_day_s(laptop_utc_s) + DAY_S / 2.0) % DAY_S - DAY_S / 2.0
+        return (
+            shown_s - self.unit_day_s(laptop_utc_s) + SECONDS_PER_DAY / 2.0
+        ) % SECONDS_PER_DAY - SECONDS_PER_DAY / 2.0
 
     def ideal_deg(self, laptop_utc_s: float) -> Pair:
         """The Sun the unit computes at that instant of the laptop's clock."""

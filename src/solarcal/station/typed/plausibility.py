@@ -11,6 +11,7 @@ from solarcal.mount.formula import Offsets
 from solarcal.station.typed.controller_model import Pair, TypedControllerModel
 from solarcal.station.typed.forms import Doubt, decimals, number, plain_text, time_of_day_s
 from solarcal.station.typed.typo_hints import Fit, difference_named, reading_doubts
+from solarcal.timescale import SECONDS_PER_SUN_DEG
 from solarcal.unit.tracker import Mode, Status
 from solarcal.units import wrap_deg
 
@@ -46,7 +47,7 @@ def clock_doubts(held: TypedControllerModel, texts: Texts, read_utc_s: float) ->
             f"({held.unit_site.zone_west_h:g} h west in the description)"
         )
     else:
-        what = f"by {off_s:+.0f} s, {abs(off_s) / 240.0:.1f} deg of Sun: look again"
+        what = f"by {off_s:+.0f} s, {abs(off_s) / SECONDS_PER_SUN_DEG:.1f} deg of Sun: look again"
     return (Doubt(f"The unit's clock differs from the laptop's {what}.", field),)
 
 

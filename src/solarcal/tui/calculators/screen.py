@@ -10,6 +10,7 @@ from textual.message import Message
 from textual.timer import Timer
 from textual.widgets import Input
 
+from solarcal.clock import SystemClock
 from solarcal.errors import SolarcalError
 from solarcal.instruments.answer import Answer, Drawing
 from solarcal.instruments.form import FormError, Instrument
@@ -182,7 +183,6 @@ class CalculatorScreen(StationScreen):
 
     def _now_utc_s(self) -> float:
         """The session's time where a unit is connected: an emulated one has its own."""
-        from solarcal.clock import SystemClock
 
         app = self.workstation
         laptop = app.state.live.laptop_utc_s if app.worker is not None else None

@@ -13,13 +13,12 @@ from solarcal.station.laptop_clock import LaptopClock, laptop_clock
 from solarcal.station.news import ClockAdjusted, Done, StepFailed
 from solarcal.station.procedure import Station
 from solarcal.station.state import StationState
-from solarcal.timescale import format_utc
+from solarcal.timescale import SECONDS_PER_SUN_DEG, format_utc
 from solarcal.tui.base import Workstation
 from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, open_dialog
 from solarcal.tui.widgets.field import Field
 from solarcal.tui.widgets.words import Words
 
-SECONDS_PER_SUN_DEG = 240.0
 REACTION_SIGMA_S = 0.2
 """Of a person who presses a key at the pip."""
 
@@ -59,10 +58,13 @@ class ClockDialog(PacedDialog):
         else:
             # The tools may take seconds to answer, or never.
             threading.Thread(target=self._ask_system, name="laptop clock", daemon=True).start()
-        self.say(
-            "24 s of clock error are 0.1 deg of Sun. Tab reaches the fields; or press m at the "
-            "pip of a full minute."
+        tip = (
+            "24 s of clock error are 0.1 deg of Sun. Tab reaches the fields; or press m at the pip "
+            "of a full minute."
         )
+        if not self.workstation.state.live.capabilities.has_clock:
+            tip = f"This unit has no clock: a time tick corrects the laptop's. {tip}"
+        self.say(tip)
 
     def _ask_system(self) -> None:
         answer = laptop_clock()

@@ -16,8 +16,8 @@ from solarcal.optics.sunspot import spot_error_deg
 from solarcal.station.jogging import TAKEN_UP_DEG, JogView
 from solarcal.tui.widgets.field import Field
 from solarcal.unit.tracker import Spot
+from solarcal.units import SUN_RADIUS_DEG
 
-SUN_RADIUS_DEG = 0.266
 HALF_WIDTHS_DEG = (0.5, 1.0, 2.0, 4.0)
 """Half widths of the plate: the closest in which the whole spot is seen is taken."""
 

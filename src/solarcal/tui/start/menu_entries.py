@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from solarcal.config import Choice, Settings
 from solarcal.station.saved_sessions import continuing, saved_sessions
+from solarcal.unit.ports import describe
 
 Entry = tuple[str, Choice]
 
@@ -35,8 +36,6 @@ def menu_entries(settings: Settings) -> MenuEntries:
 
 def _ports() -> list[Entry]:
     from serial.tools.list_ports import comports
-
-    from solarcal.unit.ports import describe
 
     ports = [describe(port) for port in comports()]
     ports.sort(key=lambda port: (not port["likely"], port["port"]))

@@ -32,7 +32,6 @@ def phase_bar(phase: float, width: int) -> str:
 
 Part = str | tuple[str, str]
 COLUMN = 17
-SECONDS_PER_SUN_DEG = 240.0
 
 
 def clock_text(seconds: float) -> str:
