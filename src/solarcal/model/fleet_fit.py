@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solarcal.model import exact_fit as alone
-from solarcal.model.fleet_climb import Indices, ManyLinearised, ManyMixtures, solve_mixtures
+from solarcal.model.fleet_em import Indices, ManyLinearised, ManyMixtures, solve_mixtures
 from solarcal.model.noisy_points import GIVEN_NOISE_LOG_SD, NOISE_LOG_SD, TYPICAL_NOISE_DEG
 from solarcal.model.prior import Prior
 from solarcal.mount.geometry import MountGeometry

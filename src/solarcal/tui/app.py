@@ -383,8 +383,4 @@ def _prewarm() -> None:
     import erfa  # noqa: F401
     import plotext  # noqa: F401
 
-    import solarcal.report.plots
-    import solarcal.sun.precise
-    import solarcal.tui.opening
-    import solarcal.tui.workstation.screen
     import solarcal.tui.workstation.view  # noqa: F401
