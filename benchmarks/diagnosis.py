@@ -19,10 +19,10 @@ from solarcal.model.evidence.counts import Loss, missed_counts_finding, undo_los
 from solarcal.model.evidence.residuals import diagnose
 from solarcal.model.f_tests import PointsTested, f_probability, norm_beside
 from solarcal.model.finding import Finding
-from solarcal.model.known_physics import SkyContext
 from solarcal.model.merging import Merged, merge_sessions
 from solarcal.model.methods import fit_exact
 from solarcal.model.points import PointSet
+from solarcal.model.sky_context import SkyContext
 from solarcal.model.terms import TERMS
 from solarcal.mount.mechanism import Mechanism
 from solarcal.sun.refraction import apparent_zenith_deg

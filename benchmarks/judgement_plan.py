@@ -6,7 +6,6 @@ How soon planned days are done is measured by ``judgement_stopping``.
 import numpy as np
 
 from benchmarks.judgement_trackers import NOISE_DEG, context_of, daylight_s
-from solarcal.model.known_physics import SkyContext
 from solarcal.model.plan import prior_knowledge
 from solarcal.model.posterior import MechanismPosterior
 from solarcal.model.prior import PLAIN, Prior
@@ -21,6 +20,7 @@ from solarcal.model.schedule import (
     with_point,
     year_ahead,
 )
+from solarcal.model.sky_context import SkyContext
 from solarcal.units import FloatArray
 
 DATES = tuple(range(5, 365, 15))

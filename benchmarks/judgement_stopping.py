@@ -40,8 +40,8 @@ from benchmarks.judgement_world import (
 from benchmarks.timing import table
 from solarcal.errors import SolarcalError
 from solarcal.model.analysis import Analysis, analyse
-from solarcal.model.known_physics import SkyContext
 from solarcal.model.points import PointSet
+from solarcal.model.sky_context import SkyContext
 from solarcal.mount.formula import correction_deg
 from solarcal.mount.geometry import MountGeometry
 from solarcal.site import Site

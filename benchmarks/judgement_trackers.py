@@ -5,9 +5,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from solarcal.model.known_physics import Ideal, SkyContext, sun_directions
 from solarcal.model.points import PointSet
 from solarcal.model.prior import PLAIN, Prior, sigmas_of
+from solarcal.model.sky_context import Ideal, SkyContext, sun_directions
 from solarcal.model.year_grid import formula_slopes, year_grid
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import MountGeometry

@@ -11,8 +11,8 @@ from benchmarks.judgement_trackers import (
     random_times,
     true_year,
 )
-from solarcal.model.known_physics import Ideal
 from solarcal.model.methods import fit
+from solarcal.model.sky_context import Ideal
 from solarcal.units import FloatArray
 
 TRACKERS = 200

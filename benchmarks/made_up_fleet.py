@@ -15,8 +15,8 @@ import numpy as np
 
 from benchmarks.judgement_trackers import daylight_s, measured, random_mechanism
 from solarcal.inclinometer import Inclinometer
-from solarcal.model.known_physics import SkyContext
 from solarcal.model.points import PointSet
+from solarcal.model.sky_context import SkyContext
 from solarcal.mount.drive import RotaryDrive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry

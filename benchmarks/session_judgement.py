@@ -16,11 +16,11 @@ from benchmarks.timing import table, timed
 from solarcal.model.analysis import analyse, findings_of
 from solarcal.model.evidence.direct import Evidence
 from solarcal.model.forecast import forecast
-from solarcal.model.known_physics import SkyContext, true_points
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
 from solarcal.model.plan import plan
 from solarcal.model.points import PointSet
+from solarcal.model.sky_context import SkyContext, true_points
 from solarcal.mount.mechanism import Mechanism
 from solarcal.session.reader import read_session
 from solarcal.station.fitting import point_set, sky_context, solve_table

@@ -12,10 +12,10 @@ from solarcal.errors import ConfigurationError
 from solarcal.model.analysis import Analysis
 from solarcal.model.analysis import analyse as analyse_points
 from solarcal.model.forecast import Forecast
-from solarcal.model.known_physics import SkyContext
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.model.methods import fit as fit_points
 from solarcal.model.points import PointSet as Points
+from solarcal.model.sky_context import SkyContext
 from solarcal.model.solution import Solution
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.geometry import MountGeometry

@@ -16,9 +16,9 @@ from benchmarks.judgement_trackers import (
     true_year,
 )
 from solarcal.model.forecast import Forecast
-from solarcal.model.known_physics import Ideal, SkyContext
 from solarcal.model.plan import Plan
 from solarcal.model.points import PointSet
+from solarcal.model.sky_context import Ideal, SkyContext
 from solarcal.model.solution import Solution
 from solarcal.model.verdict import Verdict, assess, conclude
 from solarcal.mount.mechanism import Mechanism

@@ -10,7 +10,6 @@ from made_up_trackers import JUNE, TRACKER, context_of, day_of, measured
 from solarcal.errors import ConfigurationError
 from solarcal.model.analysis import analyse
 from solarcal.model.forecast import forecast
-from solarcal.model.known_physics import SkyContext
 from solarcal.model.methods import fit_exact
 from solarcal.model.plan import STOP_STEP_S, Plan, Standing, plan, prior_knowledge, times_of
 from solarcal.model.prior import PLAIN, Prior
@@ -24,6 +23,7 @@ from solarcal.model.schedule import (
     with_point,
     year_ahead,
 )
+from solarcal.model.sky_context import SkyContext
 from solarcal.mount.limits import AxisLimits, Limits
 from solarcal.stopping_rule import StoppingRule
 

@@ -23,9 +23,9 @@ from benchmarks.diagnosis import (
 from solarcal.model.evidence.counts import Loss, undo_losses
 from solarcal.model.evidence.residuals import diagnose
 from solarcal.model.finding import Finding
-from solarcal.model.known_physics import SkyContext
 from solarcal.model.methods import fit_exact
 from solarcal.model.points import PointSet
+from solarcal.model.sky_context import SkyContext
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.interchange import read_table
 

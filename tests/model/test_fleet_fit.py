@@ -5,8 +5,8 @@ import pytest
 
 from solarcal.model.exact_fit import fit_mechanism
 from solarcal.model.fleet_fit import ManyPoints, fit_many
-from solarcal.model.known_physics import TruePoints
 from solarcal.model.prior import Prior
+from solarcal.model.sky_context import TruePoints
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
 

@@ -8,8 +8,8 @@ from made_up_trackers import context_of, day_of
 
 from solarcal.errors import ConfigurationError, SolarcalError
 from solarcal.model.analysis import analyse
-from solarcal.model.known_physics import SkyContext, sun_directions
 from solarcal.model.points import PointSet
+from solarcal.model.sky_context import SkyContext, sun_directions
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry
 
 

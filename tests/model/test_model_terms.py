@@ -6,9 +6,9 @@ import pytest
 from solarcal.errors import FitError
 from solarcal.model.evidence.residuals import diagnose
 from solarcal.model.fit import fit_linear
-from solarcal.model.known_physics import SkyContext
 from solarcal.model.methods import fit
 from solarcal.model.points import PointSet
+from solarcal.model.sky_context import SkyContext
 from solarcal.model.terms import TERMS, LookedFor, Term, chosen_terms, harmonic, terms_tested
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry

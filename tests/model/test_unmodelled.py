@@ -11,9 +11,9 @@ from benchmarks.judgement_world import MOUNTS, Place, Tracker, exact_errors, sun
 from solarcal.errors import ConfigurationError
 from solarcal.model.analysis import analyse
 from solarcal.model.forecast import forecast
-from solarcal.model.known_physics import SkyContext
 from solarcal.model.merging import merge_sessions
 from solarcal.model.methods import fit, fit_exact
+from solarcal.model.sky_context import SkyContext
 from solarcal.model.unmodelled import NAMES, components, sky_columns, widened
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism

@@ -17,12 +17,12 @@ from solarcal.model.evidence.residuals import (
 )
 from solarcal.model.finding import Finding
 from solarcal.model.forecast import Forecast, forecast
-from solarcal.model.known_physics import SkyContext
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_METHOD, DEFAULT_PRIOR, fit
 from solarcal.model.plan import Plan, Standing, plan, times_of
 from solarcal.model.points import PointSet
 from solarcal.model.prior import Prior
+from solarcal.model.sky_context import SkyContext
 from solarcal.model.solution import Solution
 from solarcal.model.terms import CONTROLLER_TERMS
 from solarcal.model.verdict import BoltCircle, Verdict, assess, conclude

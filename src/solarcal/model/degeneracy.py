@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.model.finding import Finding
-from solarcal.model.known_physics import sun_directions
 from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.sky_context import sun_directions
 from solarcal.model.year_grid import LOWEST_FORECAST_DEG
 from solarcal.mount.mechanism import Mechanism
 from solarcal.timescale import SECONDS_PER_DAY, format_utc

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from solarcal.model.known_physics import TruePoints
 from solarcal.model.least_squares import LeastSquares, solve
 from solarcal.model.noisy_points import (
     GIVEN_NOISE_LOG_SD,
@@ -28,6 +27,7 @@ from solarcal.model.noisy_points import (
 )
 from solarcal.model.posterior import MechanismPosterior
 from solarcal.model.prior import PLAIN, Prior
+from solarcal.model.sky_context import TruePoints
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
 from solarcal.units import FloatArray, wrap_deg

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.known_physics import SkyContext, TruePoints, true_points
 from solarcal.model.least_squares import RANK_LIMIT
 from solarcal.model.points import PointSet
+from solarcal.model.sky_context import SkyContext, TruePoints, true_points
 from solarcal.model.terms import TERMS, NativeAngles, Term, design_matrix, terms_tested
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.mechanism import Circumstances, Mechanism

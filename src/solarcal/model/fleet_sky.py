@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from solarcal.model.known_physics import TruePoints
+from solarcal.model.sky_context import TruePoints
 from solarcal.site import Site, Weather
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from solarcal.model.known_physics import SkyContext
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import posterior_without_prior
 from solarcal.model.posterior import SAMPLES, SEED, MechanismPosterior
+from solarcal.model.sky_context import SkyContext
 from solarcal.model.solution import Solution
 from solarcal.model.unmodelled import widened, year_columns
 from solarcal.model.year_grid import SLOTS, SunGrid, year_grid

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from solarcal.model.known_physics import SkyContext
 from solarcal.model.posterior import MechanismPosterior
 from solarcal.model.prior import Prior
+from solarcal.model.sky_context import SkyContext
 from solarcal.model.solution import Solution
 from solarcal.units import FloatArray
 

@@ -16,7 +16,6 @@ import numpy as np
 from solarcal.errors import FitError
 from solarcal.model.f_tests import PointsTested
 from solarcal.model.finding import Finding, listed
-from solarcal.model.known_physics import LOWEST_ELEVATION_DEG, SkyContext, true_points
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
 from solarcal.model.points import PointSet
@@ -30,6 +29,7 @@ from solarcal.model.session_changes import (
     weakest_change_deg,
     what_changed,
 )
+from solarcal.model.sky_context import LOWEST_ELEVATION_DEG, SkyContext, true_points
 from solarcal.model.year_grid import coefficients_jacobian, year_grid
 from solarcal.mount.mechanism import Mechanism
 from solarcal.units import FloatArray, wrap_deg

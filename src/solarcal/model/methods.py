@@ -9,16 +9,16 @@ from solarcal.errors import FitError
 from solarcal.model.exact_fit import ExactFit, fit_mechanism
 from solarcal.model.fit import fit_linear
 from solarcal.model.iterated_fit import ITERATED, fit_iterated
-from solarcal.model.known_physics import (
+from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.points import PointSet
+from solarcal.model.posterior import MechanismPosterior
+from solarcal.model.prior import Prior
+from solarcal.model.sky_context import (
     LOWEST_ELEVATION_DEG,
     SkyContext,
     TruePoints,
     true_points,
 )
-from solarcal.model.mechanism_solution import MechanismSolution
-from solarcal.model.points import PointSet
-from solarcal.model.posterior import MechanismPosterior
-from solarcal.model.prior import Prior
 from solarcal.model.solution import Solution
 from solarcal.model.terms import CONTROLLER_TERMS, TERMS
 from solarcal.model.year_grid import (

@@ -15,7 +15,6 @@ import numpy as np
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.forecast import Forecast
-from solarcal.model.known_physics import SkyContext
 from solarcal.model.points import PointSet
 from solarcal.model.posterior import MechanismPosterior
 from solarcal.model.prior import Prior
@@ -32,6 +31,7 @@ from solarcal.model.schedule import (
     with_point,
     year_ahead,
 )
+from solarcal.model.sky_context import SkyContext
 from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule, percent
 from solarcal.timescale import SECONDS_PER_DAY, format_utc
 from solarcal.units import FloatArray

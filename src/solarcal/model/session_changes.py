@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.model.f_tests import ColumnFit, PointsTested, f_probability, t_limit
-from solarcal.model.known_physics import SkyContext
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.points import PointSet
 from solarcal.model.residual_tests import FAMILY_LEVEL, POWER_QUANTILE
+from solarcal.model.sky_context import SkyContext
 from solarcal.units import FloatArray
 
 SessionIndex = NDArray[np.intp]

@@ -10,8 +10,8 @@ from functools import lru_cache
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.known_physics import SkyContext, SunDirections, sun_directions
 from solarcal.model.prior import Prior
+from solarcal.model.sky_context import SkyContext, SunDirections, sun_directions
 from solarcal.model.terms import CONTROLLER_TERMS, TERMS, NativeAngles, design_matrix
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism

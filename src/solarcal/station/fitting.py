@@ -7,9 +7,9 @@ import numpy as np
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.fit import FEWEST_POINTS, Solution
-from solarcal.model.known_physics import Ideal, SkyContext
 from solarcal.model.methods import DEFAULT_METHOD, fit
 from solarcal.model.points import PointSet
+from solarcal.model.sky_context import Ideal, SkyContext
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.points import PointTable

@@ -9,8 +9,8 @@ import numpy as np
 
 from solarcal.model.f_tests import PointsTested, squares_beside
 from solarcal.model.finding import Finding, points_named
-from solarcal.model.known_physics import SkyContext
 from solarcal.model.points import PointSet
+from solarcal.model.sky_context import SkyContext
 from solarcal.mount.drive import reading_deg
 from solarcal.session.records import RefCheck, UnitRecord
 from solarcal.session.view import SessionView

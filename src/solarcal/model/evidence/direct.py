@@ -14,7 +14,7 @@ from solarcal.model.evidence.read_outs import offset_evidence, read_out_evidence
 from solarcal.model.evidence.times import stamp_evidence
 from solarcal.model.evidence.unit_state import held_evidence, unit_evidence
 from solarcal.model.finding import Finding
-from solarcal.model.known_physics import SkyContext
+from solarcal.model.sky_context import SkyContext
 from solarcal.session.points import PointTable
 from solarcal.session.view import SessionView
 

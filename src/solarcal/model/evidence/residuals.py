@@ -16,13 +16,13 @@ from solarcal.model.f_tests import ColumnFit, PointsTested
 from solarcal.model.finding import Finding, Kind, listed
 from solarcal.model.fit import FEWEST_POINTS as LINEAR_FEWEST
 from solarcal.model.fit import fit_linear
-from solarcal.model.known_physics import SkyContext, true_points
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
 from solarcal.model.points import PointSet
 from solarcal.model.prior import Prior
 from solarcal.model.residual_tests import BadPoint, Cause, ResidualTests, run_residual_tests
 from solarcal.model.session_changes import ZEROS
+from solarcal.model.sky_context import SkyContext, true_points
 from solarcal.model.solution import Solution
 from solarcal.model.terms import CONTROLLER_TERMS, TERMS, LookedFor
 from solarcal.model.year_grid import year_grid

@@ -16,7 +16,7 @@ import numpy as np
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.finding import Finding, Kind, points_named
-from solarcal.model.known_physics import Ideal, SkyContext, sun_directions
+from solarcal.model.sky_context import Ideal, SkyContext, sun_directions
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry
 from solarcal.session.points import PointTable
 from solarcal.site import Site
