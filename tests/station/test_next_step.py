@@ -12,7 +12,7 @@ from solarcal.session.journal import Journal
 from solarcal.station.analysing import analyse_session
 from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.next_step import NextStep, countdown_text, next_step
-from solarcal.station.plan_wishes import HALF_HOUR_S, PlanWishes, analyse_as_wished
+from solarcal.station.plan_options import HALF_HOUR_S, PlanOptions, analyse_with_options
 from solarcal.station.procedure import Station
 from solarcal.station.state import Activity, LinkState, StationState
 from solarcal.station.sun_now import sun_now
@@ -190,8 +190,8 @@ def test_the_verdict_says_when_there_are_enough_and_when_something_is_wrong():
 
 def test_a_day_that_cannot_reach_the_tolerance_says_so_beside_its_next_point():
     station, _ = judged_day()
-    wishes = PlanWishes(until_utc_s=station.state.live.laptop_utc_s + 1800.0)
-    judgement = analyse_as_wished(station.session, wishes, station.state.live.laptop_utc_s)
+    plan_options = PlanOptions(until_utc_s=station.state.live.laptop_utc_s + 1800.0)
+    judgement = analyse_with_options(station.session, plan_options, station.state.live.laptop_utc_s)
     assert not judgement.plan.reaches
     step = next_step(station.state, 40.0, judgement)
     assert "not reach the tolerance" in step.sentence
@@ -202,20 +202,20 @@ def test_wishes_shape_the_plan():
     now_utc_s = station.state.live.laptop_utc_s
     first = judgement.plan.recommended.times_utc_s[0]
     begin = first // HALF_HOUR_S * HALF_HOUR_S
-    clouded = analyse_as_wished(station.session, PlanWishes().strike(begin), now_utc_s)
+    clouded = analyse_with_options(station.session, PlanOptions().strike(begin), now_utc_s)
     times = clouded.plan.recommended.times_utc_s
     assert times
     assert not any(begin <= time < begin + HALF_HOUR_S for time in times)
-    five = PlanWishes().points_more(+1, taken=2, planned=2)
+    five = PlanOptions().points_more(+1, taken=2, planned=2)
     assert five.points == 5
-    counted = analyse_as_wished(station.session, five, now_utc_s)
+    counted = analyse_with_options(station.session, five, now_utc_s)
     assert max(stop.points for stop in counted.plan.stops) == 3
-    leaving = PlanWishes().leave_at(now_utc_s + 7200.0)
-    left = analyse_as_wished(station.session, leaving, now_utc_s)
+    leaving = PlanOptions().leave_at(now_utc_s + 7200.0)
+    left = analyse_with_options(station.session, leaving, now_utc_s)
     assert max(left.plan.recommended.times_utc_s) <= now_utc_s + 7200.0
-    late = analyse_as_wished(station.session, leaving, now_utc_s + 9000.0)
+    late = analyse_with_options(station.session, leaving, now_utc_s + 9000.0)
     assert late.plan.recommended.points <= 1
-    assert leaving.leave_at(now_utc_s + 7200.0) == PlanWishes().strike(0.0).strike(0.0)
+    assert leaving.leave_at(now_utc_s + 7200.0) == PlanOptions().strike(0.0).strike(0.0)
 
 
 @pytest.mark.parametrize("activity", [Activity.REF_CHECK, Activity.GATHERING, Activity.UPLOADING])

@@ -26,7 +26,7 @@ from solarcal.errors import FitError
 from solarcal.model.verdict import Verdict
 from solarcal.station.fitting import solve
 from solarcal.station.news import StatusRead
-from solarcal.station.plan_wishes import HALF_HOUR_S
+from solarcal.station.plan_options import HALF_HOUR_S
 from solarcal.tui import fitting
 from solarcal.tui.plan.half_hours import HalfHours
 from solarcal.tui.plan.screen import PlanScreen
@@ -145,7 +145,7 @@ def test_a_failure_to_judge_does_not_lose_the_fit(four_points, monkeypatch):
     def fails(*_):
         raise FitError("the forecast went wrong")
 
-    monkeypatch.setattr("solarcal.station.plan_wishes.analyse_as_wished", fails)
+    monkeypatch.setattr("solarcal.station.plan_options.analyse_with_options", fails)
     message = fitting.fit_message(3, four_points.session)
     assert message.judgement is None
     assert "the forecast went wrong" in message.reason

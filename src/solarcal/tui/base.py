@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from solarcal.config import Choice, Settings
     from solarcal.model.analysis import Analysis
     from solarcal.profiles import Profile
-    from solarcal.station.plan_wishes import PlanWishes
+    from solarcal.station.plan_options import PlanOptions
     from solarcal.station.state import StationState
     from solarcal.station.worker import StationWorker
     from solarcal.tui.keys import Action
@@ -47,7 +47,7 @@ class Workstation(Protocol):
     line: "OpenLine | None"
     fit: FitReady | None
     emulated_speed: float | None
-    wishes: "PlanWishes | None"
+    plan_options: "PlanOptions | None"
     settings: "Settings"
     profile: "Profile"
     actions: "tuple[Action, ...]"
@@ -67,7 +67,7 @@ class Workstation(Protocol):
     def screen_stack(self) -> list[Screen[Any]]: ...
 
     def station_worker(self) -> "StationWorker": ...
-    def wish(self, wishes: "PlanWishes") -> None: ...
+    def plan_with(self, plan_options: "PlanOptions") -> None: ...
     def remember(self, settings: "Settings") -> None: ...
     def open_choice(self, choice: "Choice") -> None: ...
     def action_perform(self, action_id: str) -> None: ...

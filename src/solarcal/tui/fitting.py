@@ -10,7 +10,7 @@ from solarcal.station.news import FitReady
 
 if TYPE_CHECKING:
     from solarcal.model.plan import Plan
-    from solarcal.station.plan_wishes import PlanWishes
+    from solarcal.station.plan_options import PlanOptions
     from solarcal.station.state import SessionView
 
 
@@ -38,12 +38,12 @@ class Fitter:
         generation: int,
         session: "SessionView",
         at_utc_s: float | None = None,
-        wishes: "PlanWishes | None" = None,
+        plan_options: "PlanOptions | None" = None,
     ) -> None:
         """Fit, judge and plan from ``at_utc_s``; a session still waiting is forgotten."""
         with self._change:
             self._wanted = lambda: fit_message(
-                generation, session, at_utc_s, wishes, self._plan_of(session)
+                generation, session, at_utc_s, plan_options, self._plan_of(session)
             )
             self._change.notify()
 
@@ -75,7 +75,7 @@ def fit_message(
     generation: int,
     session: "SessionView",
     at_utc_s: float | None = None,
-    wishes: "PlanWishes | None" = None,
+    plan_options: "PlanOptions | None" = None,
     before: "Plan | None" = None,
 ) -> FitReady:
     """Fit and judgement of a session as the message that carries them.
@@ -85,10 +85,10 @@ def fit_message(
     A session that can be fitted but not judged keeps its fit; ``reason`` says why.
     """
     from solarcal.station.fitting import solve
-    from solarcal.station.plan_wishes import NO_WISHES, analyse_as_wished
+    from solarcal.station.plan_options import DEFAULT_OPTIONS, analyse_with_options
 
     try:
-        analysis = analyse_as_wished(session, wishes or NO_WISHES, at_utc_s)
+        analysis = analyse_with_options(session, plan_options or DEFAULT_OPTIONS, at_utc_s)
     except (SolarcalError, ValueError, ArithmeticError) as error:
         # Arithmetic on strange points may fail in its own words; the thread must live on.
         try:

@@ -26,7 +26,7 @@ from solarcal.tui.messages import FormAsked, LineFailed, LineNews, LineOpened, T
 
 if TYPE_CHECKING:
     from solarcal.model.analysis import Analysis
-    from solarcal.station.plan_wishes import PlanWishes
+    from solarcal.station.plan_options import PlanOptions
     from solarcal.station.procedure import Station
     from solarcal.station.state import SessionView, StationState
     from solarcal.station.worker import StationWorker
@@ -46,7 +46,7 @@ class StationApp(App[int]):
     worker : talks to the station while a line is open, else ``None``.
     state, fit : the newest of the worker and the fitter.
     emulated_speed : virtual seconds a second of an emulated unit, ``None`` for a real one.
-    wishes : what the technician wants of the plan, ``None`` for nothing.
+    plan_options : what the technician wants of the plan, ``None`` for nothing.
     """
 
     def __init__(self) -> None:
@@ -58,7 +58,7 @@ class StationApp(App[int]):
         self._fitter = Fitter(self.tell)
         self._fitted: object = None
         self._planned_utc_s: float | None = None
-        self.wishes: PlanWishes | None = None
+        self.plan_options: PlanOptions | None = None
         self._path: Path | None = None
         self._leaving = False
 
@@ -175,9 +175,9 @@ class StationApp(App[int]):
             return None
         return self.fit.judgement
 
-    def wish(self, wishes: "PlanWishes") -> None:
+    def plan_with(self, plan_options: "PlanOptions") -> None:
         """Plan the day with these from now on."""
-        self.wishes = wishes
+        self.plan_options = plan_options
         self._fit_if_needed(self.state)
 
     def _fit_if_needed(self, state: "StationState") -> None:
@@ -186,12 +186,12 @@ class StationApp(App[int]):
         session = state.session
         if session is None:
             return
-        wanted = (session.header, session.points, session.newest_evidence, self.wishes)
+        wanted = (session.header, session.points, session.newest_evidence, self.plan_options)
         if wanted != self._fitted or self._overtaken(state):
             self._fitted = wanted
             at_utc_s = planning_utc_s(session, state.live.laptop_utc_s)
             self._planned_utc_s = at_utc_s
-            self._fitter.fit(state.generation, session, at_utc_s, self.wishes)
+            self._fitter.fit(state.generation, session, at_utc_s, self.plan_options)
 
     def _overtaken(self, state: "StationState") -> bool:
         now_utc_s, asked_utc_s = state.live.laptop_utc_s, self._planned_utc_s

@@ -8,7 +8,7 @@ from textual.events import Click
 
 from solarcal.model.plan import Plan, PlannedStop
 from solarcal.report.blocks import columns, number
-from solarcal.station.plan_wishes import HALF_HOUR_S, PlanWishes
+from solarcal.station.plan_options import HALF_HOUR_S, PlanOptions
 from solarcal.timescale import format_utc
 from solarcal.tui.widgets.text_lines import TextLines
 
@@ -62,11 +62,11 @@ class HalfHour:
         ]
 
 
-def half_hours(plan: Plan, wishes: PlanWishes, zone_west_h: float) -> tuple[HalfHour, ...]:
-    """Every half hour from now to the day's last, those struck or wished to leave at among them."""
+def half_hours(plan: Plan, plan_options: PlanOptions, zone_west_h: float) -> tuple[HalfHour, ...]:
+    """Every half hour from now to the day's last, those struck or chosen to leave at among them."""
     stops = {_begin(stop.stop_utc_s - 1.0): stop for stop in plan.stops}
-    begins = set(stops) | {b for b in wishes.struck if b >= _begin(plan.at_utc_s)}
-    leaving = None if wishes.until_utc_s is None else _begin(wishes.until_utc_s - 1.0)
+    begins = set(stops) | {b for b in plan_options.struck if b >= _begin(plan.at_utc_s)}
+    leaving = None if plan_options.until_utc_s is None else _begin(plan_options.until_utc_s - 1.0)
     if leaving is not None:
         begins.add(leaving)
     if not begins:
@@ -87,7 +87,7 @@ def half_hours(plan: Plan, wishes: PlanWishes, zone_west_h: float) -> tuple[Half
                 stop=stop,
                 advised=stop is not None and stop is plan.recommended,
                 reaches=stop is not None and plan.reached_by(stop),
-                struck=begin in wishes.struck,
+                struck=begin in plan_options.struck,
                 leaving=begin == leaving,
             )
         )

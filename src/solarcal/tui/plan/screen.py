@@ -11,7 +11,7 @@ from solarcal.report.blocks import wrapped
 from solarcal.report.judgement import STATE_WORDS
 from solarcal.station.guards import MIN_ELEVATION_DEG
 from solarcal.station.news import FitReady
-from solarcal.station.plan_wishes import NO_WISHES, PlanWishes
+from solarcal.station.plan_options import DEFAULT_OPTIONS, PlanOptions
 from solarcal.station.state import StationState
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.plan.half_hours import HalfHours, half_hours, utc_clock
@@ -93,11 +93,11 @@ class PlanScreen(StationScreen):
     # -- keys --------------------------------------------------------------------------------
 
     @property
-    def wishes(self) -> PlanWishes:
-        return self.workstation.wishes or NO_WISHES
+    def plan_options(self) -> PlanOptions:
+        return self.workstation.plan_options or DEFAULT_OPTIONS
 
-    def _wish(self, wishes: PlanWishes) -> None:
-        self.workstation.wish(wishes)
+    def _plan_with(self, plan_options: PlanOptions) -> None:
+        self.workstation.plan_with(plan_options)
         self._show(planning=True)
 
     def action_move(self, step: int) -> None:
@@ -106,22 +106,22 @@ class PlanScreen(StationScreen):
     def action_strike(self) -> None:
         begin_utc_s = self.query_one(HalfHours).chosen_utc_s
         if begin_utc_s is not None:
-            self._wish(self.wishes.strike(begin_utc_s))
+            self._plan_with(self.plan_options.strike(begin_utc_s))
 
     def action_until(self) -> None:
         hours = self.query_one(HalfHours)
         if hours.chosen_utc_s is not None:
-            self._wish(self.wishes.leave_at(hours.chosen_end_utc_s))
+            self._plan_with(self.plan_options.leave_at(hours.chosen_end_utc_s))
 
     def action_points(self, by: int) -> None:
         session, judgement = self.workstation.state.session, self.workstation.judgement
         if session is None or judgement is None or judgement.plan is None:
             return
         planned = judgement.plan.recommended.points
-        self._wish(self.wishes.points_more(by, len(session.accepted), planned))
+        self._plan_with(self.plan_options.points_more(by, len(session.accepted), planned))
 
     def action_clear(self) -> None:
-        self._wish(NO_WISHES)
+        self._plan_with(DEFAULT_OPTIONS)
 
     def action_back(self) -> None:
         self.dismiss(None)
@@ -135,10 +135,10 @@ class PlanScreen(StationScreen):
         if session is None or judgement is None or judgement.plan is None:
             self.query_one("#advice", Words).update(self._nothing_yet())
             return
-        self.query_one("#advice", Words).update(advice(judgement, self.wishes))
+        self.query_one("#advice", Words).update(advice(judgement, self.plan_options))
         zone_west_h = session.header.unit.zone_west_h
         self.query_one(HalfHours).show_plan(
-            half_hours(judgement.plan, self.wishes, zone_west_h), judgement.plan.now
+            half_hours(judgement.plan, self.plan_options, zone_west_h), judgement.plan.now
         )
         lines = [STATE_WORDS[judgement.verdict.state]]
         for reason in judgement.verdict.reasons:
@@ -164,20 +164,20 @@ class PlanScreen(StationScreen):
         )
 
 
-def advice(judgement: Analysis, wishes: PlanWishes) -> Content:
+def advice(judgement: Analysis, plan_options: PlanOptions) -> Content:
     """The plan's sentence, its schedule, and what was wished for."""
     plan = judgement.plan
     assert plan is not None  # asked for with a plan only
     sentence = plan.sentence[:1].upper() + plan.sentence[1:] + "."
     times = "  ".join(utc_clock(time) for time in plan.recommended.times_utc_s)
     asked = []
-    if wishes.until_utc_s is not None:
-        asked.append(f"leave at {utc_clock(wishes.until_utc_s)}")
-    if wishes.points is not None:
-        asked.append(f"{wishes.points} points in all")
-    if wishes.struck:
-        plural = "" if len(wishes.struck) == 1 else "s"
-        asked.append(f"{len(wishes.struck)} half hour{plural} of cloud")
+    if plan_options.until_utc_s is not None:
+        asked.append(f"leave at {utc_clock(plan_options.until_utc_s)}")
+    if plan_options.points is not None:
+        asked.append(f"{plan_options.points} points in all")
+    if plan_options.struck:
+        plural = "" if len(plan_options.struck) == 1 else "s"
+        asked.append(f"{len(plan_options.struck)} half hour{plural} of cloud")
     return Content.assemble(
         (sentence, "bold"),
         f"\nPoints at (UTC): {times or '-'}",

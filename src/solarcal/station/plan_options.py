@@ -11,8 +11,8 @@ MOST_POINTS = 40
 
 
 @dataclass(frozen=True, slots=True)
-class PlanWishes:
-    """Nothing wished for at first.
+class PlanOptions:
+    """All open at first.
 
     Attributes
     ----------
@@ -25,15 +25,15 @@ class PlanWishes:
     points: int | None = None
     struck: frozenset[float] = frozenset()
 
-    def strike(self, begin_utc_s: float) -> "PlanWishes":
+    def strike(self, begin_utc_s: float) -> "PlanOptions":
         """That half hour excluded, or restored."""
         return replace(self, struck=self.struck ^ {begin_utc_s})
 
-    def leave_at(self, utc_s: float) -> "PlanWishes":
+    def leave_at(self, utc_s: float) -> "PlanOptions":
         """Leave then; the same time again lifts it."""
         return replace(self, until_utc_s=None if self.until_utc_s == utc_s else utc_s)
 
-    def points_more(self, by: int, taken: int, planned: int) -> "PlanWishes":
+    def points_more(self, by: int, taken: int, planned: int) -> "PlanOptions":
         """One point more or less than requested, or than what is taken and planned."""
         now = taken + planned if self.points is None else self.points
         return replace(self, points=min(max(now + by, taken), MOST_POINTS))
@@ -46,25 +46,25 @@ class PlanWishes:
         return tuple((begin, begin + HALF_HOUR_S - 1.0) for begin in sorted(self.struck))
 
 
-NO_WISHES = PlanWishes()
+DEFAULT_OPTIONS = PlanOptions()
 
 
-def analyse_as_wished(
+def analyse_with_options(
     session: SessionView,
-    wishes: PlanWishes = NO_WISHES,
+    plan_options: PlanOptions = DEFAULT_OPTIONS,
     at_utc_s: float | None = None,
 ) -> Analysis | None:
     """The analysis of a session, planned from ``at_utc_s`` (else from the newest point).
 
     A time to leave that has passed means: now.
     """
-    until_utc_s = wishes.until_utc_s
+    until_utc_s = plan_options.until_utc_s
     if until_utc_s is not None and at_utc_s is not None:
         until_utc_s = max(until_utc_s, at_utc_s)
     return analyse_session(
         session,
         at_utc_s=at_utc_s,
         until_utc_s=until_utc_s,
-        points_left=wishes.points_left(len(session.accepted)),
-        struck=wishes.intervals(),
+        points_left=plan_options.points_left(len(session.accepted)),
+        struck=plan_options.intervals(),
     )
