@@ -7,7 +7,7 @@ from made_up_trackers import JUNE, MARCH, TRACKER, context_of, day_of, true_year
 from solarcal.errors import ConfigurationError, FitError
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import fit, fit_exact
-from solarcal.model.noisy_points import Linearised, solve_mixture
+from solarcal.model.noise_mixture import Linearised, solve_mixture
 from solarcal.model.points import PointSet
 from solarcal.model.prior import PLAIN, Prior, sigmas_of
 from solarcal.model.year_grid import controller_coefficients

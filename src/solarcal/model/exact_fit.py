@@ -1,7 +1,7 @@
 """The mechanism behind the points: exact geometry, known physics, a prior, and possible blunders.
 
 Non-linear least squares by scipy, the prior as six pseudo-observations, inside the robust mixture
-of ``noisy_points``: the mixture at a place weighs the points, least squares of the weighted points
+of ``noise_mixture``: the mixture at a place weighs the points, least squares of the weighted points
 finds the next place, and the mixture's own mean there is the answer. All parameters are in units
 of their prior sigmas, so that lean, zeros and scales weigh alike.
 
@@ -17,7 +17,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from solarcal.model.least_squares import LeastSquares, solve
-from solarcal.model.noisy_points import (
+from solarcal.model.noise_mixture import (
     GIVEN_NOISE_LOG_SD,
     NOISE_LOG_SD,
     TYPICAL_NOISE_DEG,

@@ -1,4 +1,4 @@
-"""``noisy_points`` for many sessions of n points at once: the same equations, side by side.
+"""``noise_mixture`` for many sessions of n points at once: the same equations, side by side.
 
 A single fit spends its time on calling numpy for a few dozen numbers. Here every array has the
 sessions in it: (n, s, r) for n points, s sessions and r starts, so that a call does thousands of
@@ -12,7 +12,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from solarcal.model import noisy_points as alone
+from solarcal.model import noise_mixture as alone
 from solarcal.units import FloatArray
 
 Indices = NDArray[np.intp]
@@ -27,7 +27,7 @@ _COLUMNS = np.array([column for column in range(_K) for _ in range(column, _K + 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ManyLinearised:
-    """s sessions of n points, each about its own place; see ``noisy_points.Linearised``.
+    """s sessions of n points, each about its own place; see ``noise_mixture.Linearised``.
 
     ``residuals`` (s, 2, n) sky degrees; ``slopes`` (s, 2, n, 6) and ``offset`` (s, 6) in units of
     the prior, whose precision is one; ``sigma_deg`` (s, n); ``log_scale_mean``, ``log_scale_sd``
@@ -95,7 +95,7 @@ class ManyMixtures:
 
 
 def solve_mixtures(at: ManyLinearised, before: ManyMixtures | None = None) -> ManyMixtures:
-    """``noisy_points.solve_mixture`` of every session."""
+    """``noise_mixture.solve_mixture`` of every session."""
     n = at.residuals.shape[2]
     if before is None:
         start = _search_blunders(at) if n > 2 else np.zeros((len(at), n))
@@ -150,7 +150,7 @@ def _start_rows(at: ManyLinearised) -> FloatArray:
 
 
 def _suspects(at: ManyLinearised) -> Indices:
-    """``noisy_points._suspects`` of every session, (s, MOST_SUSPECTS) in rising order."""
+    """``noise_mixture._suspects`` of every session, (s, MOST_SUSPECTS) in rising order."""
     scale = np.exp(at.log_scale_mean + alone.COARSE_STEP)[:, np.newaxis]
     weights = 1.0 / (scale * at.sigma_deg) ** 2
     slopes = at.slopes.transpose(0, 2, 1, 3)
@@ -169,7 +169,7 @@ def _suspects(at: ManyLinearised) -> Indices:
 
 
 def _at_scales(at: ManyLinearised, scales: FloatArray, start: FloatArray) -> ManyMixtures:
-    """``noisy_points._at_scales`` at scales (s, m) from starts (s, n)."""
+    """``noise_mixture._at_scales`` at scales (s, m) from starts (s, n)."""
     doubted = start.max(axis=1) > 0.01
     if doubted.all() or not doubted.any():
         return _at_scales_alike(at, scales, start, bool(doubted.any()))
@@ -238,7 +238,7 @@ def _climb(
 ) -> _Climbed:
     """Expectation-maximisation of r starts (n, s, r) in each session.
 
-    ``log_scales`` (s, r), ``widths`` (r,). The equations are those of ``noisy_points._climb``.
+    ``log_scales`` (s, r), ``widths`` (r,). The equations are those of ``noise_mixture._climb``.
     """
     n, s, r = blunder.shape
     found = _Climbed(

@@ -11,7 +11,7 @@ import numpy as np
 
 from solarcal.model import exact_fit as alone
 from solarcal.model.fleet_em import Indices, ManyLinearised, ManyMixtures, solve_mixtures
-from solarcal.model.noisy_points import GIVEN_NOISE_LOG_SD, NOISE_LOG_SD, TYPICAL_NOISE_DEG
+from solarcal.model.noise_mixture import GIVEN_NOISE_LOG_SD, NOISE_LOG_SD, TYPICAL_NOISE_DEG
 from solarcal.model.prior import Prior
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
