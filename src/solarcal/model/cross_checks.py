@@ -91,7 +91,7 @@ def cross_check(solution: MechanismSolution) -> CrossChecks:
 def _sky_residuals(solution: MechanismSolution) -> FloatArray:
     """(n, 2), measured minus fitted."""
     ax2 = solution.points.ax2_deg
-    sine = Mechanism.of(solution.posterior.mean).own_sine(ax2, np.zeros_like(ax2))
+    sine = Mechanism.of(solution.posterior.mean).sin_ax2(ax2, np.zeros_like(ax2))
     return np.column_stack((solution.residual1_deg * sine, solution.residual2_deg))
 
 

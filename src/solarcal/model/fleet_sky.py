@@ -1,4 +1,4 @@
-"""Where the Sun really stood at the points of many sessions: ``known_physics`` for a fleet."""
+"""Where the Sun really stood at the points of many sessions: ``sky_context`` for a fleet."""
 
 from dataclasses import dataclass
 
@@ -47,7 +47,7 @@ def block_of(first_utc_s: FloatArray) -> FloatArray:
 
 
 def fleet_true_points(points: FleetPoints) -> TruePoints:
-    """``known_physics.true_points`` of every point under its own sky, (m,)."""
+    """``sky_context.true_points`` of every point under its own sky, (m,)."""
     ax1, ax2 = points.ax1_deg * RAD_PER_DEG, points.ax2_deg * RAD_PER_DEG
     native = np.stack((np.sin(ax2) * np.cos(ax1), np.sin(ax2) * np.sin(ax1), np.cos(ax2)), axis=1)
     east, north, up = np.einsum("mij,mi->jm", points.basis, native)

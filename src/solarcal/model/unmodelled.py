@@ -101,7 +101,7 @@ def widened(solution: MechanismSolution, unmodelled: Unmodelled) -> MechanismPos
     n = solution.n_points
     A = solution.slopes.reshape(2 * n, 6)
     B = np.transpose(columns, (2, 1, 0)).reshape(2 * n, len(NAMES))
-    sine = Mechanism.of(posterior.mean).own_sine(seen.ax2_deg, np.zeros(n))
+    sine = Mechanism.of(posterior.mean).sin_ax2(seen.ax2_deg, np.zeros(n))
     left = np.column_stack((solution.residual1_deg * sine, solution.residual2_deg)).reshape(-1)
     # One noise scale after the other: memory grows as the points, not as points by scales.
     BWA, BWB, pull = (

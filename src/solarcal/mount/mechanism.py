@@ -256,7 +256,7 @@ class Mechanism(msgspec.Struct, frozen=True):
                 change[0] -= 360.0 * np.round(change[0] / 360.0)
                 np.divide(change, step, out=slope)
         sky = np.ones_like(errors)
-        sky[0] = self.own_sine(ax2_deg, errors[1])
+        sky[0] = self.sin_ax2(ax2_deg, errors[1])
         return Linearised(errors, slopes, sky)
 
     def _step(self, name: str) -> Value:
@@ -274,7 +274,7 @@ class Mechanism(msgspec.Struct, frozen=True):
             moved[name] = column if value.ndim else column[:, np.newaxis]
         return msgspec.structs.replace(self, **moved)
 
-    def own_sine(self, ax2_deg: FloatArray, error2_deg: FloatArray) -> FloatArray:
+    def sin_ax2(self, ax2_deg: FloatArray, error2_deg: FloatArray) -> FloatArray:
         """Sine of the mechanism's OWN axis 2 (..., n): what turns axis 1 degrees into sky degrees.
 
         Near the primary axis a lean makes it quite another number than the sine of ideal AX2.
