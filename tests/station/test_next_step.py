@@ -197,7 +197,7 @@ def test_a_day_that_cannot_reach_the_tolerance_says_so_beside_its_next_point():
     assert "not reach the tolerance" in step.sentence
 
 
-def test_wishes_shape_the_plan():
+def test_options_shape_the_plan():
     station, judgement = judged_day()
     now_utc_s = station.state.live.laptop_utc_s
     first = judgement.plan.recommended.times_utc_s[0]

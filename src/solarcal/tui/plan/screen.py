@@ -165,7 +165,7 @@ class PlanScreen(StationScreen):
 
 
 def advice(judgement: Analysis, plan_options: PlanOptions) -> Content:
-    """The plan's sentence, its schedule, and what was wished for."""
+    """The plan's sentence, its schedule, and what was asked for."""
     plan = judgement.plan
     assert plan is not None  # asked for with a plan only
     sentence = plan.sentence[:1].upper() + plan.sentence[1:] + "."
