@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.judgement_trackers import daylight_s, measured, random_mechanism
-from solarcal.inclinometer import Inclinometer
 from solarcal.model.points import PointSet
 from solarcal.model.sky_context import SkyContext
 from solarcal.mount.drive import RotaryDrive
@@ -37,7 +36,7 @@ from solarcal.session.records import (
     UnitRecord,
     Void,
 )
-from solarcal.site import Site, Weather, standard_pressure_hpa
+from solarcal.site import Inclinometer, Site, Weather, standard_pressure_hpa
 from solarcal.timescale import format_utc
 
 SEED = 7

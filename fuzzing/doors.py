@@ -18,10 +18,9 @@ from zlib import crc32
 from solarcal.config import Settings, read_toml, toml_text
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
-from solarcal.errors import ProtocolError, SolarcalError
+from solarcal.errors import ProtocolError, SolarcalError, is_harmless
 from solarcal.instruments.catalogue import BY_ID
 from solarcal.optics.disc_image import PNG
-from solarcal.plain_text import is_harmless
 from solarcal.profile_form import profile_from_form
 from solarcal.profiles import Profile
 from solarcal.session.interchange import read_table

@@ -16,9 +16,8 @@ import msgspec
 import platformdirs
 
 from solarcal.errors import ConfigurationError
-from solarcal.input_files import read_utf8
+from solarcal.input_files import parse_toml, read_utf8
 from solarcal.timescale import parse_utc
-from solarcal.toml_text import parse_toml
 from solarcal.unit.drivers import DEFAULT_DRIVER, has_line
 
 APP = "solarcal"

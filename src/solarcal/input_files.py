@@ -6,11 +6,18 @@ byte is read.
 
 import os
 import stat
+import tomllib
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
-from solarcal.errors import ConfigurationError, InputFileError, SolarcalError
-from solarcal.plain_text import harmless
+from solarcal.errors import (
+    ConfigurationError,
+    InputFileError,
+    SolarcalError,
+    harmless,
+    harmless_tree,
+)
 
 LARGEST_RECORD_BYTES = 32_000_000
 """Of a session or points file: ten thousand points with everything about them are a third."""
@@ -164,3 +171,18 @@ def write_text(path: str | Path, text: str) -> None:
             raise
     except (OSError, ValueError) as error:
         raise ConfigurationError(f"{path} cannot be written: {reason_of(error)}") from error
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """A TOML document.
+
+    Raises
+    ------
+    ValueError
+        Not TOML, a number too long to read, or nested too deeply; says where it can.
+    """
+    try:
+        document: dict[str, Any] = harmless_tree(tomllib.loads(text))
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+    return document

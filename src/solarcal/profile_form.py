@@ -2,12 +2,10 @@
 
 from collections.abc import Mapping
 
-from solarcal.errors import ConfigurationError
-from solarcal.inclinometer import Inclinometer
+from solarcal.errors import ConfigurationError, harmless
 from solarcal.mount_description import MountDescription
-from solarcal.plain_text import harmless
 from solarcal.profiles import NAME, Profile
-from solarcal.site import Site, Weather
+from solarcal.site import Inclinometer, Site, Weather
 from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS
 
 FIELDS: tuple[tuple[str, str, str], ...] = (

@@ -7,9 +7,8 @@ import msgspec
 
 from solarcal.config import config_dir, read_toml, write_toml
 from solarcal.errors import ConfigurationError
-from solarcal.inclinometer import Inclinometer
 from solarcal.mount_description import MountDescription
-from solarcal.site import Site, Weather
+from solarcal.site import Inclinometer, Site, Weather
 from solarcal.stopping_rule import DEFAULT_UNMODELLED, StoppingRule
 from solarcal.unit.drivers import DEFAULT_DRIVER
 

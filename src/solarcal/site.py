@@ -1,4 +1,4 @@
-"""Where the tracker stands, and which day it has."""
+"""Where the tracker stands, how its tower leans, and which day it has."""
 
 import math
 from datetime import date
@@ -68,3 +68,17 @@ class Weather(msgspec.Struct, frozen=True):
 def standard_pressure_hpa(elevation_m: float) -> float:
     """Mean station pressure at an elevation (ICAO standard atmosphere, troposphere)."""
     return float(1013.25 * (1.0 - 2.25577e-5 * elevation_m) ** 5.25588)
+
+
+class Inclinometer(msgspec.Struct, frozen=True, kw_only=True):
+    """A reading of the tower's lean, degrees: its top to the north and to the east, one sigma."""
+
+    lean_north_deg: float
+    lean_east_deg: float
+    sigma_deg: float
+
+    def words(self) -> str:
+        return (
+            f"inclinometer: lean to the north {self.lean_north_deg:+.3f} deg, "
+            f"to the east {self.lean_east_deg:+.3f} deg, sigma {self.sigma_deg:.3f} deg"
+        )

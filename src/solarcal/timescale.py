@@ -1,10 +1,16 @@
-"""Instants as UTC in POSIX seconds (float64), and their ISO 8601 form in files and on screens.
+"""Instants as UTC in POSIX seconds (float64), their ISO 8601 form in files and on screens; clocks.
 
 POSIX seconds count every day as 86400 s. A leap second therefore has no name of its own, which
 costs nothing here: none has been inserted since 2016 and a second is 0.004 deg of Sun.
+
+Time is injected: whoever needs it is handed a ``Clock``. This module and the link are the only
+places that ask the operating system for the time or wait.
 """
 
+import threading
+import time
 from datetime import UTC, datetime
+from typing import Protocol
 
 from solarcal.errors import ConfigurationError
 
@@ -43,3 +49,31 @@ def format_utc(utc_s: float, decimals: int = 3) -> str:
             tzinfo=None, microsecond=(millis % 1000) * 1000
         )
     return instant.isoformat(timespec=spec) + "Z"
+
+
+class Clock(Protocol):
+    """The laptop's clock: the time it shows, and a way to wait."""
+
+    def utc_s(self) -> float:
+        """The laptop's UTC, POSIX seconds."""
+        ...
+
+    def wait(self, seconds: float) -> None:
+        """Return when that much of this clock's time has passed."""
+        ...
+
+
+class SystemClock:
+    """The operating system's clock. ``wake`` ends a wait early."""
+
+    def __init__(self) -> None:
+        self._woken = threading.Event()
+
+    def utc_s(self) -> float:
+        return time.time()
+
+    def wait(self, seconds: float) -> None:
+        self._woken.wait(seconds)
+
+    def wake(self) -> None:
+        self._woken.set()

@@ -14,9 +14,8 @@ from solarcal.cli import run_command
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink, serve_pty, serve_tcp
-from solarcal.errors import ConfigurationError, LinkError, UnitRefused
+from solarcal.errors import ConfigurationError, LinkError, UnitRefused, is_harmless
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.plain_text import is_harmless
 from solarcal.profiles import Profile, load_profile, save_profile
 from solarcal.session.journal import Journal
 from solarcal.session.lines import sealed

@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from session_samples import assert_same_points, table
 
-from solarcal.errors import ConfigurationError, InputFileError, SolarcalError
-from solarcal.plain_text import harmless
+from solarcal.errors import ConfigurationError, InputFileError, SolarcalError, harmless
 from solarcal.session.interchange.csv_points import read_points_csv, write_points_csv
 from solarcal.session.points import PointTable
 from solarcal.timescale import parse_utc

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from emulated_station import emulated_station
 
-from solarcal.inclinometer import Inclinometer
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR
 from solarcal.model.shims import base_tilt
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.journal import Journal
 from solarcal.session.reader import read_session
+from solarcal.site import Inclinometer
 from solarcal.station.analysing import analyse_session
 from solarcal.station.fitting import solve
 from solarcal.station.known_lean import prior_of

@@ -12,7 +12,6 @@ import subprocess
 import numpy as np
 import pytest
 
-from solarcal.clock import SystemClock
 from solarcal.emulator.rotator import EmulatedRotator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.errors import LinkError, UnitRefused
@@ -27,7 +26,7 @@ from solarcal.station.procedure import Station
 from solarcal.station.software_controller.coefficient_store import FileStore
 from solarcal.station.software_controller.rotator_tracker import RotatorTracker
 from solarcal.sun import sun_position
-from solarcal.timescale import parse_utc
+from solarcal.timescale import SystemClock, parse_utc
 from solarcal.unit.drivers.rotctld import LINES_KEPT, RotctldRotator
 from solarcal.unit.tracker import Mode
 

@@ -4,7 +4,6 @@ import pytest
 from procedure_bench import screen_words, shows, until
 from textual.widgets import Input, OptionList
 
-from solarcal.clock import SystemClock
 from solarcal.config import Choice, Settings, load_settings, sessions_dir
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
@@ -18,6 +17,7 @@ from solarcal.session.reader import read_session
 from solarcal.session.records import Closed
 from solarcal.station.news import FileInitialised
 from solarcal.station.saved_sessions import finished, saved_sessions
+from solarcal.timescale import SystemClock
 from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.opening import open_line

@@ -10,10 +10,9 @@ import sys
 import threading
 from typing import TYPE_CHECKING
 
-from solarcal.clock import SystemClock
 from solarcal.decimals import number_option, speed_option
 from solarcal.errors import ConfigurationError
-from solarcal.timescale import format_utc
+from solarcal.timescale import SystemClock, format_utc
 from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS
 
 if TYPE_CHECKING:

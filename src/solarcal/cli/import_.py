@@ -5,8 +5,8 @@ from pathlib import Path
 
 from solarcal.cli.fit import add_point_options, fill_in
 from solarcal.cli.output import print_json, say
-from solarcal.clock import SystemClock
 from solarcal.errors import ConfigurationError
+from solarcal.timescale import SystemClock
 
 HELP = "make a session file from a points .csv or TPOINT .dat file"
 

@@ -5,10 +5,10 @@ from collections.abc import Iterable
 from typing import Any
 
 from solarcal.cli.output import print_answer
-from solarcal.clock import SystemClock
 from solarcal.errors import ConfigurationError
 from solarcal.instruments.catalogue import INSTRUMENTS
 from solarcal.instruments.form import Field, Flag, Instrument
+from solarcal.timescale import SystemClock
 
 _KINDS = {
     "heliostat": ("aim", "target", "drift", "circle", "shift"),

@@ -3,9 +3,8 @@
 import argparse
 
 from solarcal.cli.output import print_json
-from solarcal.clock import SystemClock
 from solarcal.errors import ConfigurationError
-from solarcal.timescale import format_utc
+from solarcal.timescale import SystemClock, format_utc
 
 HELP = "add a remark to a session"
 

@@ -12,10 +12,9 @@ from solarcal.cli.fit import (
     rule_changes,
 )
 from solarcal.cli.output import print_json, say
-from solarcal.clock import SystemClock
 from solarcal.decimals import whole_option
 from solarcal.errors import ConfigurationError
-from solarcal.timescale import SECONDS_PER_DAY, parse_utc
+from solarcal.timescale import SECONDS_PER_DAY, SystemClock, parse_utc
 
 _CLOCK = re.compile(r"([01]?[0-9]|2[0-3]):([0-5][0-9])")
 

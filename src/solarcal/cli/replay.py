@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from solarcal.cli.output import print_json, say
-from solarcal.clock import SystemClock
 from solarcal.decimals import speed_option
 from solarcal.errors import FitError
+from solarcal.timescale import SystemClock
 
 if TYPE_CHECKING:
     from solarcal.station.replay import Replay

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 from solarcal.cli.fit import add_method_option
 from solarcal.cli.output import print_json, say
 from solarcal.cli.unit_options import PORT_HELP, add_driver_options, port
-from solarcal.clock import SystemClock
 from solarcal.decimals import number_option
 from solarcal.errors import ConfigurationError
+from solarcal.timescale import SystemClock
 
 if TYPE_CHECKING:
-    from solarcal.clock import Clock
+    from solarcal.timescale import Clock
     from solarcal.unit.tracker import Tracker
 
 HELP = "follow the Sun with a rotator, coefficients applied; Ctrl-C stops it"

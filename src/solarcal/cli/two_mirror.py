@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from solarcal.cli.instrument import add_options, answer, texts_of
 from solarcal.cli.output import print_json, say, terminal_size
-from solarcal.clock import Clock, SystemClock
 from solarcal.decimals import whole_option
 from solarcal.errors import ConfigurationError
 from solarcal.instruments.catalogue import BY_ID
+from solarcal.timescale import Clock, SystemClock
 
 if TYPE_CHECKING:
     from solarcal.two_mirror.base import MirrorPoints

@@ -3,10 +3,9 @@
 import argparse
 
 from solarcal.cli.output import print_json
-from solarcal.clock import SystemClock
 from solarcal.decimals import whole_option
 from solarcal.errors import ConfigurationError
-from solarcal.timescale import format_utc
+from solarcal.timescale import SystemClock, format_utc
 
 HELP = "strike a record of a session (undone by voiding the void)"
 

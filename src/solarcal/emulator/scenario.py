@@ -11,11 +11,10 @@ from solarcal.emulator.settings import checked, refuse_unknown, with_setting
 from solarcal.emulator.truth import WorldTruth
 from solarcal.emulator.unit_settings import UnitSettings
 from solarcal.errors import ConfigurationError, InputFileError
-from solarcal.input_files import read_utf8
+from solarcal.input_files import parse_toml, read_utf8
 from solarcal.site import Site
 from solarcal.sun import sun_position
 from solarcal.timescale import SECONDS_PER_DAY, parse_utc
-from solarcal.toml_text import parse_toml
 
 DEFAULT_SCENARIO = "tijeras-azel"
 START_ELEVATION_DEG = 12.0

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from solarcal.errors import ConfigurationError
-from solarcal.toml_text import parse_toml
+from solarcal.input_files import parse_toml
 
 S = TypeVar("S", bound=msgspec.Struct)
 

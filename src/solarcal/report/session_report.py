@@ -5,10 +5,10 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from solarcal.errors import one_line
 from solarcal.model.analysis import Analysis
 from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.model.finding import Finding
-from solarcal.plain_text import one_line
 from solarcal.report.blocks import Block, Prose, Sentences, section_text, text_of
 from solarcal.report.judgement import (
     coefficients_table,

@@ -15,8 +15,7 @@ from typing import Any, get_args
 
 import msgspec
 
-from solarcal.errors import ConfigurationError, SessionFileError
-from solarcal.plain_text import harmless_tree, one_line
+from solarcal.errors import ConfigurationError, SessionFileError, harmless_tree, one_line
 from solarcal.session.checksum import checksums, crc32c
 from solarcal.session.records import (
     FORMAT_VERSION,

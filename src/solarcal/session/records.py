@@ -9,12 +9,11 @@ from typing import Any, Literal
 
 import msgspec
 
-from solarcal.inclinometer import Inclinometer
 from solarcal.mount.drive import Drive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import Limits
 from solarcal.optics.aiming import Heliostat
-from solarcal.site import Site, Weather
+from solarcal.site import Inclinometer, Site, Weather
 from solarcal.stopping_rule import StoppingRule, Unmodelled
 
 FORMAT_VERSION = 2

@@ -8,12 +8,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from solarcal.clock import Clock, SystemClock
 from solarcal.errors import ConfigurationError
 from solarcal.mount_description import MountDescription
 from solarcal.profiles import Profile
 from solarcal.site import Site
 from solarcal.station.typed.forms import Display
+from solarcal.timescale import Clock, SystemClock
 from solarcal.unit.drivers import DEFAULT_DRIVER, Driver, demand_driver
 from solarcal.unit.link import LINES_KEPT, Link, SerialLink
 from solarcal.unit.tracker import Tracker

@@ -14,9 +14,7 @@ from typing import TypeVar
 import msgspec
 
 from solarcal import __version__
-from solarcal.clock import Clock
 from solarcal.errors import LinkError, ProcedureRefused, SessionFileError
-from solarcal.inclinometer import Inclinometer
 from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.journal import Journal
@@ -34,7 +32,7 @@ from solarcal.session.records import (
     Typed,
     UnitRecord,
 )
-from solarcal.site import Site, Weather, standard_pressure_hpa
+from solarcal.site import Inclinometer, Site, Weather, standard_pressure_hpa
 from solarcal.station import guards
 from solarcal.station.state import (
     Activity,
@@ -47,7 +45,7 @@ from solarcal.station.state import (
 from solarcal.station.typed.forms import ReadByHand, TypedAnswer
 from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule
 from solarcal.sun import sun_position
-from solarcal.timescale import format_utc
+from solarcal.timescale import Clock, format_utc
 from solarcal.unit.tracker import Mode, Status, Tracker, UnitIdentity, UnitSite
 
 HELD_S = 30.0

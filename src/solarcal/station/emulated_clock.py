@@ -2,8 +2,8 @@
 
 import contextlib
 
-from solarcal.clock import SystemClock
 from solarcal.errors import LinkError
+from solarcal.timescale import SystemClock
 from solarcal.unit.tracker import Emulation
 
 LONGEST_REAL_WAIT_S = 0.25

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import msgspec
 
-from solarcal.clock import Clock, SystemClock
 from solarcal.errors import ConfigurationError, LinkError, ProcedureRefused, SolarcalError
 from solarcal.model.evidence.branches import branch_warning
 from solarcal.model.fit import Solution
@@ -20,6 +19,7 @@ from solarcal.station.procedure import Station
 from solarcal.station.state import SessionView
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule
+from solarcal.timescale import Clock, SystemClock
 from solarcal.unit.tracker import Tracker, Truth
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 15.0

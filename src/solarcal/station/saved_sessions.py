@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from solarcal.config import Choice, sessions_dir
-from solarcal.errors import SolarcalError
-from solarcal.plain_text import harmless
+from solarcal.errors import SolarcalError, harmless
 
 if TYPE_CHECKING:
     from solarcal.station.state import SessionView

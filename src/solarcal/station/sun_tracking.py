@@ -7,11 +7,10 @@ from typing import Any
 
 import msgspec
 
-from solarcal.clock import Clock
 from solarcal.errors import LinkError, SolarcalError
 from solarcal.mount.formula import Coefficients
 from solarcal.sun import sun_position
-from solarcal.timescale import format_utc
+from solarcal.timescale import Clock, format_utc
 from solarcal.unit.tracker import Mode, Status, Tracker
 
 SHORTEST_WAIT_S = 0.01

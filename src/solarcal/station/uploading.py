@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 
-from solarcal.clock import Clock, SystemClock
 from solarcal.errors import InputFileError, LinkError, ProcedureRefused
 from solarcal.model.analysis import Analysis
 from solarcal.model.forecast import Forecast
@@ -18,6 +17,7 @@ from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.station.sign_off import forecast_with
 from solarcal.station.state import newest_upload
+from solarcal.timescale import Clock, SystemClock
 from solarcal.unit.tracker import Stored, Tracker, UnitIdentity
 
 BETTER_PROBABILITY = 0.95

@@ -14,8 +14,7 @@ from textual.notifications import SeverityLevel
 from textual.screen import Screen
 
 from solarcal.config import Choice, Settings, save_settings
-from solarcal.errors import ConfigurationError, SolarcalError
-from solarcal.plain_text import harmless
+from solarcal.errors import ConfigurationError, SolarcalError, harmless
 from solarcal.profiles import Profile
 from solarcal.station.news import StepFailed
 from solarcal.tui.action_handlers import ActionHandler

@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from solarcal.clock import Clock, SystemClock
 from solarcal.config import Choice, file_stem, new_session_path
 from solarcal.errors import ProcedureRefused, SolarcalError
 from solarcal.profiles import Profile
 from solarcal.station.saved_sessions import finished, unfinished_sessions
 from solarcal.stopping_rule import SYNCHRONISED_S
-from solarcal.timescale import parse_utc
+from solarcal.timescale import Clock, SystemClock, parse_utc
 from solarcal.unit.drivers import demand_driver
 
 if TYPE_CHECKING:

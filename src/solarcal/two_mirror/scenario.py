@@ -10,11 +10,10 @@ import msgspec
 from solarcal.emulator.scenario import SiteSettings
 from solarcal.emulator.settings import checked, refuse_unknown, with_setting
 from solarcal.errors import ConfigurationError, InputFileError
-from solarcal.input_files import read_utf8
+from solarcal.input_files import parse_toml, read_utf8
 from solarcal.sun.day import daylight
 from solarcal.sun.ephemeris import SiteEphemeris
 from solarcal.timescale import parse_utc
-from solarcal.toml_text import parse_toml
 from solarcal.two_mirror.mirrors import EulerBase, fixed_mirrors_matrix
 
 DEFAULT_SCENARIO = "maido"

@@ -1,6 +1,6 @@
 """The line to a unit: whole lines in, bytes out, over anything pyserial can open.
 
-This module and ``solarcal.clock`` are the only ones that ask the operating system for the time.
+This module and ``solarcal.timescale`` are the only ones that ask the operating system for the time.
 """
 
 import contextlib

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from solarcal.decimals import decimal
-from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.errors import ConfigurationError, InputFileError, one_line
 from solarcal.mount.geometry import GEOMETRIES, default_ax1_centre
 from solarcal.optics.aiming import (
     Heliostat,
@@ -16,7 +16,6 @@ from solarcal.optics.aiming import (
     parse_mirror,
     parse_target,
 )
-from solarcal.plain_text import one_line
 from solarcal.session.points import IDEALS, PointTable
 from solarcal.site import Site
 from solarcal.timescale import format_utc, parse_utc

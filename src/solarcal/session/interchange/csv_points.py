@@ -14,9 +14,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.errors import ConfigurationError, InputFileError, harmless
 from solarcal.input_files import read_text, write_text
-from solarcal.plain_text import harmless
 from solarcal.session.interchange.csv_head import (
     head_lines,
     instant_text,

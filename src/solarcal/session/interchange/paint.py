@@ -16,14 +16,13 @@ from typing import Annotated, Literal
 import msgspec
 import numpy as np
 
-from solarcal.errors import ConfigurationError, InputFileError
+from solarcal.errors import ConfigurationError, InputFileError, one_line
 from solarcal.input_files import read_bytes
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.jack_heliostat import Jack, JackHeliostat
 from solarcal.optics.aiming import Heliostat
 from solarcal.optics.heliostat import Target
 from solarcal.optics.reflection import bisector, direction_enu, horizontal_deg, reflected, unit
-from solarcal.plain_text import one_line
 from solarcal.session.points import PointTable
 from solarcal.units import RAD_PER_DEG, FloatArray, wrap_deg
 

@@ -6,7 +6,6 @@ formula and the offsets of the controller it lacks: ``reading = ideal + E(ideal;
 
 import msgspec
 
-from solarcal.clock import Clock
 from solarcal.errors import UnitRefused
 from solarcal.mount.controller import ControllerModel, ideal_and_elevation_deg, ideal_axes_deg
 from solarcal.mount.formula import Coefficients, Offsets
@@ -20,7 +19,7 @@ from solarcal.station.software_controller.coefficient_store import (
     MemoryStore,
     StoredCorrection,
 )
-from solarcal.timescale import format_utc
+from solarcal.timescale import Clock, format_utc
 from solarcal.unit.refusals import Code
 from solarcal.unit.tracker import Stored, UnitParameters, UnitSite
 

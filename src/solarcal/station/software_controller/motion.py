@@ -9,8 +9,8 @@ import weakref
 from collections.abc import Callable
 from typing import Protocol
 
-from solarcal.clock import SystemClock
 from solarcal.mount.limits import Limits
+from solarcal.timescale import SystemClock
 
 AHEAD_S = 30.0
 """Over this time the sense of the Sun's motion in an axis is taken."""

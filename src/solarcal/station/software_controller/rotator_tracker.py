@@ -10,7 +10,6 @@ from collections.abc import Callable
 
 import msgspec
 
-from solarcal.clock import Clock
 from solarcal.errors import ConfigurationError, LinkError, SolarcalError
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount_description import MountDescription
@@ -21,6 +20,7 @@ from solarcal.station.software_controller.coefficient_store import CoefficientSt
 from solarcal.station.software_controller.controller_model import SoftwareControllerModel
 from solarcal.station.software_controller.motion import Pace, ThreadPace
 from solarcal.station.software_controller.rotator_control import Look, RotatorControl
+from solarcal.timescale import Clock
 from solarcal.unit.rotator import Rotator, RotatorIdentity
 from solarcal.unit.tracker import (
     ROTATOR,

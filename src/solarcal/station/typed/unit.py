@@ -8,7 +8,6 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from solarcal.clock import Clock
 from solarcal.errors import ProcedureRefused
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Offsets
 from solarcal.mount_description import MountDescription
@@ -31,7 +30,7 @@ from solarcal.station.typed.plausibility import (
     key_in_doubts,
     reading_sheet_doubts,
 )
-from solarcal.timescale import format_utc
+from solarcal.timescale import Clock, format_utc
 from solarcal.unit.tracker import (
     TYPED,
     Capabilities,

@@ -10,10 +10,10 @@ from textual.message import Message
 from textual.timer import Timer
 from textual.widgets import Input
 
-from solarcal.clock import SystemClock
 from solarcal.errors import SolarcalError
 from solarcal.instruments.answer import Answer, Drawing
 from solarcal.instruments.form import FormError, Instrument
+from solarcal.timescale import SystemClock
 from solarcal.tui.base import StationScreen
 from solarcal.tui.calculators.form_rows import ChoiceBox, FormRow, FormRows
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry

@@ -15,9 +15,8 @@ from textual.events import Resize
 from textual.widgets import Static
 
 from solarcal.config import sessions_dir
-from solarcal.errors import FitError, SolarcalError
+from solarcal.errors import FitError, SolarcalError, harmless
 from solarcal.model.fit import Solution
-from solarcal.plain_text import harmless
 from solarcal.station.fitting import solve
 from solarcal.station.state import SessionView, view_session
 from solarcal.tui.base import StationScreen, Workstation

@@ -3,9 +3,9 @@
 import threading
 from collections.abc import Callable
 
-from solarcal.clock import Clock, SystemClock
 from solarcal.errors import ProcedureRefused
 from solarcal.station.typed.forms import DisplayForm, TypedAnswer
+from solarcal.timescale import Clock, SystemClock
 
 GIVEN_UP = "given up: nothing was typed, nothing is recorded"
 
