@@ -21,7 +21,7 @@ from solarcal.session.view import read_view, view_session
 from solarcal.station.next_step import next_step
 from solarcal.station.sign_off import sign_off
 from solarcal.station.state import newest_upload
-from solarcal.unit.refusals import Code
+from solarcal.unit.tracker import Code
 
 
 def kinds(session):

@@ -7,7 +7,7 @@ import pytest
 from solarcal.cli import run_command
 from solarcal.errors import ConfigurationError
 from solarcal.site import Site
-from solarcal.sun.comparison import compare_models
+from solarcal.sun.position import compare_models
 
 
 def test_noaas_series_are_half_a_degree_off_at_worst() -> None:

@@ -4,7 +4,7 @@ import argparse
 from typing import Any
 
 from solarcal.cli.output import print_json
-from solarcal.unit.ports import describe
+from solarcal.unit.link import describe
 
 HELP = "what is plugged in"
 

@@ -87,7 +87,7 @@ def keys() -> Check:
 def ports() -> Check:
     from serial.tools.list_ports import comports
 
-    from solarcal.unit.ports import describe
+    from solarcal.unit.link import describe
 
     found = [describe(port) for port in comports()]
     likely = [port for port in found if port["likely"]]

@@ -14,8 +14,16 @@ from solarcal.emulator.unit_settings import UnitSettings
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.site import Site
-from solarcal.unit.refusals import Code, Refusal
-from solarcal.unit.tracker import Mode, RefCheckResult, Status, Stored, UnitParameters, UnitSite
+from solarcal.unit.tracker import (
+    Code,
+    Mode,
+    RefCheckResult,
+    Refusal,
+    Status,
+    Stored,
+    UnitParameters,
+    UnitSite,
+)
 
 JOG_EXPIRES_S: Final = 5.0
 UNLOCK_S: Final = 60.0

@@ -5,8 +5,7 @@ from typing import Protocol
 
 from solarcal.errors import ProtocolError
 from solarcal.unit import fields, values
-from solarcal.unit.refusals import Code, Refusal
-from solarcal.unit.tracker import EmulatedSky, Spot, Truth
+from solarcal.unit.tracker import Code, EmulatedSky, Refusal, Spot, Truth
 
 MAX_SPEED = 1e6
 

@@ -11,8 +11,7 @@ from solarcal.errors import ConfigurationError, ProtocolError
 from solarcal.unit import fields, values
 from solarcal.unit.frames import Reply, Request, decode_request, encode_reply
 from solarcal.unit.parameters import PARAMETER_NAMES, parameters_from_texts, parameters_to_texts
-from solarcal.unit.refusals import Code, Refusal
-from solarcal.unit.tracker import UnitIdentity
+from solarcal.unit.tracker import Code, Refusal, UnitIdentity
 from solarcal.unit.verbs import read, verb, write
 
 REPLIES_REMEMBERED = 16

@@ -10,7 +10,7 @@ from solarcal.report.instrument_plots import Curve, curve_plot
 from solarcal.report.scales import Theme
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun import SunPosition, sun_position
-from solarcal.sun.comparison import compare_models
+from solarcal.sun.position import compare_models
 from solarcal.timescale import format_utc
 from solarcal.units import Angles
 

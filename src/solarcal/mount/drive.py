@@ -17,7 +17,7 @@ from typing import Literal, TypeAlias
 import msgspec
 
 from solarcal.errors import ConfigurationError
-from solarcal.mount.elementwise import Value, maths_for
+from solarcal.mount.geometry import Value, maths_for
 from solarcal.units import RAD_PER_DEG, Angles
 
 DEAD_POINT_MARGIN_DEG = 0.1

@@ -10,7 +10,7 @@ native x and y axes, plus zero offsets and scale errors.
 import msgspec
 
 from solarcal.errors import ConfigurationError
-from solarcal.mount.elementwise import maths_for
+from solarcal.mount.geometry import maths_for
 from solarcal.units import RAD_PER_DEG, Angles
 
 COEFFICIENT_NAMES = ("P1", "P2", "P3", "P4", "P5", "P6")

@@ -22,9 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError
-from solarcal.mount.elementwise import Maths, Value, Vector, dot, maths_for, unit_vector
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients
-from solarcal.mount.geometry import MountGeometry
+from solarcal.mount.geometry import Maths, MountGeometry, Value, Vector, dot, maths_for, unit_vector
 from solarcal.units import RAD_PER_DEG, Angles, FloatArray, wrap_deg
 
 _LARGEST_ANGLE_DEG = 45.0

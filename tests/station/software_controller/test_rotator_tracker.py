@@ -9,8 +9,7 @@ from solarcal.mount.drive import RotaryDrive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import AxisLimits
 from solarcal.station.software_controller.coefficient_store import FileStore
-from solarcal.unit.refusals import Code
-from solarcal.unit.tracker import Mode
+from solarcal.unit.tracker import Code, Mode
 
 P = Coefficients(0.2, -0.3, 0.5, 0.2, 0.0007, 0.0)
 

@@ -20,8 +20,7 @@ from solarcal.station.software_controller.coefficient_store import (
     StoredCorrection,
 )
 from solarcal.timescale import Clock, format_utc
-from solarcal.unit.refusals import Code
-from solarcal.unit.tracker import Stored, UnitParameters, UnitSite
+from solarcal.unit.tracker import Code, Stored, UnitParameters, UnitSite
 
 TILT_DECIMALS, SCALE_DECIMALS = 6, 9
 """Stored at least. No display limits them: six decimals of a degree are what a session records."""

@@ -14,9 +14,8 @@ from solarcal.mount.drive import Drive, register
 from solarcal.station.software_controller.azel_axes import AzElAxes
 from solarcal.station.software_controller.controller_model import SoftwareControllerModel
 from solarcal.station.software_controller.motion import MotionWatch, SunSteps
-from solarcal.unit.refusals import Code
 from solarcal.unit.rotator import READ_OUT_DEG, Rotator
-from solarcal.unit.tracker import Mode, RefCheckResult
+from solarcal.unit.tracker import Code, Mode, RefCheckResult
 
 JOG_EXPIRES_S: Final = 5.0
 WATCH_S: Final = 0.5

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from solarcal.config import Choice, Settings
 from solarcal.station.saved_sessions import continuing, saved_sessions
-from solarcal.unit.ports import describe
+from solarcal.unit.link import describe
 
 Entry = tuple[str, Choice]
 

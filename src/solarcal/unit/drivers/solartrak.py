@@ -11,9 +11,9 @@ from solarcal.unit import fields, values
 from solarcal.unit.conversation import Conversation, Timing
 from solarcal.unit.link import Link
 from solarcal.unit.parameters import ABSENT, PARAMETER_NAMES, parameters_from_texts
-from solarcal.unit.refusals import Code
 from solarcal.unit.tracker import (
     Capabilities,
+    Code,
     EmulatedSky,
     Emulation,
     Mode,
