@@ -14,7 +14,7 @@ from solarcal.units import FloatArray
 CLOCK_SCATTER_S = 0.05
 """Differences are read to the millisecond over a line that takes tens of them."""
 CLOCK_TOLERANCE_S = 1.0
-"""So far unit and laptop may be apart before it is said."""
+"""By so much unit and laptop may differ before it is reported."""
 OFFSET_LIMIT_S = 1.0
 STEP_LIMIT_S = 0.5
 DRIFT_LIMIT_S_PER_DAY = 2.0
