@@ -25,8 +25,8 @@ from solarcal.emulator.server import InProcessLink
 from solarcal.session.journal import Journal
 from solarcal.session.reader import points, read_session
 from solarcal.session.records import Header
+from solarcal.station.clocks import EmulatedClock
 from solarcal.station.core import CreateJournal
-from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.news import Done
 from solarcal.station.procedure import Station
 from solarcal.station.technician import AutomaticTechnician, Schedule

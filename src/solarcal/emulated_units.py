@@ -87,7 +87,7 @@ def _rotator(
     from solarcal.emulator.rotator import EmulatedRotator, RotatorWorld
     from solarcal.emulator.rotator_protocols import ROTATOR_PROTOCOLS
     from solarcal.mount_description import MountDescription
-    from solarcal.station.emulated_clock import EmulatedClock
+    from solarcal.station.clocks import EmulatedClock
     from solarcal.station.software_controller.coefficient_store import MemoryStore
     from solarcal.station.software_controller.motion import ThreadPace
     from solarcal.station.software_controller.rotator_tracker import RotatorTracker

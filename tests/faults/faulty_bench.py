@@ -12,7 +12,7 @@ from solarcal.session.journal import Journal
 from solarcal.session.reader import Session, read_session
 from solarcal.session.records import Header
 from solarcal.station.centring import SunCentring
-from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.clocks import EmulatedClock
 from solarcal.station.headless import Calibration, calibrate
 from solarcal.station.procedure import Station
 from solarcal.station.technician import Schedule

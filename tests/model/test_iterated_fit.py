@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from solarcal.errors import FitError
-from solarcal.model.comparison import compare_model
 from solarcal.model.fit import fit_linear
 from solarcal.model.iterated_fit import PMFIT_TERMS, fit_iterated
 from solarcal.model.points import PointSet
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.interchange.pmfit import read_pmfit
+from solarcal.station.published_model import compare_model
 
 AZEL = MountGeometry("azel", -30.24)
 ARCSEC = math.pi / 180.0 / 3600.0

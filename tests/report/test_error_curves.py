@@ -18,7 +18,7 @@ from solarcal.station.curves import (
     session_plot_data,
     table_plot_data,
 )
-from solarcal.station.solar_time import SunModel, day_grid, solar_time_from_direction_h
+from solarcal.station.sun_path import SunModel, day_grid, solar_time_from_direction_h
 from solarcal.sun import sun_position
 from solarcal.timescale import parse_utc
 

@@ -4,7 +4,7 @@ from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
 from solarcal.session.journal import Journal
-from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.clocks import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 

@@ -5,7 +5,7 @@ from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
 from solarcal.errors import LinkError
 from solarcal.mount_description import MountDescription
-from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.clocks import EmulatedClock
 from solarcal.station.software_controller.coefficient_store import MemoryStore
 from solarcal.station.software_controller.motion import ThreadPace
 from solarcal.station.software_controller.rotator_tracker import RotatorTracker

@@ -10,7 +10,7 @@ from solarcal.model.evidence.branches import branch_warning
 from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.session.journal import Journal
 from solarcal.session.records import Header
-from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.clocks import EmulatedClock
 from solarcal.station.headless import calibrate
 from solarcal.station.procedure import Station
 from solarcal.station.technician import Schedule

@@ -12,7 +12,7 @@ from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import serve_pty
 from solarcal.mount_description import MountDescription
 from solarcal.session.journal import Journal
-from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.clocks import EmulatedClock
 from solarcal.station.headless import calibrate
 from solarcal.station.software_controller.coefficient_store import MemoryStore
 from solarcal.station.software_controller.motion import ThreadPace

@@ -8,7 +8,7 @@ from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
 from solarcal.errors import LinkError, UnitRefused
-from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.clocks import EmulatedClock
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.tracker import Emulation
 

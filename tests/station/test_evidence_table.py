@@ -27,8 +27,8 @@ from solarcal.session.records import PointRecord
 from solarcal.session.view import SessionView, read_view
 from solarcal.site import Site
 from solarcal.station.analysing import analyse_files, analyse_session, read_files
+from solarcal.station.clocks import EmulatedClock
 from solarcal.station.connect import open_tracker
-from solarcal.station.emulated_clock import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.station.uploading import offer_upload

@@ -13,8 +13,12 @@ from solarcal.session.records import CheckRecord, PointRecord, Void
 from solarcal.station.analysing import analyse_session
 from solarcal.station.fitting import solve
 from solarcal.station.guards import GuardRefused
-from solarcal.station.point_influence import point_evidence, point_influence
-from solarcal.station.point_judgement import judge_check, judge_point
+from solarcal.station.point_judgement import (
+    judge_check,
+    judge_point,
+    point_evidence,
+    point_influence,
+)
 from solarcal.station.state import SessionView, view_session
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.station.upload_proposal import propose_upload, too_few_points

@@ -15,8 +15,7 @@ from solarcal.session.journal import Journal
 from solarcal.session.reader import read_session
 from solarcal.site import Inclinometer
 from solarcal.station.analysing import analyse_session
-from solarcal.station.fitting import solve
-from solarcal.station.known_lean import prior_of
+from solarcal.station.fitting import prior_of, solve
 from solarcal.station.procedure import Station
 from solarcal.station.state import view_session
 from solarcal.station.technician import AutomaticTechnician, Schedule

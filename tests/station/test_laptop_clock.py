@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from solarcal.station.laptop_clock import laptop_clock
+from solarcal.station.clocks import laptop_clock
 
 CHRONY = """Reference ID    : C0A80101 (192.168.1.1)
 System time     : 0.000012345 seconds fast of NTP time

@@ -14,7 +14,7 @@ from solarcal.errors import ProcedureRefused
 from solarcal.session.journal import Journal
 from solarcal.session.points_only import read_points_only
 from solarcal.session.view import read_view
-from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.clocks import EmulatedClock
 from solarcal.station.fitting import solve
 from solarcal.station.moon_following import follow_moon
 from solarcal.station.procedure import Station

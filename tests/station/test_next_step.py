@@ -10,12 +10,12 @@ from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
 from solarcal.session.journal import Journal
 from solarcal.station.analysing import analyse_session
-from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.clocks import EmulatedClock
 from solarcal.station.next_step import NextStep, countdown_text, next_step
 from solarcal.station.plan_options import HALF_HOUR_S, PlanOptions, analyse_with_options
 from solarcal.station.procedure import Station
 from solarcal.station.state import Activity, LinkState, StationState
-from solarcal.station.sun_now import sun_now
+from solarcal.station.sun_path import sun_now
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.timescale import parse_utc
 from solarcal.unit.drivers.solartrak import SolarTrakUnit

@@ -9,7 +9,7 @@ from solarcal.mount.formula import Coefficients
 from solarcal.session.journal import Journal
 from solarcal.session.reader import read_session
 from solarcal.station.fitting import solve
-from solarcal.station.replay import Replay
+from solarcal.station.saved_sessions import Replay
 from solarcal.station.uploading import UnitOnTheLine
 
 SESSIONS = Path(__file__).parents[2] / "sessions"

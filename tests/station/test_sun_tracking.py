@@ -10,10 +10,9 @@ from solarcal.cli import run_command
 from solarcal.errors import FitError, InputFileError, LinkError, UnitRefused
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.journal import Journal
-from solarcal.station.coefficient_files import read_coefficients
 from solarcal.station.procedure import Station
 from solarcal.station.software_controller.coefficient_store import MemoryStore
-from solarcal.station.sun_tracking import SunTracking, TrackingRun
+from solarcal.station.sun_tracking import SunTracking, TrackingRun, read_coefficients
 from solarcal.timescale import parse_utc
 from solarcal.unit.tracker import Mode
 

@@ -9,7 +9,7 @@ from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.formula import Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.site import Site
-from solarcal.station.solar_time import solar_time_from_direction_h
+from solarcal.station.sun_path import solar_time_from_direction_h
 from solarcal.timescale import parse_utc
 from solarcal.unit.tracker import Mode, Status, UnitSite
 

@@ -17,7 +17,7 @@ from solarcal.station.connect import open_tracker
 from solarcal.station.documents import fit_document
 from solarcal.station.fitting import solve
 from solarcal.station.headless import Calibration, calibrate
-from solarcal.station.replay import Replay
+from solarcal.station.saved_sessions import Replay
 from solarcal.station.technician import Schedule, spread_every_min
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 

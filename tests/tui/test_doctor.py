@@ -7,7 +7,7 @@ import pytest
 
 from solarcal.cli import readiness, run_command
 from solarcal.config import config_dir
-from solarcal.station.laptop_clock import LaptopClock
+from solarcal.station.clocks import LaptopClock
 
 
 @pytest.fixture
@@ -17,7 +17,7 @@ def sound(monkeypatch):
 
     monkeypatch.setattr(serial.tools.list_ports, "comports", list)
     monkeypatch.setattr(
-        "solarcal.station.laptop_clock.laptop_clock", lambda: LaptopClock(True, "kept by chrony")
+        "solarcal.station.clocks.laptop_clock", lambda: LaptopClock(True, "kept by chrony")
     )
 
 
@@ -37,7 +37,7 @@ def test_a_sound_laptop_is_ready(sound, capsys):
 
 def test_a_free_running_clock_fails(sound, capsys, monkeypatch):
     monkeypatch.setattr(
-        "solarcal.station.laptop_clock.laptop_clock", lambda: LaptopClock(False, "NOT kept")
+        "solarcal.station.clocks.laptop_clock", lambda: LaptopClock(False, "NOT kept")
     )
     code, told, checks = document(capsys)
     assert (code, told["ready"]) == (1, False)

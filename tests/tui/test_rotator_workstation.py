@@ -7,7 +7,7 @@ from textual.pilot import Pilot
 from solarcal.emulated_units import emulated_unit
 from solarcal.mount.formula import Offsets
 from solarcal.session.journal import Journal
-from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.clocks import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.tui.offset.dialog import SunOffsetDialog
 from solarcal.tui.workstation.screen import WorkstationScreen

@@ -16,7 +16,7 @@ from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
 from solarcal.errors import LinkError
 from solarcal.session.journal import Journal
-from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.clocks import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.timescale import format_utc

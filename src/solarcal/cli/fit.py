@@ -172,8 +172,13 @@ def fill_in(args: argparse.Namespace) -> "FillIn":
 
 def run(args: argparse.Namespace) -> int:
     from solarcal.station.analysing import analyse_files, read_files
-    from solarcal.station.paint_beams import beam_residuals
-    from solarcal.station.published_model import compared, fitted_terms, published, write_model
+    from solarcal.station.published_model import (
+        beam_residuals,
+        compared,
+        fitted_terms,
+        published,
+        write_model,
+    )
 
     model = None if args.compare is None else published(args.compare)
     judged = analyse_files(

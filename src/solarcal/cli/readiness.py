@@ -111,7 +111,7 @@ def ports() -> Check:
 
 
 def clock() -> Check:
-    from solarcal.station.laptop_clock import laptop_clock
+    from solarcal.station.clocks import laptop_clock
 
     answer = laptop_clock()
     if answer.synchronised:

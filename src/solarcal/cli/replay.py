@@ -10,7 +10,7 @@ from solarcal.errors import FitError
 from solarcal.timescale import SystemClock
 
 if TYPE_CHECKING:
-    from solarcal.station.replay import Replay
+    from solarcal.station.saved_sessions import Replay
 
 HELP = "a saved session as it happened"
 
@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """In a terminal on the workstation's screen; without one printed record by record."""
     from solarcal.cli.run import has_terminal, run_workstation
-    from solarcal.station.replay import Replay
+    from solarcal.station.saved_sessions import Replay
 
     replay = Replay.open(args.file)
     if has_terminal() and not (args.headless or args.json):

@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Track until the end, then stop the rotator."""
     from solarcal.cli.calibrate import tracker_for
-    from solarcal.station.emulated_clock import EmulatedClock
+    from solarcal.station.clocks import EmulatedClock
 
     if not 1.0 <= args.every <= 3600.0:
         raise ConfigurationError(f"--every {args.every:g}: give seconds between 1 and 3600")
@@ -70,9 +70,8 @@ def _tracked(
     args: argparse.Namespace, tracker: "Tracker", unit: str, clock: "Clock"
 ) -> dict[str, Any]:
     from solarcal.cli.plan import next_time
-    from solarcal.station.coefficient_files import read_coefficients
     from solarcal.station.software_controller.rotator_tracker import RotatorTracker
-    from solarcal.station.sun_tracking import SunTracking, TrackingRun
+    from solarcal.station.sun_tracking import SunTracking, TrackingRun, read_coefficients
 
     if not isinstance(tracker, RotatorTracker):
         raise ConfigurationError(

@@ -52,7 +52,7 @@ def follow(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
 def _followed(
     args: argparse.Namespace, tracker: "Tracker", name: str, noise_deg: float | None
 ) -> tuple[dict[str, Any], list[str]]:
-    from solarcal.station.emulated_clock import EmulatedClock
+    from solarcal.station.clocks import EmulatedClock
     from solarcal.station.moon_following import follow_moon
     from solarcal.station.procedure import Station
     from solarcal.station.sensor_following import FollowPlan, follow_sensor

@@ -4,7 +4,6 @@ Angles in degrees on the sky.
 """
 
 from solarcal.model.analysis import Analysis
-from solarcal.model.comparison import ModelComparison
 from solarcal.model.forecast import Forecast
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.plan import Plan, PlannedStop
@@ -13,6 +12,7 @@ from solarcal.model.terms import Term
 from solarcal.model.verdict import Verdict
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS
 from solarcal.report.blocks import Block, Blocks, Facts, Prose, Sentences, Table, number
+from solarcal.station.published_model import ModelComparison
 from solarcal.station.uploading import UploadOffer
 from solarcal.stopping_rule import percent
 from solarcal.timescale import format_utc

@@ -55,7 +55,7 @@ from solarcal.station.state import SessionView
 
 if TYPE_CHECKING:
     from solarcal.station.headless import Calibration
-    from solarcal.station.replay import Replay
+    from solarcal.station.saved_sessions import Replay
     from solarcal.station.typed.field_book_calibration import HandCalibration
 
 WIDEST_PLOT = 100

@@ -22,7 +22,7 @@ from solarcal.session.records import (
     RefCheck,
     UploadRecord,
 )
-from solarcal.station.solar_time import SunModel
+from solarcal.station.sun_path import SunModel
 from solarcal.timescale import format_utc, parse_utc
 from solarcal.units import RAD_PER_DEG, FloatArray
 

@@ -27,8 +27,13 @@ from solarcal.session.interchange.sniffing import SESSION, point_format
 from solarcal.session.points import PointTable, merge_tables
 from solarcal.session.records import Header
 from solarcal.session.view import SessionView, read_view
-from solarcal.station.fitting import fewest_points, newest_point_utc_s, point_set, sky_context
-from solarcal.station.known_lean import prior_of
+from solarcal.station.fitting import (
+    fewest_points,
+    newest_point_utc_s,
+    point_set,
+    prior_of,
+    sky_context,
+)
 from solarcal.stopping_rule import DEFAULT_RULE, TOLERANCE_DEG, StoppingRule
 
 

@@ -22,7 +22,7 @@ from solarcal.session.records import CheckRecord, Header, PointRecord, UploadRec
 from solarcal.session.view import SessionView
 from solarcal.site import Site
 from solarcal.station.sign_off import held
-from solarcal.station.solar_time import (
+from solarcal.station.sun_path import (
     STEP_H,
     STEPS_PER_DAY,
     SunModel,

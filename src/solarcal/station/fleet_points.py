@@ -14,7 +14,7 @@ from solarcal.model.points import POLE_MARGIN_DEG, SIGMA_HIGH_DEG, SIGMA_LOW_DEG
 from solarcal.model.sky_context import LOWEST_ELEVATION_DEG, TruePoints
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.points_only import PointsOnly
-from solarcal.station.known_lean import prior_of
+from solarcal.station.fitting import prior_of
 from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S
 from solarcal.units import RAD_PER_DEG, FloatArray
 

@@ -12,8 +12,8 @@ from solarcal.model.fit import Solution
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.session.journal import Journal
 from solarcal.session.records import Closed, Header, UploadRecord
-from solarcal.station.connecting import disagreements
-from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.clocks import EmulatedClock
+from solarcal.station.connect import disagreements
 from solarcal.station.fitting import solve
 from solarcal.station.procedure import Station
 from solarcal.station.state import SessionView

@@ -13,7 +13,7 @@ from solarcal.session.journal import Journal
 from solarcal.session.points import SITE_TOLERANCE_DEG
 from solarcal.session.records import Header, UnitRecord, UploadRecord
 from solarcal.session.view import read_view
-from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.clocks import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.station.sign_off import forecast_with
 from solarcal.station.state import newest_upload

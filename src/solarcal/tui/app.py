@@ -201,7 +201,7 @@ class SolarcalApp(StationApp):
             ).start()
 
     def _open_replay(self, choice: Choice) -> None:
-        from solarcal.station.replay import Replay
+        from solarcal.station.saved_sessions import Replay
         from solarcal.tui.replay.screen import ReplayScreen
 
         try:

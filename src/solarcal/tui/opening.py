@@ -94,10 +94,8 @@ def open_line(
     SolarcalError
         Nothing stays open then.
     """
-    from solarcal.station.connect import open_tracker
-    from solarcal.station.connecting import disagreements
-    from solarcal.station.emulated_clock import EmulatedClock
-    from solarcal.station.laptop_clock import clock_sigma_s
+    from solarcal.station.clocks import EmulatedClock, clock_sigma_s
+    from solarcal.station.connect import disagreements, open_tracker
     from solarcal.station.procedure import Station
 
     with contextlib.ExitStack() as resources:

@@ -6,7 +6,7 @@ import pytest
 from solarcal.errors import ConfigurationError
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import AxisLimits
-from solarcal.station.software_controller.azel_axes import AzElAxes
+from solarcal.station.software_controller.controller_model import AzElAxes
 
 UPPER = AxisLimits(0.0, 90.0)
 

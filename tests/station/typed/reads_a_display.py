@@ -24,7 +24,7 @@ from solarcal.session.records import (
     SunOffset,
     UploadRecord,
 )
-from solarcal.station.emulated_clock import EmulatedClock
+from solarcal.station.clocks import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.station.state import StationState
 from solarcal.station.technician import AutomaticTechnician, Schedule

@@ -18,8 +18,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.profiles import Profile
 from solarcal.session.journal import Journal
 from solarcal.session.records import PointRecord, Typed
-from solarcal.station.connect import open_tracker
-from solarcal.station.connecting import disagreements
+from solarcal.station.connect import disagreements, open_tracker
 from solarcal.station.procedure import Station
 from solarcal.station.typed.forms import ReadByHand
 from solarcal.station.typed.unit import TypedUnit

@@ -11,8 +11,7 @@ from typing import Final
 
 from solarcal.errors import ProcedureRefused, UnitRefused
 from solarcal.mount.drive import Drive, register
-from solarcal.station.software_controller.azel_axes import AzElAxes
-from solarcal.station.software_controller.controller_model import SoftwareControllerModel
+from solarcal.station.software_controller.controller_model import AzElAxes, SoftwareControllerModel
 from solarcal.station.software_controller.motion import MotionWatch, SunSteps
 from solarcal.unit.rotator import READ_OUT_DEG, Rotator
 from solarcal.unit.tracker import Code, Mode, RefCheckResult

@@ -15,9 +15,8 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount_description import MountDescription
 from solarcal.site import Site
 from solarcal.station.described_unit import centre_deg
-from solarcal.station.software_controller.azel_axes import AzElAxes
 from solarcal.station.software_controller.coefficient_store import CoefficientStore, UnitLock
-from solarcal.station.software_controller.controller_model import SoftwareControllerModel
+from solarcal.station.software_controller.controller_model import AzElAxes, SoftwareControllerModel
 from solarcal.station.software_controller.motion import Pace, ThreadPace
 from solarcal.station.software_controller.rotator_control import Look, RotatorControl
 from solarcal.timescale import Clock

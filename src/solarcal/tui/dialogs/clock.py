@@ -9,7 +9,7 @@ from textual.widgets import Input
 
 from solarcal.errors import ConfigurationError
 from solarcal.session.records import ClockSet
-from solarcal.station.laptop_clock import LaptopClock, laptop_clock
+from solarcal.station.clocks import LaptopClock, laptop_clock
 from solarcal.station.news import ClockAdjusted, Done, StepFailed
 from solarcal.station.procedure import Station
 from solarcal.station.state import StationState

@@ -20,7 +20,7 @@ from solarcal.report.blocks import columns, number
 from solarcal.report.session_report import record_line
 from solarcal.session.records import PointRecord, Void
 from solarcal.station.news import Done, PointStruck, StepFailed
-from solarcal.station.point_influence import PointInfluence, point_evidence, point_influence
+from solarcal.station.point_judgement import PointInfluence, point_evidence, point_influence
 from solarcal.station.procedure import Station
 from solarcal.station.state import SessionView, StationState
 from solarcal.tui.base import StationScreen

@@ -10,7 +10,7 @@ from textual.widget import Widget
 from solarcal.report.session_report import record_line
 from solarcal.session.records import PointRecord
 from solarcal.station.news import FitReady
-from solarcal.station.replay import Replay
+from solarcal.station.saved_sessions import Replay
 from solarcal.station.state import LiveView, StationState
 from solarcal.timescale import format_utc, parse_utc
 from solarcal.tui.base import StationScreen

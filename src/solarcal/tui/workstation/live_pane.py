@@ -5,7 +5,7 @@ from textual.content import Content
 from solarcal.session.records import Header
 from solarcal.station.question_evidence import ago_text
 from solarcal.station.state import LiveView, SessionView, StationState
-from solarcal.station.sun_now import SunNow, sun_now
+from solarcal.station.sun_path import SunNow, sun_now
 from solarcal.timescale import format_utc
 from solarcal.tui.widgets.words import Words
 from solarcal.unit.tracker import Status

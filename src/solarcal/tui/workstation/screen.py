@@ -23,7 +23,7 @@ from solarcal.station.news import (
 )
 from solarcal.station.next_step import next_step
 from solarcal.station.state import LinkState, StationState
-from solarcal.station.sun_now import sun_now
+from solarcal.station.sun_path import sun_now
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.point.opened import PointScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
