@@ -21,10 +21,10 @@ from solarcal.report.certificate import (
     SourceFile,
     certificate_text,
     make_certificate,
+    office_zip,
     read_sources,
 )
 from solarcal.report.forecast_map import GLYPHS, forecast_map, level
-from solarcal.report.issuing import office_zip
 from solarcal.report.markup import paragraph
 from solarcal.report.svg_figures import forecast_figure
 from solarcal.session.journal import Journal

@@ -9,7 +9,7 @@ from paint_samples import GEOMETRY, TARGETS, write_heliostat, write_tower
 
 from solarcal.cli import run_command
 from solarcal.errors import InputFileError
-from solarcal.mount.jack_heliostat import Jack, JackHeliostat
+from solarcal.mount.drive import Jack, JackHeliostat
 from solarcal.mount.mechanism import Mechanism
 from solarcal.session.interchange import read_paint, read_table
 from solarcal.session.interchange.paint import enu_m, paint_table

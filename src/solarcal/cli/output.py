@@ -6,7 +6,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from solarcal.instruments.answer import Answer
+    from solarcal.instruments.form import Answer
 
 TALLEST_CHART = 30
 """Rows of a drawing that takes a whole screen."""

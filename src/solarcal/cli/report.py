@@ -39,8 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from solarcal.report.certificate import WRITERS
-    from solarcal.report.issuing import issue
+    from solarcal.report.certificate import WRITERS, issue
 
     for output in args.output:
         if output.suffix.lower() not in WRITERS:

@@ -6,10 +6,9 @@ the start and never decrease; nothing here depends on how often it is asked.
 
 from typing import Final
 
-from solarcal.emulator.axis_control import AxisControl, MotorPort
+from solarcal.emulator.axis_control import AxisControl, MotorPort, ReferenceCheck
 from solarcal.emulator.controller_model import EmulatedControllerModel, Quartz
 from solarcal.emulator.following import NEVER_S, SunFollower
-from solarcal.emulator.reference_check import ReferenceCheck
 from solarcal.emulator.unit_settings import UnitSettings
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.optics.offset_mirror import MirrorOffset

@@ -5,10 +5,10 @@ from collections.abc import Callable
 import numpy as np
 
 from solarcal.emulator.controller import Controller
+from solarcal.emulator.emulator_requests import VirtualTime
 from solarcal.emulator.protocol_server import Faults, ProtocolServer, is_urgent
 from solarcal.emulator.scenario import Scenario
 from solarcal.emulator.true_error import TrueError
-from solarcal.emulator.virtual_time import VirtualTime
 from solarcal.emulator.world import World, random_stream
 from solarcal.errors import ConfigurationError
 from solarcal.mount.formula import Coefficients

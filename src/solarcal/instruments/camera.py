@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from solarcal.errors import InputFileError
-from solarcal.instruments.answer import Answer, Drawing, paragraph
-from solarcal.instruments.form import Form
+from solarcal.instruments.form import Answer, Drawing, Form, paragraph
 from solarcal.instruments.two_mirror import asked_axes_deg, asked_mirrors, near_zenith_warning
 from solarcal.optics.disc_image import (
     Disc,

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from solarcal.instruments.answer import Answer, Drawing, paragraph
-from solarcal.instruments.form import Form
+from solarcal.instruments.form import Answer, Drawing, Form, paragraph
 from solarcal.instruments.moon import moon_passage
 from solarcal.instruments.mount_and_collector import asked_mount
 from solarcal.instruments.sun import clock_face
@@ -15,7 +14,7 @@ from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import Limits
 from solarcal.mount.reach import AxisPath, axis_path, reach_of_day
 from solarcal.report.blocks import columns, number
-from solarcal.report.day_chart import DayTrack, day_chart
+from solarcal.report.instrument_plots import DayTrack, day_chart
 from solarcal.report.scales import Theme
 from solarcal.site import Site
 from solarcal.sun import sun_position

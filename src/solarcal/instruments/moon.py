@@ -4,8 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from solarcal.instruments.answer import Answer, Drawing, paragraph
-from solarcal.instruments.form import Form
+from solarcal.instruments.form import Answer, Drawing, Form, paragraph
 from solarcal.instruments.mount_and_collector import asked_mount
 from solarcal.mount.geometry import MountGeometry
 from solarcal.report.blocks import columns, number

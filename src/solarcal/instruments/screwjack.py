@@ -8,8 +8,7 @@ import msgspec
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.instruments.answer import Answer, Drawing, paragraph
-from solarcal.instruments.form import Form
+from solarcal.instruments.form import Answer, Drawing, Form, paragraph
 from solarcal.mount.drive import ScrewjackDrive, format_drive
 from solarcal.mount.screwjack_setup import (
     Measured,

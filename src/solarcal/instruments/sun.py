@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from solarcal.instruments.answer import Answer, Drawing, paragraph
-from solarcal.instruments.form import Form
+from solarcal.instruments.form import Answer, Drawing, Form, paragraph
 from solarcal.instruments.moon import moon
 from solarcal.instruments.mount_and_collector import asked_geometry
 from solarcal.report.instrument_plots import Curve, curve_plot

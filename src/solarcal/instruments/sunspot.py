@@ -2,8 +2,7 @@
 
 import math
 
-from solarcal.instruments.answer import Answer, Drawing, paragraph
-from solarcal.instruments.form import Form
+from solarcal.instruments.form import Answer, Drawing, Form, paragraph
 from solarcal.optics.sunspot import (
     design_for,
     design_from_size,

@@ -3,8 +3,7 @@
 import math
 
 from solarcal.errors import ConfigurationError
-from solarcal.instruments.answer import Answer, Drawing, paragraph
-from solarcal.instruments.form import Form
+from solarcal.instruments.form import Answer, Drawing, Form, paragraph
 from solarcal.instruments.mount_and_collector import drawn_latitude_deg
 from solarcal.instruments.sun import asked_sun_deg
 from solarcal.report.instrument_plots import Ring, directions_plot, rings_drawing

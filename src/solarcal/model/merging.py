@@ -14,21 +14,21 @@ from typing import Literal
 import numpy as np
 
 from solarcal.errors import FitError
-from solarcal.model.f_tests import PointsTested
+from solarcal.model.f_tests import (
+    LEAN,
+    ZEROS,
+    PointsTested,
+    SessionIndex,
+    shift_columns,
+    weakest_change_deg,
+    what_changed,
+)
 from solarcal.model.finding import Finding, listed
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
 from solarcal.model.points import PointSet
 from solarcal.model.posterior import MechanismPosterior
 from solarcal.model.prior import Prior
-from solarcal.model.session_changes import (
-    LEAN,
-    ZEROS,
-    SessionIndex,
-    shift_columns,
-    weakest_change_deg,
-    what_changed,
-)
 from solarcal.model.sky_context import LOWEST_ELEVATION_DEG, SkyContext, true_points
 from solarcal.model.year_grid import coefficients_jacobian, year_grid
 from solarcal.mount.mechanism import Mechanism

@@ -14,6 +14,8 @@ import numpy as np
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.f_tests import (
+    FAMILY_LEVEL,
+    POWER_QUANTILE,
     ColumnFit,
     PointsTested,
     basis_of,
@@ -24,7 +26,6 @@ from solarcal.model.prior import Prior
 from solarcal.model.terms import TERMS
 from solarcal.units import FloatArray
 
-FAMILY_LEVEL = 0.05
 SURE_LEVEL = 5e-5
 """A cause is separated from its rival when it is needed beside it at this level: a name
 sends a person to a bolt, and a wrong one to the wrong bolt."""
@@ -32,8 +33,6 @@ LARGE_LEVEL = 0.03
 """Enough for an effect so large that it will be looked at anyway."""
 RIVAL_SHARE = 0.5
 """A rival explains at least this part of what the cause explains."""
-POWER_QUANTILE = 1.2816
-"""90 % power."""
 
 _SPARE_NEEDED = 3
 _TURNS = 3

@@ -9,8 +9,8 @@ import numpy as np
 
 from solarcal.errors import FitError
 from solarcal.model.least_squares import LeastSquares
+from solarcal.model.parameter_checks import inseparable_sentences, unrealistic_message
 from solarcal.model.points import PointSet
-from solarcal.model.separability import inseparable_sentences
 from solarcal.model.terms import (
     CONTROLLER_TERMS,
     LEAN_PRIOR_DEG,
@@ -20,7 +20,6 @@ from solarcal.model.terms import (
     Term,
     design_matrix,
 )
-from solarcal.model.unrealistic import unrealistic_message
 from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import Limits

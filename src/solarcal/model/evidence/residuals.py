@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from solarcal.model.degeneracy import clock_utc, degeneracies
 from solarcal.model.evidence.counts import Loss, undo_losses
-from solarcal.model.f_tests import ColumnFit, PointsTested
+from solarcal.model.f_tests import ZEROS, ColumnFit, PointsTested
 from solarcal.model.finding import Finding, Kind, listed
 from solarcal.model.fit import FEWEST_POINTS as LINEAR_FEWEST
 from solarcal.model.fit import fit_linear
@@ -21,7 +21,6 @@ from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
 from solarcal.model.points import PointSet
 from solarcal.model.prior import Prior
 from solarcal.model.residual_tests import BadPoint, Cause, ResidualTests, run_residual_tests
-from solarcal.model.session_changes import ZEROS
 from solarcal.model.sky_context import SkyContext, true_points
 from solarcal.model.solution import Solution
 from solarcal.model.terms import CONTROLLER_TERMS, TERMS, LookedFor

@@ -18,8 +18,8 @@ import numpy as np
 
 from solarcal.errors import ConfigurationError, InputFileError, one_line
 from solarcal.input_files import read_bytes
+from solarcal.mount.drive import Jack, JackHeliostat
 from solarcal.mount.geometry import MountGeometry
-from solarcal.mount.jack_heliostat import Jack, JackHeliostat
 from solarcal.optics.aiming import Heliostat
 from solarcal.optics.heliostat import Target
 from solarcal.optics.reflection import bisector, direction_enu, horizontal_deg, reflected, unit

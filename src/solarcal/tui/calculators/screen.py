@@ -11,8 +11,7 @@ from textual.timer import Timer
 from textual.widgets import Input
 
 from solarcal.errors import SolarcalError
-from solarcal.instruments.answer import Answer, Drawing
-from solarcal.instruments.form import FormError, Instrument
+from solarcal.instruments.form import Answer, Drawing, FormError, Instrument
 from solarcal.timescale import SystemClock
 from solarcal.tui.base import StationScreen
 from solarcal.tui.calculators.form_rows import ChoiceBox, FormRow, FormRows

@@ -31,7 +31,7 @@ from solarcal.tui.widgets.words import Words
 if TYPE_CHECKING:
     from solarcal.model.analysis import Analysis
     from solarcal.model.forecast import Forecast
-    from solarcal.report.issuing import Issued
+    from solarcal.report.certificate import Issued
 
 ENDINGS = (".html", ".md", ".svg", ".txt")
 
@@ -101,7 +101,7 @@ class ReportDialog(Dialog):
         threading.Thread(target=self._write, name="report", daemon=True).start()
 
     def _write(self) -> None:
-        from solarcal.report.issuing import issue
+        from solarcal.report.certificate import issue
 
         outputs = [sessions_dir() / f"{self._path.stem}-certificate{end}" for end in ENDINGS]
         try:
