@@ -154,13 +154,13 @@ def long_session(path: Path, port: str) -> None:
     import msgspec
 
     from solarcal.config import Choice, Settings, save_settings
+    from solarcal.emulated_units import open_choice
     from solarcal.mount.formula import Coefficients, correction_deg
     from solarcal.profiles import Profile
     from solarcal.session.records import Answers, PointRecord
     from solarcal.timescale import format_utc, parse_utc
-    from solarcal.tui.opening import open_line
 
-    line = open_line(Choice(port=port), Profile(), output=path)
+    line = open_choice(Choice(port=port), Profile(), output=path)
     journal = line.station._journal
     assert journal is not None
     hours = np.linspace(-5.0, 5.0, POINTS)

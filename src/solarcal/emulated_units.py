@@ -1,25 +1,41 @@
-"""An emulated unit in this process, for commands and screens: whatever the driver."""
+"""An emulated unit in this process, for commands and screens: whatever the driver.
 
+The station never knows the emulator: what puts both together is here.
+"""
+
+import contextlib
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
 
+from solarcal.config import Choice
+from solarcal.emulator.emulation import Emulator
+from solarcal.emulator.rotator import EmulatedRotator, RotatorWorld
+from solarcal.emulator.rotator_protocols import ROTATOR_PROTOCOLS
+from solarcal.emulator.scenario import Scenario, load_scenario
+from solarcal.emulator.server import InProcessLink, UnitOnALine, serve_here
 from solarcal.errors import ConfigurationError
+from solarcal.mount_description import MountDescription
+from solarcal.profiles import Profile
+from solarcal.station.clocks import EmulatedClock
+from solarcal.station.connect import open_tracker
+from solarcal.station.opening import OpenLine, open_line
+from solarcal.station.software_controller.coefficient_store import MemoryStore
+from solarcal.station.software_controller.motion import ThreadPace
+from solarcal.station.software_controller.rotator_tracker import RotatorTracker
+from solarcal.station.typed.forms import Display
+from solarcal.timescale import parse_utc
 from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, demand_driver
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from solarcal.emulator.scenario import Scenario
-    from solarcal.emulator.server import UnitOnALine
-    from solarcal.unit.link import Link
-    from solarcal.unit.tracker import Tracker
+from solarcal.unit.drivers.solartrak import SolarTrakUnit
+from solarcal.unit.link import Link
+from solarcal.unit.tracker import Tracker
 
 
 @dataclass(frozen=True, slots=True)
 class EmulatedUnit:
     """Its tracker, not opened yet, and how well its eye sees (1 sigma per axis on sky)."""
 
-    tracker: "Tracker"
+    tracker: Tracker
     noise_deg: float
 
 
@@ -40,7 +56,6 @@ def emulated_unit(
     ConfigurationError
         No such scenario or setting, or a driver that has no emulated unit.
     """
-    from solarcal.emulator.scenario import load_scenario
 
     loaded = load_scenario(scenario, list(settings))
     kind = demand_driver(driver)
@@ -51,9 +66,6 @@ def emulated_unit(
         )
     if kind.rotator is not None:
         return _rotator(loaded, driver, start_utc_s, seed, noise_deg, speed)
-    from solarcal.emulator.emulation import Emulator
-    from solarcal.emulator.server import InProcessLink
-    from solarcal.unit.drivers.solartrak import SolarTrakUnit
 
     emulator = Emulator(
         loaded, start_utc_s=start_utc_s, seed=seed, noise_deg=noise_deg, speed=speed
@@ -65,18 +77,17 @@ def emulated_unit(
 class _InProcess:
     """A line within this process; a ``Line``."""
 
-    unit: "UnitOnALine"
+    unit: UnitOnALine
     port: str
 
-    def link(self, url: str = "", lines_kept: int | None = None) -> "Callable[[], Link]":
-        from solarcal.emulator.server import InProcessLink
+    def link(self, url: str = "", lines_kept: int | None = None) -> Callable[[], Link]:
 
         del url, lines_kept
         return lambda: InProcessLink(self.unit)
 
 
 def _rotator(
-    scenario: "Scenario",
+    scenario: Scenario,
     driver: str,
     start_utc_s: float | None,
     seed: int,
@@ -84,13 +95,6 @@ def _rotator(
     speed: float,
 ) -> EmulatedUnit:
     """A rotator, and the station in the place of its controller; P and O are kept in memory."""
-    from solarcal.emulator.rotator import EmulatedRotator, RotatorWorld
-    from solarcal.emulator.rotator_protocols import ROTATOR_PROTOCOLS
-    from solarcal.mount_description import MountDescription
-    from solarcal.station.clocks import EmulatedClock
-    from solarcal.station.software_controller.coefficient_store import MemoryStore
-    from solarcal.station.software_controller.motion import ThreadPace
-    from solarcal.station.software_controller.rotator_tracker import RotatorTracker
 
     rotator = EmulatedRotator(
         scenario,
@@ -124,3 +128,61 @@ def _rotator(
     )
     world.stand_in = tracker
     return EmulatedUnit(tracker, rotator.noise_deg)
+
+
+def open_choice(
+    choice: Choice,
+    profile: Profile,
+    *,
+    output: Path | None = None,
+    trace: str | None = None,
+    display: Display | None = None,
+) -> OpenLine:
+    """The line of a choice of the start screen, real or emulated, with its session open.
+
+    Parameters
+    ----------
+    display : who reads the display of a unit without a line.
+
+    Raises
+    ------
+    SolarcalError
+        Nothing stays open then.
+    """
+    with contextlib.ExitStack() as resources:
+        start_utc_s = parse_utc(choice.start_utc) if choice.start_utc else None
+        if choice.scenario and demand_driver(choice.driver).rotator is not None:
+            tracker = emulated_unit(
+                choice.scenario,
+                choice.driver,
+                settings=choice.settings,
+                start_utc_s=start_utc_s,
+                seed=choice.seed,
+                noise_deg=choice.noise_deg,
+                speed=1.0,
+            ).tracker
+        else:
+            url = choice.port
+            if choice.scenario:
+                # In a thread of this process, on a line like any other.
+                emulator = Emulator(
+                    load_scenario(choice.scenario, list(choice.settings)),
+                    start_utc_s=start_utc_s,
+                    seed=choice.seed,
+                    noise_deg=choice.noise_deg,
+                    speed=1.0 if choice.speed is None else choice.speed,
+                )
+                url = resources.enter_context(serve_here(emulator))
+            tracker = open_tracker(
+                url,
+                choice.driver,
+                trace=trace,
+                baudrate=choice.baudrate,
+                profile=profile,
+                display=display,
+            )
+        line = open_line(tracker, choice, profile, output=output)
+        # The tracker is closed before the line that it is on.
+        resources.push(line.resources)
+        line.resources = resources.pop_all()
+        return line

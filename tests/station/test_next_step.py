@@ -12,7 +12,7 @@ from solarcal.session.journal import Journal
 from solarcal.station.analysing import analyse_session
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.next_step import NextStep, countdown_text, next_step
-from solarcal.station.plan_options import HALF_HOUR_S, PlanOptions, analyse_with_options
+from solarcal.station.planning import HALF_HOUR_S, PlanOptions, analyse_with_options
 from solarcal.station.procedure import Station
 from solarcal.station.state import Activity, LinkState, StationState
 from solarcal.station.sun_path import sun_now

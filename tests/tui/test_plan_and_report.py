@@ -24,13 +24,12 @@ from procedure_bench import (
 from solarcal.config import sessions_dir
 from solarcal.errors import FitError
 from solarcal.model.verdict import Verdict
+from solarcal.station import planning
 from solarcal.station.fitting import solve
 from solarcal.station.news import StatusRead
-from solarcal.station.plan_options import HALF_HOUR_S
-from solarcal.tui import fitting
+from solarcal.station.planning import HALF_HOUR_S, MISSED_S
 from solarcal.tui.plan.half_hours import HalfHours
 from solarcal.tui.plan.screen import PlanScreen
-from solarcal.tui.station_app import MISSED_S
 from solarcal.tui.widgets.footer import StopKey
 from solarcal.tui.workstation.screen import WorkstationScreen
 
@@ -137,7 +136,7 @@ async def test_a_missed_point_has_the_rest_of_the_day_planned_anew(four_points):
         plan = app.judgement.plan
         missed_utc_s = plan.recommended.times_utc_s[0] + MISSED_S + 1.0
         live = replace(app.state.live, laptop_utc_s=missed_utc_s)
-        app._fit_if_needed(replace(app.state, live=live))
+        app._fitter.fit_if_needed(replace(app.state, live=live))
         await until(pilot, lambda: app.judgement.plan.at_utc_s == missed_utc_s)
 
 
@@ -145,8 +144,8 @@ def test_a_failure_to_judge_does_not_lose_the_fit(four_points, monkeypatch):
     def fails(*_):
         raise FitError("the forecast went wrong")
 
-    monkeypatch.setattr("solarcal.station.plan_options.analyse_with_options", fails)
-    message = fitting.fit_message(3, four_points.session)
+    monkeypatch.setattr("solarcal.station.planning.analyse_with_options", fails)
+    message = planning.fit_message(3, four_points.session)
     assert message.judgement is None
     assert "the forecast went wrong" in message.reason
     assert (message.solution.values == solve(four_points.session).values).all()

@@ -24,13 +24,13 @@ from solarcal.config import Choice
 from solarcal.session.journal import Journal
 from solarcal.session.reader import live_records, read_session
 from solarcal.session.records import Closed, Note, Override, Void
+from solarcal.station.opening import OpenLine
 from solarcal.station.state import Activity, LinkState
 from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.dialogs.clock import ClockDialog
 from solarcal.tui.dialogs.link import LinkDialog
 from solarcal.tui.dialogs.ref_check import RefCheckDialog
 from solarcal.tui.keys import ACTIONS
-from solarcal.tui.opening import OpenLine
 from solarcal.unit.tracker import Mode
 
 SCREEN_KEYS = ("f2", "f3", "f5", "f6", "f7", "f8", "f9", "f10", "x", "n")

@@ -5,6 +5,7 @@ from procedure_bench import screen_words, shows, until
 from textual.widgets import Input, OptionList
 
 from solarcal.config import Choice, Settings, load_settings, sessions_dir
+from solarcal.emulated_units import open_choice
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import serve_pty
@@ -20,7 +21,6 @@ from solarcal.station.saved_sessions import finished, saved_sessions
 from solarcal.timescale import SystemClock
 from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.opening import open_line
 from solarcal.tui.start.screen import StartScreen
 from solarcal.tui.workstation.screen import WorkstationScreen
 
@@ -38,7 +38,7 @@ async def offers(pilot):
 
 def unfinished_session(name="field-2026-06-03.jsonl"):
     """A session that broke off, as a killed program leaves it; its line is an emulated one."""
-    line = open_line(Choice(scenario="tijeras-azel"), Profile())
+    line = open_choice(Choice(scenario="tijeras-azel"), Profile())
     line.station.set_unit_clock()
     line.station.initialise(confirmed=True)
     path = line.path
@@ -275,8 +275,8 @@ def test_a_damaged_settings_file_is_named():
 
 
 def test_a_unit_that_believes_in_another_site_is_noticed_at_once():
-    right = open_line(Choice(scenario="tijeras-azel"), Profile())
-    wrong = open_line(
+    right = open_choice(Choice(scenario="tijeras-azel"), Profile())
+    wrong = open_choice(
         Choice(scenario="tijeras-azel", settings=("truth.unit_offset_s=3600",)), Profile()
     )
     assert right.noticed == ()
@@ -286,7 +286,7 @@ def test_a_unit_that_believes_in_another_site_is_noticed_at_once():
 
 
 def test_a_real_unit_has_the_laptops_clock_and_an_emulated_one_its_own():
-    line = open_line(Choice(scenario="tijeras-azel"), Profile())
+    line = open_choice(Choice(scenario="tijeras-azel"), Profile())
     assert not isinstance(line.clock, SystemClock)
     line.close()
 
@@ -296,7 +296,7 @@ def test_going_on_is_refused_when_another_program_has_the_file():
 
     path = unfinished_session()
     with Journal.resume(path), pytest.raises(SolarcalError, match=path.name):
-        open_line(Choice(scenario="tijeras-azel", session=str(path)), Profile())
+        open_choice(Choice(scenario="tijeras-azel", session=str(path)), Profile())
 
 
 # -- the driver ------------------------------------------------------------------------------

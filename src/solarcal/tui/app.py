@@ -33,7 +33,7 @@ from solarcal.tui.station_app import StationApp
 from solarcal.tui.themes import DEFAULT_THEME, SUNLIGHT, axis_colours, begin_with_theme
 
 if TYPE_CHECKING:
-    from solarcal.tui.opening import OpenLine
+    from solarcal.station.opening import OpenLine
     from solarcal.tui.typed_form.form_asked import AskedForm, ScreenDisplay
 
 PRESS_STOP_S = 8.0
@@ -151,7 +151,6 @@ class SolarcalApp(StationApp):
         self.theme_changed_signal.subscribe(self, lambda theme: self._theme_chosen(theme.name))
         if self._keymap_given:
             self.set_keymap(self._keymap_given)
-        self._fitter.start()
         self.call_after_refresh(self._after_first_paint)
 
     def _after_first_paint(self) -> None:
@@ -213,10 +212,10 @@ class SolarcalApp(StationApp):
         self.push_screen(ReplayScreen(replay, Path(choice.replay).name, choice.speed))
 
     def _open_in_thread(self, choice: Choice, profile: Profile) -> None:
-        from solarcal.tui.opening import open_line
+        from solarcal.emulated_units import open_choice
 
         try:
-            line = open_line(
+            line = open_choice(
                 choice, profile, output=self._output, trace=self._trace, display=self.display_reader
             )
         except SolarcalError as error:
@@ -251,7 +250,7 @@ class SolarcalApp(StationApp):
             self.push_screen(DisplayFormScreen(asked))
 
     def _line_failed(self, error: SolarcalError) -> None:
-        from solarcal.tui.opening import UnfinishedSessions
+        from solarcal.station.opening import UnfinishedSessions
 
         self._opening = False
         if isinstance(error, UnfinishedSessions):
@@ -310,7 +309,8 @@ class SolarcalApp(StationApp):
             self._reader.close()
         if worker is not None:
             await asyncio.to_thread(worker.close)
-        self._fitter.close()
+        if self._fitter is not None:
+            self._fitter.close()
         if line is not None:
             try:
                 await asyncio.to_thread(line.close)

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from solarcal.config import Choice, Settings
     from solarcal.model.analysis import Analysis
     from solarcal.profiles import Profile
-    from solarcal.station.plan_options import PlanOptions
+    from solarcal.station.opening import OpenLine
+    from solarcal.station.planning import PlanOptions
     from solarcal.station.state import StationState
     from solarcal.station.worker import StationWorker
     from solarcal.tui.keys import Action
-    from solarcal.tui.opening import OpenLine
 
 Result = TypeVar("Result")
 

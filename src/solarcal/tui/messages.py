@@ -9,7 +9,7 @@ from solarcal.errors import SolarcalError
 from solarcal.station.news import News, Progress, StateChanged
 
 if TYPE_CHECKING:
-    from solarcal.tui.opening import OpenLine
+    from solarcal.station.opening import OpenLine
     from solarcal.tui.start.menu_entries import MenuEntries
     from solarcal.tui.typed_form.form_asked import AskedForm
 

@@ -19,23 +19,15 @@ from solarcal.station.news import (
     StateChanged,
     StepFailed,
 )
-from solarcal.timescale import parse_utc
 from solarcal.tui.base import StationModal, StationScreen
-from solarcal.tui.fitting import Fitter
 from solarcal.tui.messages import FormAsked, LineFailed, LineNews, LineOpened, Told
 
 if TYPE_CHECKING:
     from solarcal.model.analysis import Analysis
-    from solarcal.station.plan_options import PlanOptions
+    from solarcal.station.planning import Fitter, PlanOptions
     from solarcal.station.procedure import Station
-    from solarcal.station.state import SessionView, StationState
+    from solarcal.station.state import StationState
     from solarcal.station.worker import StationWorker
-
-MISSED_S = 600.0
-"""So long after the planned time of the next point the rest of the day is planned anew."""
-
-PLAN_AGE_S = 3600.0
-"""And at least every hour: a Sun that went down yesterday is up again."""
 
 
 class StationApp(App[int]):
@@ -55,9 +47,7 @@ class StationApp(App[int]):
         self.fit: FitReady | None = None
         self.emulated_speed: float | None = None
         self._state: StationState | None = None
-        self._fitter = Fitter(self.tell)
-        self._fitted: object = None
-        self._planned_utc_s: float | None = None
+        self._fitter: Fitter | None = None
         self.plan_options: PlanOptions | None = None
         self._path: Path | None = None
         self._leaving = False
@@ -74,8 +64,12 @@ class StationApp(App[int]):
 
     def adopt(self, station: "Station") -> None:
         """Conduct this station from now on."""
+        # Numpy and scipy come with them: not before the first paint.
+        from solarcal.station.planning import Fitter
         from solarcal.station.worker import StationWorker
 
+        self._fitter = Fitter(self.tell)
+        self._fitter.start()
         self.worker = StationWorker(station, self.tell)
         self.worker.start()
         if station.tracker.emulation is not None:
@@ -144,7 +138,7 @@ class StationApp(App[int]):
             self.alert(f"link lost: {state.live.link_message}")
         self._state = state
         self._remember_file()
-        self._fit_if_needed(state)
+        self._fit_if_needed()
         for screen in self._station_screens():
             screen.show_state(state)
 
@@ -178,31 +172,11 @@ class StationApp(App[int]):
     def plan_with(self, plan_options: "PlanOptions") -> None:
         """Plan the day with these from now on."""
         self.plan_options = plan_options
-        self._fit_if_needed(self.state)
+        self._fit_if_needed()
 
-    def _fit_if_needed(self, state: "StationState") -> None:
-        """A status comes every second, a judgement takes a fifth of one: only when the points, the
-        evidence or the options changed, or the plan was overtaken by time."""
-        session = state.session
-        if session is None:
-            return
-        wanted = (session.header, session.points, session.newest_evidence, self.plan_options)
-        if wanted != self._fitted or self._overtaken(state):
-            self._fitted = wanted
-            at_utc_s = planning_utc_s(session, state.live.laptop_utc_s)
-            self._planned_utc_s = at_utc_s
-            self._fitter.fit(state.generation, session, at_utc_s, self.plan_options)
-
-    def _overtaken(self, state: "StationState") -> bool:
-        now_utc_s, asked_utc_s = state.live.laptop_utc_s, self._planned_utc_s
-        judgement = self.judgement
-        plan = judgement.plan if judgement is not None else None
-        if now_utc_s is None or plan is None or plan.at_utc_s != asked_utc_s:
-            # Nothing to overtake, or a newer one is on its way.
-            return False
-        planned = plan.recommended.times_utc_s
-        missed = bool(planned) and now_utc_s > planned[0] + MISSED_S
-        return missed or now_utc_s > plan.at_utc_s + PLAN_AGE_S
+    def _fit_if_needed(self) -> None:
+        if self._fitter is not None:
+            self._fitter.fit_if_needed(self.state, self.plan_options)
 
     def _fit_ready(self, fit: FitReady) -> None:
         if self.fit is not None and fit.generation < self.fit.generation:
@@ -243,14 +217,3 @@ class StationApp(App[int]):
                 self._ask_speed()
         for screen in self._station_screens():
             screen.step_done(done)
-
-
-def planning_utc_s(session: "SessionView", laptop_utc_s: float | None) -> float | None:
-    """The moment to plan from: the laptop's, but not so soon after the newest point that no one
-    could take another."""
-    from solarcal.model.schedule import GAP_S
-
-    if not session.accepted:
-        return laptop_utc_s
-    soonest_utc_s = parse_utc(session.accepted[-1].utc) + GAP_S
-    return soonest_utc_s if laptop_utc_s is None else max(laptop_utc_s, soonest_utc_s)

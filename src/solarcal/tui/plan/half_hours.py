@@ -8,7 +8,7 @@ from textual.events import Click
 
 from solarcal.model.plan import Plan, PlannedStop
 from solarcal.report.blocks import columns, number
-from solarcal.station.plan_options import HALF_HOUR_S, PlanOptions
+from solarcal.station.planning import HALF_HOUR_S, PlanOptions
 from solarcal.timescale import format_utc
 from solarcal.tui.widgets.text_lines import TextLines
 

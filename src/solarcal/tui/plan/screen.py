@@ -11,7 +11,7 @@ from solarcal.report.blocks import wrapped
 from solarcal.report.judgement import STATE_WORDS
 from solarcal.station.guards import MIN_ELEVATION_DEG
 from solarcal.station.news import FitReady
-from solarcal.station.plan_options import DEFAULT_OPTIONS, PlanOptions
+from solarcal.station.planning import DEFAULT_OPTIONS, PlanOptions
 from solarcal.station.state import StationState
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.plan.half_hours import HalfHours, half_hours, utc_clock

@@ -10,12 +10,12 @@ from textual.widget import Widget
 from solarcal.report.session_report import record_line
 from solarcal.session.records import PointRecord
 from solarcal.station.news import FitReady
+from solarcal.station.planning import Fitter
 from solarcal.station.saved_sessions import Replay
 from solarcal.station.state import LiveView, StationState
 from solarcal.timescale import format_utc, parse_utc
 from solarcal.tui.base import StationScreen
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey
-from solarcal.tui.fitting import Fitter
 from solarcal.tui.messages import Told
 from solarcal.tui.point.opened import PointScreen
 from solarcal.tui.widgets.field import Field

@@ -22,7 +22,7 @@ from solarcal.tui.widgets.lines import HeadLine, LogLine
 from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, has_line
 
 if TYPE_CHECKING:
-    from solarcal.tui.opening import UnfinishedSessions
+    from solarcal.station.opening import UnfinishedSessions
 
 REPLAYS_SHOWN = 20
 BY_HAND = ("A real SolarTrak: type what its display shows", Choice(driver="typed"))
