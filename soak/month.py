@@ -31,7 +31,6 @@ from solarcal.station.news import Done
 from solarcal.station.procedure import Station
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.timescale import SECONDS_PER_DAY
-from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.workstation.screen import WorkstationScreen
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
@@ -148,7 +147,7 @@ async def live_a_month(folder: Path, days: int, say: Callable[[str], object] = p
     station.open_session(create)
     technician = AutomaticTechnician(station, emulation.spot, Schedule(points=POINTS_A_DAY))
     morning_s = station.clock.utc_s()
-    app = SolarcalApp(ACTION_HANDLERS)
+    app = SolarcalApp()
     async with app.run_test(size=(120, 40)) as pilot:
         app.adopt(station)
         await app.push_screen(WorkstationScreen())

@@ -150,8 +150,8 @@ def _mount(form: Mapping[str, str], before: MountDescription | None) -> MountDes
     if not any(form[name] for name, _, _ in MOUNT_FIELDS):
         return None
     # Numpy comes with these: not before the first paint.
-    from solarcal.mount.drive import parse_drive
-    from solarcal.mount.geometry import GEOMETRIES
+    from solarcal.mount.drive import parse_drive  # noqa: PLC0415
+    from solarcal.mount.geometry import GEOMETRIES  # noqa: PLC0415
 
     new = {name: form[name] for name in ("unit_name", "geometry", "drive1", "drive2") if form[name]}
     if new.get("geometry", "azel") not in GEOMETRIES:

@@ -17,7 +17,6 @@ from solarcal.session.journal import Journal
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.station.technician import AutomaticTechnician, Schedule
-from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.link import Link
@@ -121,7 +120,7 @@ def offset_set(station: Station) -> None:
 
 def plain_start(**options: Any) -> SolarcalApp:
     """The app without its start screen, which costs each test a screen and has tests of its own."""
-    app = SolarcalApp(ACTION_HANDLERS, **options)
+    app = SolarcalApp(**options)
     app.get_default_screen = Screen  # type: ignore[method-assign]
     return app
 
@@ -131,7 +130,7 @@ async def workstation(
     station: Station, size: tuple[int, int] = SMALL, *, begun: bool = False
 ) -> AsyncIterator[tuple[SolarcalApp, Pilot[int]]]:
     """The app with this station adopted, ``begun`` on its start screen; closed again."""
-    app = SolarcalApp(ACTION_HANDLERS) if begun else plain_start()
+    app = SolarcalApp() if begun else plain_start()
     async with app.run_test(size=size) as pilot:
         app.adopt(station)
         await pilot.pause()

@@ -13,7 +13,6 @@ from solarcal.instruments.catalogue import BY_ID, INSTRUMENTS
 from solarcal.instruments.form import FormError
 from solarcal.profiles import Profile
 from solarcal.site import Site
-from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.calculators.form_rows import ChoiceBox, FormRow
 from solarcal.tui.calculators.list import CalculatorsScreen, open_calculator
@@ -241,7 +240,7 @@ async def test_without_a_place_it_asks_for_one_without_alarm():
 
 
 async def test_g_opens_the_list_and_enter_a_calculator():
-    app = SolarcalApp(ACTION_HANDLERS, profile=TIJERAS)
+    app = SolarcalApp(profile=TIJERAS)
     async with app.run_test(size=SMALL) as pilot:
         await shows(pilot, "g Calcs")
         await pilot.press("g")

@@ -78,11 +78,9 @@ def test_a_full_disk_fails(sound, capsys, monkeypatch):
 
 
 def test_a_port_without_access_fails_with_the_cure(sound, capsys, monkeypatch):
-    import solarcal.unit.link
-
     shut = {"port": "/dev/ttyUSB7", "looks_like": "USB serial adapter", "likely": True}
     monkeypatch.setattr(
-        solarcal.unit.link, "describe", lambda port: shut | {"readable": False, "writable": False}
+        readiness, "describe", lambda port: shut | {"readable": False, "writable": False}
     )
     monkeypatch.setattr("serial.tools.list_ports.comports", lambda: [object()])
     code, _, checks = document(capsys)

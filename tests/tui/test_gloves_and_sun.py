@@ -15,7 +15,6 @@ from procedure_bench import (
 from textual.widgets import Input
 
 from solarcal.session.journal import Journal
-from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.palette import Palette
 from solarcal.tui.themes import SUNLIGHT
@@ -103,7 +102,7 @@ async def test_a_form_follows_the_keymap_and_page_down_scrolls_its_result() -> N
     from solarcal.tui.calculators.screen import CalculatorScreen
     from solarcal.tui.widgets.text_lines import TextLines
 
-    app = SolarcalApp(ACTION_HANDLERS, keymap={"next_plot": "j", "calculators": "y"})
+    app = SolarcalApp(keymap={"next_plot": "j", "calculators": "y"})
     async with app.run_test(size=SMALL) as pilot:
         await app.push_screen(CalculatorScreen(BY_ID["energy"]))
         await shows(pilot, "^N View", "y List", "Sun towards")
@@ -139,7 +138,7 @@ async def test_the_file_named_at_the_end_is_the_one_the_session_went_on_in(tmp_p
 @on_loop
 async def test_stop_shows_and_obeys_the_users_letter_in_a_dialog() -> None:
     station, _ = bench()
-    app = SolarcalApp(ACTION_HANDLERS, keymap={"stop": "z", "note": "s"})
+    app = SolarcalApp(keymap={"stop": "z", "note": "s"})
     async with app.run_test(size=SMALL) as pilot:
         app.adopt(station)
         await pilot.press("f5")

@@ -18,7 +18,6 @@ from procedure_bench import (
 
 from solarcal.config import Choice, Settings
 from solarcal.station.news import StatusRead
-from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.workstation.screen import WorkstationScreen
 from solarcal.tui.workstation.view import WorkstationView
@@ -53,9 +52,9 @@ async def test_start_offers_ports_emulated_trackers_and_sessions(size, monkeypat
     )  # fmt: skip
     monkeypatch.setattr(serial.tools.list_ports, "comports", lambda: [plugged])
     monkeypatch.setattr(
-        "solarcal.emulator.scenario.scenario_names", lambda: ["tijeras-azel", "tilted-tower"]
+        "solarcal.tui.start.menu_entries.scenario_names", lambda: ["tijeras-azel", "tilted-tower"]
     )
-    app = SolarcalApp(ACTION_HANDLERS, settings=Settings(last=Choice(scenario="tijeras-azel")))
+    app = SolarcalApp(settings=Settings(last=Choice(scenario="tijeras-azel")))
     async with app.run_test(size=size) as pilot:
         await shows(pilot, "Last time", "/dev/ttyUSB7", "tilted-tower")
         await shows_golden(pilot, name_of("start", size))

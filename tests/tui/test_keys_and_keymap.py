@@ -116,7 +116,7 @@ def test_stop_keeps_f12_and_ctrl_s_whatever_the_keymap_says():
 
 
 async def test_the_keymap_rules_the_program_and_its_help(tmp_path):
-    app = SolarcalApp(ACTION_HANDLERS, keymap=checked_keymap({"help": "z"}))
+    app = SolarcalApp(keymap=checked_keymap({"help": "z"}))
     async with app.run_test(size=(100, 50)) as pilot:
         await pilot.press("z")
         await shows(pilot, "THE PROCEDURE", "z Help")

@@ -76,7 +76,7 @@ async def test_a_key_that_comes_too_early_is_seen_not_to_be_taken() -> None:
 async def test_without_a_unit_the_keys_say_so() -> None:
     from solarcal.tui.app import SolarcalApp
 
-    app = SolarcalApp(ACTION_HANDLERS)
+    app = SolarcalApp()
     async with app.run_test(size=SMALL) as pilot:
         app.action_perform("ref_check")
         await shows(pilot, "no unit is connected")

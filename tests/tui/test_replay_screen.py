@@ -13,7 +13,6 @@ from procedure_bench import (
 )
 
 from solarcal.config import Choice
-from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.replay.screen import ReplayScreen
 
@@ -112,7 +111,7 @@ async def test_no_key_of_the_procedure_reaches_a_unit_from_a_replay(recorded):
 async def test_a_file_that_cannot_be_read_is_said_on_the_start_screen(tmp_path):
     (tmp_path / "bad.jsonl").write_text("{\n")
     start = Choice(replay=str(tmp_path / "bad.jsonl"))
-    async with SolarcalApp(ACTION_HANDLERS, start=start).run_test(size=SMALL) as pilot:
+    async with SolarcalApp(start=start).run_test(size=SMALL) as pilot:
         await shows(pilot, "no complete session header")
         assert not isinstance(pilot.app.screen, ReplayScreen)
 

@@ -16,7 +16,6 @@ from solarcal.session.journal import Disk, Journal
 from solarcal.session.records import Header
 from solarcal.station.news import NoteWritten
 from solarcal.station.state import LinkState
-from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.keys import ACTIONS
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
@@ -99,7 +98,7 @@ async def test_what_a_unit_and_a_technician_are_called_is_never_markup(tmp_path:
             await shows(pilot, words)
             await pilot.press("escape")
             await until(pilot, lambda at=at: len(app.screen_stack) == at)
-    app = SolarcalApp(ACTION_HANDLERS)
+    app = SolarcalApp()
     async with app.run_test(size=SMALL, notifications=True) as pilot:
         app.notify("the unit refused [/x]: [red]")
         await shows(pilot, "refused [/x]: [red]")

@@ -19,14 +19,13 @@ from solarcal.session.records import Closed
 from solarcal.station.news import FileInitialised
 from solarcal.station.saved_sessions import finished, saved_sessions
 from solarcal.timescale import SystemClock
-from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.start.screen import StartScreen
 from solarcal.tui.workstation.screen import WorkstationScreen
 
 
 def app_with(start=None, **settings):
-    return SolarcalApp(ACTION_HANDLERS, settings=Settings(**settings), start=start, remember=True)
+    return SolarcalApp(settings=Settings(**settings), start=start, remember=True)
 
 
 async def offers(pilot):
@@ -303,7 +302,7 @@ def test_going_on_is_refused_when_another_program_has_the_file():
 
 
 async def test_d_chooses_how_the_next_unit_is_talked_to():
-    app = SolarcalApp(ACTION_HANDLERS)
+    app = SolarcalApp()
     async with app.run_test(size=(80, 24)) as pilot:
         await shows(pilot, "Driver [d]: solartrak", "device, socket:// or rfc2217://host:port")
         await pilot.press("d")
@@ -315,14 +314,14 @@ async def test_d_chooses_how_the_next_unit_is_talked_to():
 
 async def test_the_profiles_driver_is_chosen_already():
     save_profile(Profile(name="roof", driver="rotctld", port="nowhere:1"))
-    app = SolarcalApp(ACTION_HANDLERS, profile=load_profile("roof"))
+    app = SolarcalApp(profile=load_profile("roof"))
     async with app.run_test(size=(80, 24)) as pilot:
         await shows(pilot, "Driver [d]: rotctld", "nowhere:1 as in the profile")
 
 
 async def test_an_emulated_rotator_is_opened_like_any_unit():
     start = Choice(scenario="tijeras-azel", driver="rotctld", start_utc="2026-06-03T16:00:00Z")
-    app = SolarcalApp(ACTION_HANDLERS, start=start)
+    app = SolarcalApp(start=start)
     async with app.run_test(size=(80, 24)) as pilot:
         await shows(pilot, "Emulated Rotator 0001 azel", "LINK OK")
 

@@ -7,7 +7,6 @@ from procedure_bench import LARGE, SMALL, bench, shows, workstation
 from textual.css import stylesheet
 
 from solarcal.config import Settings
-from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.themes import DEFAULT_THEME
 from solarcal.tui.workstation.screen import WorkstationScreen
@@ -45,7 +44,7 @@ async def test_no_sheet_is_parsed_twice(parsed):
 async def test_the_first_screen_is_drawn_in_the_theme_that_was_chosen(
     parsed, chosen, begins_with, ground
 ):
-    app = SolarcalApp(ACTION_HANDLERS, settings=Settings(theme=chosen))
+    app = SolarcalApp(settings=Settings(theme=chosen))
     async with app.run_test(size=SMALL) as pilot:
         assert (app.theme, app.screen.styles.background.hex) == (begins_with, ground)
         await shows(pilot, "STOP")

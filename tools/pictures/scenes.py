@@ -8,7 +8,6 @@ from textual.pilot import Pilot
 
 from solarcal.config import Choice, Settings
 from solarcal.station.news import StatusRead
-from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.messages import MenuEntriesFound
 from solarcal.tui.start.menu_entries import Entry, MenuEntries, menu_entries
@@ -41,7 +40,7 @@ class _PicturedStart(StartScreen):
 @scene
 async def start(folder: Path) -> str:
     del folder
-    app = SolarcalApp(ACTION_HANDLERS)
+    app = SolarcalApp()
     async with app.run_test(size=SMALL) as pilot:
         app.push_screen(_PicturedStart())
         await shows(pilot, "/dev/ttyUSB0", "Emulated trackers")
@@ -228,7 +227,7 @@ async def recompute(folder: Path) -> str:
 @scene
 async def replay(folder: Path) -> str:
     path = Day(folder, MORNING).prepared().taken(8).path
-    app = SolarcalApp(ACTION_HANDLERS, start=Choice(replay=str(path)))
+    app = SolarcalApp(start=Choice(replay=str(path)))
     async with app.run_test(size=SMALL) as pilot:
         await shows(pilot, "REPLAY")
         for _ in range(6):
@@ -320,7 +319,7 @@ async def demo(folder: Path) -> str:
 @scene
 async def calculators(folder: Path) -> str:
     del folder
-    app = SolarcalApp(ACTION_HANDLERS)
+    app = SolarcalApp()
     async with app.run_test(size=SMALL) as pilot:
         await pilot.press("f11")
         await shows(pilot, "Sunspot device")

@@ -20,7 +20,6 @@ from solarcal.station.clocks import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.timescale import format_utc
-from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.themes import DEFAULT_THEME
 from solarcal.tui.workstation.screen import WorkstationScreen
@@ -129,7 +128,7 @@ class Day:
         self, size: tuple[int, int] = SMALL, theme: str = DEFAULT_THEME
     ) -> AsyncIterator[Pilot[int]]:
         """The workstation at this station, its fit shown."""
-        app = SolarcalApp(ACTION_HANDLERS, settings=Settings(theme=theme))
+        app = SolarcalApp(settings=Settings(theme=theme))
         async with app.run_test(size=size) as pilot:
             app.adopt(self.station)
             app._path = self.path

@@ -3,8 +3,12 @@
 import argparse
 from typing import TYPE_CHECKING, Any
 
+from solarcal.cli.fit import rule_changes
 from solarcal.cli.output import print_json, say
+from solarcal.cli.unit_options import asked_driver, book_lines, journal_creator, named_profile
+from solarcal.config import file_stem
 from solarcal.errors import ConfigurationError
+from solarcal.profiles import Profile
 
 if TYPE_CHECKING:
     from solarcal.station.typed.field_book_calibration import HandCalibration
@@ -12,11 +16,7 @@ if TYPE_CHECKING:
 
 def run_book(args: argparse.Namespace) -> int:
     """Do what the book says; print the session and what to key in."""
-    from solarcal.cli.fit import rule_changes
-    from solarcal.cli.unit_options import asked_driver, book_lines, journal_creator, named_profile
-    from solarcal.config import file_stem
     from solarcal.model.methods import DEFAULT_METHOD
-    from solarcal.profiles import Profile
     from solarcal.report.session_report import record_line
     from solarcal.station.typed.field_book_calibration import calibrate_by_book
 

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from solarcal.cli.by_book import run_book
 from solarcal.cli.fit import add_method_option, add_rule_options, rule_changes
 from solarcal.cli.output import print_json, say
 from solarcal.cli.unit_options import (
@@ -17,6 +18,7 @@ from solarcal.cli.unit_options import (
     port,
 )
 from solarcal.cli.upload import add_force_option, forced_reason
+from solarcal.config import file_stem
 from solarcal.decimals import number_option, whole_option
 from solarcal.errors import ConfigurationError
 from solarcal.timescale import parse_utc
@@ -128,8 +130,6 @@ def run_calibration(
 @contextmanager
 def tracker_for(args: argparse.Namespace) -> "Iterator[tuple[Tracker, str, float | None]]":
     """The unit asked for, its name for files, and the eye noise if we made it ourselves."""
-    from solarcal.config import file_stem
-
     if asks_for_unit(args):
         with asked_tracker(args) as tracker:
             yield tracker, "unit", args.noise_deg
@@ -192,8 +192,6 @@ def run(args: argparse.Namespace) -> int:
     if args.resume:
         _start_where_it_broke_off(args)
     if args.input:
-        from solarcal.cli.by_book import run_book
-
         return run_book(args)
     with tracker_for(args) as (tracker, name, noise_deg):
         calibration = run_calibration(args, tracker, name, noise_deg)

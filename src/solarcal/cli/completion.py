@@ -6,6 +6,8 @@ The script asks the program itself at each Tab, so what it offers is never older
 import argparse
 import os
 
+from solarcal.cli import build_parser
+
 SHELLS = ("bash", "zsh", "fish")
 HELP = "print the script that makes Tab complete this program in a shell"
 _PROGRAM = "solarcal"
@@ -35,8 +37,6 @@ def complete() -> None:
     Called where the variable ``_ARGCOMPLETE`` is set, before anything else is imported.
     """
     import argcomplete
-
-    from solarcal.cli import build_parser
 
     line = os.environ.get("COMP_LINE", "").split()
     asked = next((word for word in line[1:] if not word.startswith("-")), None)

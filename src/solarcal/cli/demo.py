@@ -14,6 +14,7 @@ from solarcal.cli.calibrate import (
 )
 from solarcal.cli.output import print_json, say
 from solarcal.cli.run import has_terminal, run_workstation
+from solarcal.config import Choice, file_stem
 from solarcal.decimals import speed_option
 from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS
 
@@ -49,8 +50,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """In a terminal the workstation, for a newcomer to calibrate; else a whole day headless."""
     if has_terminal() and not (args.headless or args.json):
-        from solarcal.config import Choice
-
         return run_workstation(
             Choice(
                 scenario=args.scenario,
@@ -68,7 +67,6 @@ def run(args: argparse.Namespace) -> int:
 
 def run_headless(args: argparse.Namespace) -> int:
     """A full day's calibration over a real pseudo-terminal, with tables and plot."""
-    from solarcal.config import file_stem
     from solarcal.emulator.emulation import Emulator
     from solarcal.emulator.scenario import load_scenario
     from solarcal.emulator.server import serve_here
@@ -99,7 +97,6 @@ def run_headless(args: argparse.Namespace) -> int:
 
 def _calibrated_in_process(args: argparse.Namespace) -> "Calibration":
     """An emulated rotator's day; it is spoken to within this process."""
-    from solarcal.config import file_stem
     from solarcal.emulated_units import emulated_unit
 
     unit = emulated_unit(

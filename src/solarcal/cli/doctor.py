@@ -8,6 +8,7 @@ import argparse
 from dataclasses import asdict
 
 from solarcal.cli.output import print_json
+from solarcal.cli.readiness import check_all
 
 HELP = "is this laptop ready"
 
@@ -19,8 +20,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """0 when no check failed; warnings do not count."""
-
-    from solarcal.cli.readiness import check_all
 
     checks = check_all()
     failed = [check.name for check in checks if check.verdict == "failed"]

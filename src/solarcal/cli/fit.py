@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from solarcal.cli.output import print_json
 from solarcal.decimals import decimal, number_option, shortened
 from solarcal.errors import ConfigurationError
+from solarcal.report.blocks import section_text
 from solarcal.stopping_rule import DEFAULT_UNMODELLED
 
 if TYPE_CHECKING:
@@ -208,7 +209,6 @@ def run(args: argparse.Namespace) -> int:
             document["beam"] = beams.as_json()
         print_json(document)
     else:
-        from solarcal.report.blocks import section_text
         from solarcal.report.judgement import comparison_blocks
         from solarcal.report.session_report import fit_text
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from solarcal.cli.output import print_json, say
 from solarcal.decimals import whole_option
+from solarcal.report.blocks import columns, number
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -80,8 +81,6 @@ def _progress_on(terminal: bool) -> "Callable[[str, int, int], None]":
 def _table(
     fleet: "Fleet", worst: "tuple[FleetMember, ...]", worst_by: "WorstBy", folder: Path
 ) -> list[str]:
-    from solarcal.report.blocks import columns, number
-
     what = {"rms": "rms", "lean": "lean", "sigma": "lean's sigma", "noise": "noise"}[worst_by]
     lines = [
         f"{len(fleet.members)} sessions fitted by robust; the {len(worst)} worst by {what}, deg:",

@@ -13,6 +13,7 @@ from solarcal.cli.fit import (
     rule_changes,
 )
 from solarcal.cli.output import print_json, say
+from solarcal.report.blocks import text_of
 
 HELP = "expected error over the year, with a map of it, from saved points"
 
@@ -39,7 +40,6 @@ def run(args: argparse.Namespace) -> int:
 
         print_json(forecast_document(args.files, judgement, judged.tolerance_deg))
         return 0
-    from solarcal.report.blocks import text_of
     from solarcal.report.forecast_map import forecast_map
     from solarcal.report.judgement import forecast_facts, verdict_blocks
 

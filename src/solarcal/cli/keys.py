@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 
 from solarcal.cli.output import print_json
+from solarcal.config import load_keymap
 from solarcal.errors import ConfigurationError
 
 HELP = "what this terminal sends, and which action it would be"
@@ -31,7 +32,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the table; in a terminal then listen."""
-    from solarcal.config import load_keymap
     from solarcal.tui.keys import bound_actions, checked_keymap
 
     actions = bound_actions(checked_keymap(load_keymap()))

@@ -14,6 +14,7 @@ from solarcal.cli.fit import (
 from solarcal.cli.output import print_json, say
 from solarcal.decimals import whole_option
 from solarcal.errors import ConfigurationError
+from solarcal.report.blocks import text_of
 from solarcal.timescale import SECONDS_PER_DAY, SystemClock, parse_utc
 
 _CLOCK = re.compile(r"([01]?[0-9]|2[0-3]):([0-5][0-9])")
@@ -70,7 +71,6 @@ def run(args: argparse.Namespace) -> int:
 
         print_json(plan_document(args.files, judgement))
         return 0
-    from solarcal.report.blocks import text_of
     from solarcal.report.judgement import plan_blocks
 
     for warning in files.warnings:

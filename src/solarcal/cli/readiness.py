@@ -12,6 +12,8 @@ from typing import Literal
 
 from solarcal.config import config_dir, load_keymap, load_settings, sessions_dir
 from solarcal.errors import SolarcalError
+from solarcal.profiles import load_profile, profile_names
+from solarcal.unit.link import describe
 
 Verdict = Literal["ok", "warning", "failed"]
 
@@ -87,8 +89,6 @@ def keys() -> Check:
 def ports() -> Check:
     from serial.tools.list_ports import comports
 
-    from solarcal.unit.link import describe
-
     found = [describe(port) for port in comports()]
     likely = [port for port in found if port["likely"]]
     if not likely:
@@ -149,8 +149,6 @@ def disk() -> Check:
 
 
 def configuration() -> Check:
-    from solarcal.profiles import load_profile, profile_names
-
     folder = config_dir()
     try:
         settings = load_settings()

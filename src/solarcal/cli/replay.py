@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from solarcal.cli.output import print_json, say
+from solarcal.cli.run import has_terminal, run_workstation
+from solarcal.config import Choice
 from solarcal.decimals import speed_option
 from solarcal.errors import FitError
 from solarcal.timescale import SystemClock
@@ -32,13 +34,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """In a terminal on the workstation's screen; without one printed record by record."""
-    from solarcal.cli.run import has_terminal, run_workstation
     from solarcal.station.saved_sessions import Replay
 
     replay = Replay.open(args.file)
     if has_terminal() and not (args.headless or args.json):
-        from solarcal.config import Choice
-
         return run_workstation(Choice(replay=str(args.file), speed=args.speed))
     if args.speed is not None and not args.json:
         _tell_as_it_happened(replay, args.speed)

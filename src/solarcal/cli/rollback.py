@@ -6,7 +6,9 @@ from pathlib import Path
 from solarcal.cli.output import print_json, say
 from solarcal.cli.unit_options import add_unit_options, asked_tracker, port_words
 from solarcal.cli.upload import demand_session
+from solarcal.config import sessions_dir
 from solarcal.errors import ProcedureRefused
+from solarcal.report.blocks import text_of
 
 HELP = "restore what the newest upload to a unit replaced"
 
@@ -24,7 +26,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from solarcal.config import sessions_dir
     from solarcal.session.journal import Journal
     from solarcal.session.view import view_session
     from solarcal.station.state import newest_upload
@@ -56,7 +57,6 @@ def run(args: argparse.Namespace) -> int:
 
         print_json({**upload_document(path, header.unit, record), "restores": replaced.seq})
     else:
-        from solarcal.report.blocks import text_of
         from solarcal.report.tables import upload_table
 
         print(f"Unit {header.unit.model} {header.unit.serial}{port_words(args)}\n")

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING
 
 from solarcal.cli.ending import leave_by_signals
 from solarcal.cli.unit_options import PORT_HELP, add_driver_options, port
+from solarcal.config import Choice, load_keymap, load_settings
 from solarcal.errors import ConfigurationError
+from solarcal.profiles import load_profile, load_site_file
+from solarcal.tui.terminal_watch import end_with_terminal
+from solarcal.unit.drivers import demand_driver
 
 if TYPE_CHECKING:
-    from solarcal.config import Choice
     from solarcal.profiles import Profile
 
 HELP = "the workstation: calibrate a tracker, or choose what to do on its start screen"
@@ -37,10 +40,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from solarcal.config import Choice, load_settings
-    from solarcal.profiles import load_profile, load_site_file
-    from solarcal.unit.drivers import demand_driver
-
     demand_terminal()
     # A new profile's name is allowed here: the form fills it.
     profile = (
@@ -68,7 +67,6 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _continued(path: Path) -> "Choice":
-    from solarcal.config import load_settings
     from solarcal.station.saved_sessions import continuing, look_into
 
     saved = look_into(path)
@@ -113,16 +111,11 @@ def run_workstation(
     offline: bool = False,
 ) -> int:
     """The Textual program, until it is left; its exit code."""
-    from solarcal.config import load_keymap, load_settings
-    from solarcal.profiles import load_profile
-    from solarcal.tui.action_handlers import ACTION_HANDLERS
     from solarcal.tui.app import SolarcalApp
     from solarcal.tui.keys import checked_keymap
-    from solarcal.tui.terminal_watch import end_with_terminal
 
     settings = load_settings()
     app = SolarcalApp(
-        ACTION_HANDLERS,
         settings=settings,
         profile=profile or load_profile(settings.profile),
         keymap=checked_keymap(load_keymap()),

@@ -4,8 +4,10 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from solarcal.cli.calibrate import add_emulator_arguments, tracker_for
 from solarcal.cli.fit import add_method_option
 from solarcal.cli.output import print_json, say
+from solarcal.cli.plan import next_time
 from solarcal.cli.unit_options import PORT_HELP, add_driver_options, port
 from solarcal.decimals import number_option
 from solarcal.errors import ConfigurationError
@@ -19,8 +21,6 @@ HELP = "follow the Sun with a rotator, coefficients applied; Ctrl-C stops it"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    from solarcal.cli.calibrate import add_emulator_arguments
-
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
         "--port", type=port, metavar="URL", help=f"{PORT_HELP} (default: the profile's)"
@@ -47,7 +47,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Track until the end, then stop the rotator."""
-    from solarcal.cli.calibrate import tracker_for
     from solarcal.station.clocks import EmulatedClock
 
     if not 1.0 <= args.every <= 3600.0:
@@ -69,7 +68,6 @@ def run(args: argparse.Namespace) -> int:
 def _tracked(
     args: argparse.Namespace, tracker: "Tracker", unit: str, clock: "Clock"
 ) -> dict[str, Any]:
-    from solarcal.cli.plan import next_time
     from solarcal.station.software_controller.rotator_tracker import RotatorTracker
     from solarcal.station.sun_tracking import SunTracking, TrackingRun, read_coefficients
 

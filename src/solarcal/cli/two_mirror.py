@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from solarcal.cli.instrument import add_options, answer, texts_of
 from solarcal.cli.output import print_json, say, terminal_size
+from solarcal.cli.two_mirror_follow import add_follow_arguments, follow
 from solarcal.decimals import whole_option
 from solarcal.errors import ConfigurationError
 from solarcal.instruments.catalogue import BY_ID
@@ -87,8 +88,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         else:
             one.add_argument("--axis", type=whole_option(), choices=(1, 2), default=2)
 
-    from solarcal.cli.two_mirror_follow import add_follow_arguments
-
     add_follow_arguments(kind("follow", "let a unit's sun sensor take calibration points itself"))
 
 
@@ -98,8 +97,6 @@ def run(args: argparse.Namespace) -> int:
         return watch_folder(args, SystemClock())
     if args.kind in _INSTRUMENTS:
         return answer(BY_ID[f"mirrors-{args.kind}"], args)
-    from solarcal.cli.two_mirror_follow import follow
-
     kinds: dict[str, Callable[[argparse.Namespace], tuple[dict[str, Any], list[str]]]] = {
         "fit": _fit,
         "simulate": _simulate,
@@ -116,7 +113,6 @@ def run(args: argparse.Namespace) -> int:
 
 def watch_folder(args: argparse.Namespace, clock: Clock) -> int:
     """The corrections of every image that comes into the folder, until there are ``--images``."""
-    from solarcal.errors import ConfigurationError
     from solarcal.optics.disc_image import newest_image
 
     instrument, folder = BY_ID["mirrors-camera"], args.image

@@ -7,9 +7,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from solarcal.config import new_session_path
 from solarcal.decimals import shortened
 from solarcal.errors import ConfigurationError, InputFileError
 from solarcal.input_files import read_utf8
+from solarcal.profiles import load_profile, load_site_file, profile_names
 from solarcal.unit.drivers import DEFAULT_DRIVER, demand_driver
 
 if TYPE_CHECKING:
@@ -98,8 +100,6 @@ def named_profile(args: argparse.Namespace) -> "Profile | None":
     ConfigurationError
         There is none of that name, or it cannot be used.
     """
-    from solarcal.profiles import load_profile, load_site_file, profile_names
-
     if args.site:
         return load_site_file(Path(args.site))
     if not args.profile:
@@ -179,7 +179,6 @@ def journal_creator(output: Path | None, name: str) -> "Callable[[Header], Journ
     """Where the session goes: the file asked for, or a new one in the sessions folder."""
 
     def create(header: "Header") -> "Journal":
-        from solarcal.config import new_session_path
         from solarcal.session.journal import Journal
 
         path = output or new_session_path(name, header.utc)

@@ -7,6 +7,7 @@ from solarcal.cli.fit import add_method_option
 from solarcal.cli.output import print_json
 from solarcal.cli.unit_options import add_unit_options, asked_tracker, port_words
 from solarcal.errors import ConfigurationError
+from solarcal.report.blocks import text_of
 
 HELP = "write the fit of a session into its unit, read back, compare"
 
@@ -71,7 +72,6 @@ def run(args: argparse.Namespace) -> int:
             {**upload_document(args.file, journal.header.unit, record), **offer_document(offer)}
         )
     else:
-        from solarcal.report.blocks import text_of
         from solarcal.report.judgement import rounding_blocks, verdict_blocks
         from solarcal.report.tables import upload_table
 

@@ -14,6 +14,7 @@ from solarcal.errors import ConfigurationError, InputFileError
 from solarcal.input_files import parse_toml, read_utf8
 from solarcal.site import Site
 from solarcal.sun import sun_position
+from solarcal.sun.moon import LUNAR_DAY_S, moon_position
 from solarcal.timescale import SECONDS_PER_DAY, parse_utc
 
 DEFAULT_SCENARIO = "tijeras-azel"
@@ -79,9 +80,6 @@ class Scenario(msgspec.Struct, frozen=True, kw_only=True):
             return instant_s
         midnight_s = instant_s + self.site.zone_west_h * 3600.0
         if self.truth.light == "moon":
-            # erfa takes 70 ms to import; the Sun's scenarios do not need it here.
-            from solarcal.sun.moon import LUNAR_DAY_S, moon_position
-
             # Of a lunar day: in every month one date has no moonrise.
             minutes = midnight_s + np.arange(0.0, LUNAR_DAY_S, 60.0)
             elevation = moon_position(minutes, self.site.place()).elevation_deg

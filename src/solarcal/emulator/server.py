@@ -79,8 +79,8 @@ def serve_pty(emulator: UnitOnALine, link_path: str | Path | None = None) -> Ite
         No pseudo-terminals on this system, or the link cannot be made.
     """
     try:
-        import pty
-        import tty
+        import pty  # noqa: PLC0415
+        import tty  # noqa: PLC0415
     except ImportError:
         raise ConfigurationError(
             "this system has no pseudo-terminals; use --tcp 127.0.0.1:PORT instead"

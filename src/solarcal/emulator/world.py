@@ -23,6 +23,7 @@ from solarcal.optics.aiming import Heliostat
 from solarcal.site import Site
 from solarcal.sun import apparent_zenith_deg, sun_position
 from solarcal.sun.ephemeris import SiteEphemeris
+from solarcal.sun.moon import MoonLight
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import RAD_PER_DEG, Angles, FloatArray, wrap_deg
 
@@ -96,9 +97,6 @@ class Sky:
         return SiteEphemeris(self._site, begins_s, begins_s + _STRETCH_S, self._truth.dut1_s)
 
     def _prepared_moon(self, day: int) -> "MoonLight":
-        # erfa and scipy take 0.3 s to import; the Sun's world needs neither.
-        from solarcal.sun.moon import MoonLight
-
         begins_s = day * SECONDS_PER_DAY
         return MoonLight(self._site, begins_s, begins_s + SECONDS_PER_DAY, self._truth.dut1_s)
 

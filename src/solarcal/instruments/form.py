@@ -8,15 +8,17 @@ import importlib
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from solarcal.decimals import between, decimal, shortened
 from solarcal.errors import ConfigurationError
-from solarcal.report.scales import Theme
 from solarcal.site import Site, day_utc_s
 from solarcal.timescale import parse_utc
 
-Draw = Callable[[int, int, bool, Theme], str]
+if TYPE_CHECKING:
+    from solarcal.report.scales import Theme
+
+Draw = Callable[[int, int, bool, "Theme"], str]
 """Width, height, colour wanted, theme -> the drawing as text with ANSI colours."""
 
 

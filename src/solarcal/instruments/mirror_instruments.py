@@ -52,14 +52,14 @@ def _offset(*examples: str) -> tuple[Field, ...]:
 _HELIOSTATS = (
     Instrument(
         "heliostat-aim", "Heliostat", "Aim", "the mirror's normal; what its offset does to it",
-        "heliostat_aim", "aim",
+        "heliostat", "aim",
         (_SUN, *_TARGET, _DISTANCE, *_offset("", "", ""), *MOUNT, *_PLACE, TIME, _REFRACTION),
         "heliostat aim",
     ),
     Instrument(
         "heliostat-target", "Heliostat", "Targeting",
         "where the beam goes, from normals read there",
-        "heliostat_target", "target",
+        "heliostat", "target",
         (
             Field(
                 "seen", "Sun, normal", hint="az zen n1 n2", count=4, repeat=4,
@@ -86,7 +86,7 @@ _HELIOSTATS = (
     ),
     Instrument(
         "heliostat-drift", "Heliostat", "Drift", "of an uncorrected mirror offset over a day",
-        "heliostat_aim", "drift",
+        "heliostat", "drift",
         (
             *_PLACE, TIME, *_TARGET, replace(_DISTANCE, example="120", hint=""),
             *_offset("0.12", "0", "0.35"), _REFRACTION,
@@ -95,7 +95,7 @@ _HELIOSTATS = (
     ),
     Instrument(
         "heliostat-circle", "Heliostat", "Mirror on a circle", "both roots, front and back",
-        "heliostat_target", "circle",
+        "heliostat", "circle",
         (
             Field(
                 "angle", "Sun to target", "deg", example="22.5", metavar="DEG",
@@ -113,7 +113,7 @@ _HELIOSTATS = (
     ),
     Instrument(
         "heliostat-shift", "Heliostat", "Translation", "by how much it turns the target",
-        "heliostat_target", "shift",
+        "heliostat", "shift",
         (
             Field(
                 "by", "Moved by", "length", example="3", metavar="LENGTH",

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import betainc, stdtrit
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.least_squares import RANK_LIMIT
@@ -246,15 +247,11 @@ def f_probability(f: float, over: int, under: int) -> float:
 def f_probabilities(f: FloatArray, over: int, under: int) -> FloatArray:
     """The same for many; f is never below zero."""
     # scipy takes long to import; it is not needed before there are points.
-    from scipy.special import betainc
-
     return np.asarray(betainc(under / 2.0, over / 2.0, under / (under + over * f)))
 
 
 def t_limit(level: float, spare: int) -> float:
     """|t| exceeded with this chance."""
-    from scipy.special import stdtrit
-
     return float(stdtrit(spare, 1.0 - level / 2.0))
 
 

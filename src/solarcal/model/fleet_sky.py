@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from solarcal.model.sky_context import TruePoints
 from solarcal.site import Site, Weather
+from solarcal.sun.ephemeris import SiteEphemeris
+from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import RAD_PER_DEG, FloatArray
@@ -78,9 +80,6 @@ def _sun_deg(
     points: FleetPoints, chosen: NDArray[np.intp], block: float
 ) -> tuple[FloatArray, FloatArray]:
     # erfa takes long to import and a fleet of apparent angles never needs it.
-    from solarcal.sun.ephemeris import SiteEphemeris
-    from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S
-
     times = points.utc_s[chosen]
     last_block = float(times.max()) // BLOCK_S
     sun = SiteEphemeris(

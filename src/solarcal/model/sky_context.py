@@ -18,12 +18,14 @@ from solarcal.mount.limits import Limits
 from solarcal.optics.aiming import Heliostat
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun.appendix_a import horizontal_deg
+from solarcal.sun.ephemeris import SiteEphemeris
+from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray
 
 if TYPE_CHECKING:
-    from solarcal.sun.ephemeris import SiteEphemeris
+    pass
 
 Ideal = Literal["apparent", "airless", "solartrak"]
 """What ideal angles are: nothing missing, refraction missing, refraction and ephemeris missing."""
@@ -178,9 +180,6 @@ def sun_directions(context: SkyContext, utc_s: FloatArray) -> SunDirections:
 @lru_cache(maxsize=8)
 def _ephemeris(site: Site, first_block: float, last_block: float) -> "SiteEphemeris":
     # erfa takes 70 ms to import; blocks of a year keep the prepared Sun for the next question.
-    from solarcal.sun.ephemeris import SiteEphemeris
-    from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S
-
     # A time beyond the models' years is refused by the ephemeris itself, with its own words.
     start_s = max(first_block * _YEAR_S, FIRST_UTC_S)
     end_s = min((last_block + 1.0) * _YEAR_S, LAST_UTC_S - 1.0)

@@ -7,6 +7,7 @@ import numpy as np
 from solarcal.mount.geometry import MountGeometry, crosses_branch
 from solarcal.mount.limits import Limits
 from solarcal.site import Site
+from solarcal.sun.ephemeris import SiteEphemeris
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray
 
@@ -57,8 +58,6 @@ def axis_path(
 ) -> AxisPath:
     """The Sun at instants (n,) in order, POSIX UTC seconds, as axis angles with their margin."""
     # erfa, which the precise Sun needs, takes 70 ms to import.
-    from solarcal.sun.ephemeris import SiteEphemeris
-
     ephemeris = SiteEphemeris(site, float(utc_s[0]), float(utc_s[-1]), dut1_s)
     azimuth, zenith = ephemeris.horizontal_deg(utc_s)
     ax1, ax2 = geometry.axes_from_horizontal(azimuth, zenith)

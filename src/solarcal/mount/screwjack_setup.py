@@ -209,7 +209,7 @@ def _explanations(
     jack: ScrewjackDrive, observations: Sequence[Measured]
 ) -> tuple[Explanation, ...]:
     """R1, R2 or the sense changed alone, beta fitted anew each time."""
-    from scipy.optimize import minimize_scalar
+    from scipy.optimize import minimize_scalar  # noqa: PLC0415
 
     found = []
     for name in ("R1", "R2"):

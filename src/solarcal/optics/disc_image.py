@@ -142,7 +142,7 @@ def _edge_level(image: FloatArray, threshold: float | None) -> float:
 def _body(inside: Mask) -> tuple[Mask, Mask]:
     """The largest connected body of a mask, as it is and with its holes filled."""
     # Its import takes 60 ms, which no other calculator has to pay for.
-    from scipy import ndimage
+    from scipy import ndimage  # noqa: PLC0415
 
     labels, count = ndimage.label(inside)
     if not count:

@@ -80,7 +80,7 @@ def exact_roots(
 
 
 def _root(sun: FloatArray, target: Target, offset: MirrorOffset, face: float) -> Root | None:
-    from scipy.optimize import brentq
+    from scipy.optimize import brentq  # noqa: PLC0415
 
     def wanted(azimuth_deg: float, zenith_deg: float) -> FloatArray:
         """Where the face should look, were the mirror's middle where these angles put it."""
@@ -172,7 +172,7 @@ def circle_roots(angle_sun_target_deg: float, distance_to_radius: float) -> Circ
     ConfigurationError
         phi not between 0 and 180, or the target on or within the mirror's circle.
     """
-    from scipy.optimize import brentq
+    from scipy.optimize import brentq  # noqa: PLC0415
 
     if not 0.0 < angle_sun_target_deg < 180.0:
         raise ConfigurationError(

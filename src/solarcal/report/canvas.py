@@ -21,7 +21,7 @@ HeaderPart = tuple[str, int | None]
 
 def _plotext() -> Any:
     """plotext takes 150 ms to import: only when the first plot is drawn."""
-    import plotext
+    import plotext  # noqa: PLC0415
 
     plotext.terminal.limit(False, False)  # else the size of this process's terminal clips the plot
     return plotext

@@ -15,7 +15,10 @@ from solarcal.mount_description import MountDescription
 from solarcal.profiles import Profile
 from solarcal.site import Site
 from solarcal.station.core import StationCore
+from solarcal.station.software_controller.coefficient_store import FileStore
+from solarcal.station.software_controller.rotator_tracker import RotatorTracker
 from solarcal.station.typed.forms import Display
+from solarcal.station.typed.unit import TypedUnit
 from solarcal.timescale import Clock, SystemClock
 from solarcal.unit.drivers import DEFAULT_DRIVER, Driver, demand_driver
 from solarcal.unit.link import LINES_KEPT, Link, SerialLink
@@ -133,13 +136,8 @@ def _tracker(connection: Connection, driver: Driver) -> Tracker:
     # Neither a rotator nor a display knows the Sun: the station computes it for the site.
     clock = connection.clock or SystemClock()
     if driver.rotator is None:
-        from solarcal.station.typed.unit import TypedUnit
-
         display, site = connection.demand_display(), connection.demand_site()
         return TypedUnit(site, connection.mount(), display, clock)
-
-    from solarcal.station.software_controller.coefficient_store import FileStore
-    from solarcal.station.software_controller.rotator_tracker import RotatorTracker
 
     rotator = driver.rotator(connection)
     site, mount = connection.demand_site(), connection.mount()

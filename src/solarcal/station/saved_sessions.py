@@ -9,12 +9,12 @@ import msgspec
 from solarcal.config import Choice, sessions_dir
 from solarcal.errors import SolarcalError, harmless
 from solarcal.session.reader import UNCLOSED, read_session
-from solarcal.session.records import Header, PointRecord, Record
+from solarcal.session.records import Closed, Header, PointRecord, Record
 from solarcal.station.state import SessionView, view_session
 from solarcal.timescale import parse_utc
 
 if TYPE_CHECKING:
-    from solarcal.station.state import SessionView
+    pass
 
 NEWEST_SESSIONS = 40
 """How many saved sessions are looked into."""
@@ -71,9 +71,6 @@ def unfinished_sessions(model: str, serial: str) -> list[SavedSession]:
 
 def look_into(path: Path) -> SavedSession:
     """A session file in one line, or why it cannot be read."""
-    from solarcal.session.reader import read_session
-    from solarcal.session.records import Closed, PointRecord
-
     try:
         session = read_session(path)
     except SolarcalError as error:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from solarcal.errors import ConfigurationError
 from solarcal.site import Site
+from solarcal.sun.position import sun_position
 from solarcal.timescale import SECONDS_PER_DAY, parse_utc
 from solarcal.units import RAD_PER_DEG, FloatArray
 
@@ -187,8 +188,6 @@ def days_after_march_equinox(utc_s: float) -> float:
 
 
 def _march_equinox_utc_s(year: int) -> float:
-    from solarcal.sun.position import sun_position
-
     at_s = parse_utc(f"{year:04d}-03-20T12:00:00Z")
     for _ in range(3):
         # 0.39 deg a day around the equinox; the third step is good to a second.

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from solarcal.site import Site
+from solarcal.sun.ephemeris import SiteEphemeris
 from solarcal.sun.noaa import declination_rad, equation_of_time_min, fractional_year_rad
 from solarcal.sun.position import require_supported_times, sun_position
 from solarcal.timescale import SECONDS_PER_DAY
@@ -72,8 +73,6 @@ def day_events(
         The time is outside 1960..2100.
     """
     # erfa, which the precise Sun needs, takes 70 ms to import.
-    from solarcal.sun.ephemeris import SiteEphemeris
-
     transit_s = _transit_utc_s(utc_s, site, dut1_s)
 
     def height_deg(at_s: float) -> float:

@@ -177,7 +177,7 @@ class MoonLight:
         self, site: Site, start_utc_s: float, end_utc_s: float, dut1_s: float = 0.0
     ) -> None:
         # Not needed for the Sun; its import takes 0.2 s.
-        from scipy.interpolate import CubicSpline
+        from scipy.interpolate import CubicSpline  # noqa: PLC0415
 
         count = max(4, math.ceil((end_utc_s - start_utc_s) / _NODE_S) + 1)
         times = np.linspace(start_utc_s, end_utc_s, count)

@@ -7,6 +7,9 @@ import numpy as np
 
 from solarcal.errors import ConfigurationError
 from solarcal.site import Site, Weather, standard_pressure_hpa
+from solarcal.sun import precise
+from solarcal.sun.appendix_a import printed_sun
+from solarcal.sun.noaa import noaa_sun
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY, format_utc, parse_utc
 from solarcal.units import RAD_PER_DEG, Angles, FloatArray, wrap_deg
@@ -144,8 +147,6 @@ def require_supported_times(utc_s: FloatArray) -> None:
 
 
 def _appendix_a(times: FloatArray, site: Site, *, plus: bool) -> SunPosition[FloatArray]:
-    from solarcal.sun.appendix_a import printed_sun
-
     sun = printed_sun(times, site.latitude_deg, site.longitude_deg, plus=plus)
     solar_time = 12.0 - sun.hour_angle_rad / RAD_PER_DEG / 15.0
     return SunPosition(
@@ -159,8 +160,6 @@ def _appendix_a(times: FloatArray, site: Site, *, plus: bool) -> SunPosition[Flo
 
 
 def _noaa(times: FloatArray, site: Site) -> SunPosition[FloatArray]:
-    from solarcal.sun.noaa import noaa_sun
-
     sun = noaa_sun(times, site.latitude_deg, site.longitude_deg)
     return SunPosition(
         utc_s=times,
@@ -174,8 +173,6 @@ def _noaa(times: FloatArray, site: Site) -> SunPosition[FloatArray]:
 
 def _precise(times: FloatArray, site: Site, dut1_s: float) -> SunPosition[FloatArray]:
     # erfa takes 70 ms to import and the controller's own Sun does not need it.
-    from solarcal.sun import precise
-
     geocentric, topocentric = precise.geocentric_and_topocentric_sun(
         precise.Instants.of_utc(times, dut1_s), site
     )

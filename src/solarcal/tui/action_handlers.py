@@ -1,16 +1,27 @@
 """What each action of the workstation does: the screen it opens, or why it does not.
 
-The modules of the screens are imported when their key is first pressed, so that the first paint
-does not wait for them.
+This module knows every screen, so it is imported after the first paint, or at the first key.
 """
 
 from collections.abc import Callable
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 from solarcal.errors import ProcedureRefused
+from solarcal.station import guards
 from solarcal.station.news import SpeedTold, TimeSkipped
+from solarcal.station.next_step import next_step
+from solarcal.station.state import Activity
 from solarcal.tui.base import Workstation
+from solarcal.tui.calculators import list as calculators_list
+from solarcal.tui.dialogs import clock, initialise, link, ref_check, report, upload, void_note
+from solarcal.tui.dialogs.leave import LeaveDialog
+from solarcal.tui.help import HelpScreen
+from solarcal.tui.offset import dialog as offset_dialog
+from solarcal.tui.plan import screen as plan_screen
+from solarcal.tui.point import dialog as point_dialog
+from solarcal.tui.replay import recompute
+from solarcal.tui.replay.screen import ReplayScreen
+from solarcal.tui.workstation.screen import WorkstationScreen
 
 if TYPE_CHECKING:
     from solarcal.model.analysis import Analysis
@@ -19,49 +30,17 @@ if TYPE_CHECKING:
 
 ActionHandler = Callable[[Workstation], None]
 
-_OPENERS = {
-    "link": "dialogs.link:open_screen",
-    "initialise": "dialogs.initialise:open_screen",
-    "ref_check": "dialogs.ref_check:open_screen",
-    "sun_offset": "offset.dialog:open_screen",
-    "take_point": "point.dialog:open_screen",
-    "upload": "dialogs.upload:open_screen",
-    "recompute": "replay.recompute:open_screen",
-    "clock": "dialogs.clock:open_screen",
-    "plan": "plan.screen:open_screen",
-    "report": "dialogs.report:open_screen",
-    "void": "dialogs.void_note:open_void",
-    "note": "dialogs.void_note:open_note",
-    "calculators": "calculators.list:open_list",
-}
-"""Action id to module of ``solarcal.tui`` and its function."""
-
-
-def _opener(place: str) -> ActionHandler:
-    module, _, function = place.partition(":")
-
-    def perform(app: Workstation) -> None:
-        getattr(import_module(f"solarcal.tui.{module}"), function)(app)
-
-    return perform
-
-
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 30.0, 60.0, 120.0)
 LOW_SUN_SKIP_S = 1800.0
 """How far to skip while the Sun is too low and no point is due."""
 
 
 def open_help(app: Workstation) -> None:
-    from solarcal.tui.help import HelpScreen
-
     if not isinstance(app.screen, HelpScreen):
         app.push_screen(HelpScreen())
 
 
 def next_plot(app: Workstation) -> None:
-    from solarcal.tui.replay.screen import ReplayScreen
-    from solarcal.tui.workstation.screen import WorkstationScreen
-
     if isinstance(app.screen, (WorkstationScreen, ReplayScreen)):
         app.screen.next_plot()
 
@@ -78,9 +57,6 @@ def switch_alerts(app: Workstation) -> None:
 
 def leave(app: Workstation) -> None:
     """Out; asks first while something is going on."""
-    from solarcal.station.state import Activity
-    from solarcal.tui.dialogs.leave import LeaveDialog
-
     if isinstance(app.screen, LeaveDialog):
         return
     if app.state.activity is Activity.IDLE or app.worker is None:
@@ -125,9 +101,6 @@ def skip(app: Workstation) -> None:
 
 
 def _skip(station: "Station", judgement: "Analysis | None") -> float:
-    from solarcal.station import guards
-    from solarcal.station.next_step import next_step
-
     emulation = _emulation(station)
     elevation = station.sun_elevation_deg()
     step = next_step(station.state, elevation, judgement)
@@ -142,7 +115,19 @@ def _skip(station: "Station", judgement: "Analysis | None") -> float:
 
 
 ACTION_HANDLERS: dict[str, ActionHandler] = {
-    **{name: _opener(place) for name, place in _OPENERS.items()},
+    "link": link.open_screen,
+    "initialise": initialise.open_screen,
+    "ref_check": ref_check.open_screen,
+    "sun_offset": offset_dialog.open_screen,
+    "take_point": point_dialog.open_screen,
+    "upload": upload.open_screen,
+    "recompute": recompute.open_screen,
+    "clock": clock.open_screen,
+    "plan": plan_screen.open_screen,
+    "report": report.open_screen,
+    "void": void_note.open_void,
+    "note": void_note.open_note,
+    "calculators": calculators_list.open_list,
     "help": open_help,
     "next_plot": next_plot,
     "theme": change_theme,

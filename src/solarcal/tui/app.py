@@ -17,8 +17,7 @@ from solarcal.config import Choice, Settings, save_settings
 from solarcal.errors import ConfigurationError, SolarcalError, harmless
 from solarcal.profiles import Profile
 from solarcal.station.news import StepFailed
-from solarcal.tui.action_handlers import ActionHandler
-from solarcal.tui.base import StationModal, StationScreen
+from solarcal.tui.base import StationModal, StationScreen, is_typed
 from solarcal.tui.keys import (
     ACTIONS,
     QUIT_EVERYWHERE,
@@ -28,6 +27,7 @@ from solarcal.tui.keys import (
     modified_f3,
 )
 from solarcal.tui.messages import FormAsked, LineFailed, LineNews, LineOpened, Told
+from solarcal.tui.palette import ActionProvider, OwnThemesFirst, Palette
 from solarcal.tui.start.screen import StartScreen
 from solarcal.tui.station_app import StationApp
 from solarcal.tui.themes import DEFAULT_THEME, SUNLIGHT, axis_colours, begin_with_theme
@@ -40,18 +40,11 @@ PRESS_STOP_S = 8.0
 """How long it covers a part of the screen that STOP is at the unit; the log goes on saying it."""
 
 
-def _action_provider() -> "type[Provider]":
-    from solarcal.tui.palette import ActionProvider
-
-    return ActionProvider
-
-
 class SolarcalApp(StationApp):
     """Choices become an open line, keys become what a handler does.
 
     Parameters
     ----------
-    handlers : what each action does.
     settings, profile, keymap : the user's; defaults without them.
     start : open this at once instead of asking.
     output, trace : the first session file; a transcript of the line.
@@ -64,7 +57,7 @@ class SolarcalApp(StationApp):
 
     TITLE = "solarcal"
     CSS_PATH = "solarcal.tcss"
-    COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {_action_provider}
+    COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {ActionProvider}
     """Without Textual's own provider: the palette lists what it has beside our actions."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -75,7 +68,6 @@ class SolarcalApp(StationApp):
 
     def __init__(
         self,
-        handlers: dict[str, ActionHandler],
         *,
         settings: Settings | None = None,
         profile: Profile | None = None,
@@ -91,7 +83,6 @@ class SolarcalApp(StationApp):
         self.settings = settings or Settings()
         self.profile = profile or Profile()
         self.actions: tuple[Action, ...] = bound_actions(keymap or {})
-        self._handlers = handlers
         self._start = start
         self._output, self._trace = output, trace
         self._remember = remember
@@ -130,8 +121,6 @@ class SolarcalApp(StationApp):
 
     def action_command_palette(self) -> None:
         """Ours has STOP on it. In the middle of a step it would begin another one: not there."""
-        from solarcal.tui.palette import Palette
-
         if isinstance(self.screen, StationModal):
             self.screen.palette_refused()
             return
@@ -140,8 +129,6 @@ class SolarcalApp(StationApp):
 
     def search_themes(self) -> None:
         """The themes to choose from, those made for this program first."""
-        from solarcal.tui.palette import OwnThemesFirst, Palette
-
         self.push_screen(Palette(providers=[OwnThemesFirst], placeholder="Search for themes…"))
 
     def get_theme_variable_defaults(self) -> dict[str, str]:
@@ -333,7 +320,9 @@ class SolarcalApp(StationApp):
         if action_id == "stop":
             self._stop()
             return
-        handler = self._handlers.get(action_id)
+        from solarcal.tui.action_handlers import ACTION_HANDLERS
+
+        handler = ACTION_HANDLERS.get(action_id)
         if handler is None:
             return
         try:
@@ -343,8 +332,6 @@ class SolarcalApp(StationApp):
             self.tell(StepFailed(None, error))
 
     def _stop(self) -> None:
-        from solarcal.tui.base import is_typed
-
         if is_typed(self) or (self._reader is not None and self._reader.asking):
             self.notify(
                 "There is no line to it: this program cannot stop it.",

@@ -13,6 +13,7 @@ from solarcal.errors import ConfigurationError, InputFileError
 from solarcal.input_files import parse_toml, read_utf8
 from solarcal.sun.day import daylight
 from solarcal.sun.ephemeris import SiteEphemeris
+from solarcal.sun.moon import BRIGHT_ENOUGH, MoonLight, moon_day
 from solarcal.timescale import parse_utc
 from solarcal.two_mirror.mirrors import EulerBase, fixed_mirrors_matrix
 
@@ -140,8 +141,6 @@ class MirrorScenario(msgspec.Struct, frozen=True, kw_only=True):
             span = daylight(place, noon_s, lowest_deg)
         else:
             # erfa takes 70 ms to import and the Sun's loop does not need the Moon.
-            from solarcal.sun.moon import BRIGHT_ENOUGH, moon_day
-
             passage = moon_day(noon_s, place, altitude_deg=lowest_deg)
             lit = float(passage.at_transit.illuminated)
             if lit < BRIGHT_ENOUGH:
@@ -164,8 +163,6 @@ class MirrorScenario(msgspec.Struct, frozen=True, kw_only=True):
         place = self.site.place()
         if self.target == "sun":
             return SiteEphemeris(place, first_utc_s, last_utc_s)
-        from solarcal.sun.moon import MoonLight
-
         return MoonLight(place, first_utc_s, last_utc_s)
 
     def noon_utc_s(self) -> float:

@@ -221,7 +221,7 @@ def _open_port(url: str, baudrate: int) -> Any:
             f"port {url} cannot be opened: give a device, or one of {' '.join(_OPENED)} "
             "(--trace FILE keeps what goes over the line)"
         )
-    import serial
+    import serial  # noqa: PLC0415
 
     try:
         return serial.serial_for_url(

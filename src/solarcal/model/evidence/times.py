@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import get_args
 
 import numpy as np
+from scipy.optimize import minimize, minimize_scalar
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.finding import Finding, Kind, points_named
@@ -20,6 +21,8 @@ from solarcal.model.sky_context import Ideal, SkyContext, sun_directions
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry
 from solarcal.session.points import PointTable
 from solarcal.site import Site
+from solarcal.sun.ephemeris import SiteEphemeris
+from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray
@@ -172,8 +175,6 @@ def _cure(found: _Explanation, from_a_file: bool) -> str:
 
 def _known_instants(utc_s: FloatArray) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
     # The Sun's models end somewhere; a shift must not lead beyond them.
-    from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S
-
     with np.errstate(invalid="ignore"):
         return (utc_s > FIRST_UTC_S + 2.0 * _MARGIN_S) & (utc_s < LAST_UTC_S - 2.0 * _MARGIN_S)
 
@@ -241,8 +242,6 @@ class _Search:
 
     def __init__(self, rows: PointTable, context: SkyContext) -> None:
         # erfa takes long to import; a file whose stamps agree never needs it.
-        from solarcal.sun.ephemeris import SiteEphemeris
-
         self.rows = rows
         self.context = context
         self.site = context.site
@@ -371,8 +370,6 @@ class _Search:
     def _place(self, whole_file: bool) -> Iterator[_Explanation]:
         if not whole_file or len(self.rows) < 2:
             return
-        from scipy.optimize import minimize
-
         latitudes, longitudes = np.arange(-87.0, 88.0, 3.0), np.arange(-177.0, 181.0, 3.0)
         squares = np.array(
             [self._squares(_Change(0.0, one, longitudes[:, np.newaxis])) for one in latitudes]
@@ -415,8 +412,6 @@ class _Search:
         self, change: Callable[[float], _Change], tried: FloatArray, squares: FloatArray
     ) -> float:
         """The number that brings the rows together best, beside the best of those tried (k,)."""
-        from scipy.optimize import minimize_scalar
-
         at = int(np.argmin(squares))
         low, high = tried[max(at - 1, 0)], tried[min(at + 1, len(tried) - 1)]
         found = minimize_scalar(

@@ -13,6 +13,7 @@ from textual.widget import Widget
 
 from solarcal.config import sessions_dir
 from solarcal.errors import ProcedureRefused, SolarcalError
+from solarcal.report.certificate import issue
 from solarcal.report.forecast_map import forecast_map
 from solarcal.report.plots import error_plot, error_reach
 from solarcal.report.scales import View
@@ -101,8 +102,6 @@ class ReportDialog(Dialog):
         threading.Thread(target=self._write, name="report", daemon=True).start()
 
     def _write(self) -> None:
-        from solarcal.report.certificate import issue
-
         outputs = [sessions_dir() / f"{self._path.stem}-certificate{end}" for end in ENDINGS]
         try:
             found: Issued | SolarcalError = issue([self._path], {}, outputs, zip_too=True)

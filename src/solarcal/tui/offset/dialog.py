@@ -29,6 +29,7 @@ from solarcal.station.state import StationState
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import DialogKey, DriveWatch, PacedDialog, open_dialog
 from solarcal.tui.offset.spot import SpotCalculator, Sunspot, jog_table
+from solarcal.tui.offset.typed import TypedOffsetDialog
 from solarcal.tui.widgets.words import Words
 from solarcal.unit.conversation import NOT_REFERENCED
 from solarcal.unit.tracker import Mode
@@ -52,8 +53,6 @@ FAR_DEG = 1.0
 def open_screen(app: Workstation) -> None:
     worker = app.station_worker()
     if is_typed(app):
-        from solarcal.tui.offset.typed import TypedOffsetDialog
-
         open_dialog(app, TypedOffsetDialog())
     else:
         open_dialog(app, SunOffsetDialog(worker.station))

@@ -17,6 +17,10 @@ from textual.widgets import Static
 from solarcal.config import sessions_dir
 from solarcal.errors import FitError, SolarcalError, harmless
 from solarcal.model.fit import Solution
+from solarcal.report.blocks import lines_of, wrapped
+from solarcal.report.judgement import coefficients_table, fit_summary
+from solarcal.report.tables import points_table
+from solarcal.session.reader import read_session
 from solarcal.station.fitting import solve
 from solarcal.station.state import SessionView, view_session
 from solarcal.tui.base import StationScreen, Workstation
@@ -55,8 +59,6 @@ class Recomputed:
 
 def recompute(path: Path) -> Recomputed:
     """Read and fit one session file; takes a while, touches nothing."""
-    from solarcal.session.reader import read_session
-
     try:
         read = read_session(path)
         session = view_session(read.header, read.records)
@@ -188,10 +190,6 @@ class RecomputeScreen(StationScreen):
 
 
 def _lines(found: Recomputed) -> tuple[str, ...]:
-    from solarcal.report.blocks import lines_of, wrapped
-    from solarcal.report.judgement import coefficients_table, fit_summary
-    from solarcal.report.tables import points_table
-
     said = [*found.warnings, *([found.trouble] if found.trouble else [])]
     # The file is named above; its folder would push what is wrong with it off the screen.
     lines = [

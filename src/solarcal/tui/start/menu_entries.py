@@ -2,7 +2,10 @@
 
 from dataclasses import dataclass
 
+from serial.tools import list_ports
+
 from solarcal.config import Choice, Settings
+from solarcal.emulator.scenario import load_scenario, scenario_names
 from solarcal.station.saved_sessions import continuing, saved_sessions
 from solarcal.unit.link import describe
 
@@ -35,9 +38,7 @@ def menu_entries(settings: Settings) -> MenuEntries:
 
 
 def _ports() -> list[Entry]:
-    from serial.tools.list_ports import comports
-
-    ports = [describe(port) for port in comports()]
+    ports = [describe(port) for port in list_ports.comports()]
     ports.sort(key=lambda port: (not port["likely"], port["port"]))
     entries = []
     for port in ports:
@@ -52,8 +53,6 @@ def _ports() -> list[Entry]:
 
 
 def _scenarios() -> list[Entry]:
-    from solarcal.emulator.scenario import load_scenario, scenario_names
-
     return [
         (f"{name:20} {load_scenario(name).summary}", Choice(scenario=name))
         for name in scenario_names()

@@ -17,6 +17,7 @@ from solarcal.config import Choice
 from solarcal.station.news import StepFailed
 from solarcal.tui.base import StationScreen
 from solarcal.tui.messages import MenuEntriesFound
+from solarcal.tui.start.profile import ProfileScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine
 from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, has_line
@@ -243,8 +244,6 @@ class StartScreen(StationScreen):
         self.tell(f"Driver {self._driver}: {DRIVERS[self._driver].summary}.")
 
     def action_profile(self) -> None:
-        from solarcal.tui.start.profile import ProfileScreen
-
         def changed(saved: bool | None) -> None:
             if saved:
                 self.show_profile()
