@@ -79,7 +79,6 @@ def fleet_true_points(points: FleetPoints) -> TruePoints:
 def _sun_deg(
     points: FleetPoints, chosen: NDArray[np.intp], block: float
 ) -> tuple[FloatArray, FloatArray]:
-    # erfa takes long to import and a fleet of apparent angles never needs it.
     times = points.utc_s[chosen]
     last_block = float(times.max()) // BLOCK_S
     sun = SiteEphemeris(

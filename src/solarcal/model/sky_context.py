@@ -179,7 +179,7 @@ def sun_directions(context: SkyContext, utc_s: FloatArray) -> SunDirections:
 
 @lru_cache(maxsize=8)
 def _ephemeris(site: Site, first_block: float, last_block: float) -> "SiteEphemeris":
-    # erfa takes 70 ms to import; blocks of a year keep the prepared Sun for the next question.
+    # Blocks of a year keep the prepared Sun for the next question.
     # A time beyond the models' years is refused by the ephemeris itself, with its own words.
     start_s = max(first_block * _YEAR_S, FIRST_UTC_S)
     end_s = min((last_block + 1.0) * _YEAR_S, LAST_UTC_S - 1.0)

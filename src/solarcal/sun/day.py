@@ -72,7 +72,6 @@ def day_events(
     ConfigurationError
         The time is outside 1960..2100.
     """
-    # erfa, which the precise Sun needs, takes 70 ms to import.
     transit_s = _transit_utc_s(utc_s, site, dut1_s)
 
     def height_deg(at_s: float) -> float:
@@ -170,24 +169,13 @@ def crossing_nearest_transit(
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
-    """Root within a bracket, to a hundredth of a second (false position, Illinois).
+    """Root within a bracket, to a hundredth of a second."""
+    # Half a second that a command without sunrise does not wait for.
+    from scipy.optimize import brentq  # noqa: PLC0415
 
-    Written out because scipy.optimize takes half a second to import.
-    """
     at_low, at_high = function(low), function(high)
-    previous = math.inf
-    for _ in range(60):
-        # Where the fast path and the precise Sun disagree about a sample's sign, that sample is
-        # the root to within its last digits.
-        if at_low * at_high >= 0.0:
-            return low if abs(at_low) < abs(at_high) else high
-        guess = high - at_high * (high - low) / (at_high - at_low)
-        if abs(guess - previous) < 0.01:
-            break
-        value = function(guess)
-        if value * at_high < 0.0:
-            low, at_low = high, at_high
-        else:
-            at_low *= 0.5
-        previous, high, at_high = guess, guess, value
-    return guess
+    # Where the fast path and the precise Sun disagree about a sample's sign, that sample is
+    # the root to within its last digits.
+    if at_low * at_high >= 0.0:
+        return low if abs(at_low) < abs(at_high) else high
+    return float(brentq(function, low, high, xtol=0.005))

@@ -172,7 +172,6 @@ def _noaa(times: FloatArray, site: Site) -> SunPosition[FloatArray]:
 
 
 def _precise(times: FloatArray, site: Site, dut1_s: float) -> SunPosition[FloatArray]:
-    # erfa takes 70 ms to import and the controller's own Sun does not need it.
     geocentric, topocentric = precise.geocentric_and_topocentric_sun(
         precise.Instants.of_utc(times, dut1_s), site
     )

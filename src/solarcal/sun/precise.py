@@ -8,9 +8,9 @@ moves the site by 0.3 arcsec (9 m) at most, less than the uncertainty of the ver
 import math
 import warnings
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
-import erfa
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,8 +23,14 @@ _MANY = 1000
 """Fewer instants are always computed by the theory itself: they take no time worth saving."""
 _WORTH_NODES = 2
 """Instants for each midnight from which on it pays to evaluate the theory at midnights only."""
-_LIGHT_AU_PER_DAY = erfa.DC
-_LIGHT_M_PER_S = erfa.CMPS
+
+
+@cache
+def _erfa() -> Any:
+    """erfa takes 70 ms to import: only when the first precise Sun is computed."""
+    import erfa  # noqa: PLC0415
+
+    return erfa
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +52,8 @@ class Instants:
         with warnings.catch_warnings():
             # The leap seconds of coming years are not announced yet. That none is assumed costs
             # 0.04 arcsec of Sun for each one to come, and is no news to anybody in the field.
-            warnings.filterwarnings("ignore", ".*dubious year", erfa.ErfaWarning)
-            utc = erfa.dtf2d(
+            warnings.filterwarnings("ignore", ".*dubious year", _erfa().ErfaWarning)
+            utc = _erfa().dtf2d(
                 "UTC",
                 year.astype("int64") + 1970,
                 (month - year.astype("datetime64[M]")).astype("int64") + 1,
@@ -56,8 +62,8 @@ class Instants:
                 (minute_of_day % 60.0).astype("int64"),
                 second_of_day - 60.0 * minute_of_day,
             )
-            ut1 = erfa.utcut1(*utc, dut1_s)
-            tt = erfa.taitt(*erfa.utctai(*utc))
+            ut1 = _erfa().utcut1(*utc, dut1_s)
+            tt = _erfa().taitt(*_erfa().utctai(*utc))
         return cls(ut1=ut1, tt=tt)
 
 
@@ -113,8 +119,8 @@ class EarthMotion:
     def _by_theory(cls, whole: FloatArray, part: FloatArray) -> "EarthMotion":
         with warnings.catch_warnings():
             # `sun_position` has its own, narrower range; terrestrial time is a minute ahead of it.
-            warnings.filterwarnings("ignore", ".*date outside", erfa.ErfaWarning)
-            heliocentric, barycentric = erfa.epv00(whole, part)
+            warnings.filterwarnings("ignore", ".*date outside", _erfa().ErfaWarning)
+            heliocentric, barycentric = _erfa().epv00(whole, part)
         velocity = barycentric["v"]
         return cls(-heliocentric["p"], velocity, velocity - heliocentric["v"])
 
@@ -169,8 +175,8 @@ class Frame:
 
     @classmethod
     def of(cls, instants: Instants, motion: EarthMotion) -> "Frame":
-        dpsi, _, obliquity, _, _, _, _, to_true_equator = erfa.pn00b(*instants.tt)
-        sidereal = erfa.gmst00(*instants.ut1, *instants.tt) + erfa.ee00(
+        dpsi, _, obliquity, _, _, _, _, to_true_equator = _erfa().pn00b(*instants.tt)
+        sidereal = _erfa().gmst00(*instants.ut1, *instants.tt) + _erfa().ee00(
             *instants.tt, obliquity, dpsi
         )
         return cls(motion, to_true_equator, np.asarray(sidereal))
@@ -179,17 +185,17 @@ class Frame:
         """Apparent place from the site, or from the geocentre where there is none."""
         # The Sun moves 7 km about the barycentre while its light is on the way: 0.01 arcsec.
         geometric_au = self.motion.earth_to_sun
-        light_days = np.linalg.norm(geometric_au, axis=-1) / _LIGHT_AU_PER_DAY
+        light_days = np.linalg.norm(geometric_au, axis=-1) / _erfa().DC
         seen_au = geometric_au - light_days[..., None] * self.motion.sun_velocity
-        towards = erfa.rxp(self.to_true_equator, seen_au)
-        velocity = erfa.rxp(self.to_true_equator, self.motion.earth_velocity) / _LIGHT_AU_PER_DAY
+        towards = _erfa().rxp(self.to_true_equator, seen_au)
+        velocity = _erfa().rxp(self.to_true_equator, self.motion.earth_velocity) / _erfa().DC
         if site is not None:
             observer = _observer(site, self.sidereal_rad)
-            towards = towards - observer["p"] / erfa.DAU
-            velocity = velocity + observer["v"] / _LIGHT_M_PER_S
+            towards = towards - observer["p"] / _erfa().DAU
+            velocity = velocity + observer["v"] / _erfa().CMPS
         distance = np.linalg.norm(towards, axis=-1)
         inverse_lorentz = np.sqrt(1.0 - np.sum(velocity**2, axis=-1))
-        direction = erfa.ab(towards / distance[..., None], velocity, distance, inverse_lorentz)
+        direction = _erfa().ab(towards / distance[..., None], velocity, distance, inverse_lorentz)
         return TrueSun(direction, distance, self.sidereal_rad)
 
 
@@ -200,7 +206,7 @@ def observer_m(site: Site, sidereal_rad: FloatArray) -> FloatArray:
 
 def _observer(site: Site, sidereal_rad: FloatArray) -> Any:
     """Position and velocity of the site (m, m/s) in the true equator and equinox of date."""
-    return erfa.pvtob(
+    return _erfa().pvtob(
         site.longitude_deg * RAD_PER_DEG,
         site.latitude_deg * RAD_PER_DEG,
         site.elevation_m,
@@ -224,4 +230,4 @@ def site_in_local_frame_m(site: Site) -> tuple[float, float]:
 
 def places_m(latitude_deg: Angles, elevation_m: Angles) -> FloatArray:
     """Vectors from the geocentre on the meridian of Greenwich, (..., 3) metres; z to the pole."""
-    return np.asarray(erfa.gd2gc(_WGS84, 0.0, latitude_deg * RAD_PER_DEG, elevation_m))
+    return np.asarray(_erfa().gd2gc(_WGS84, 0.0, latitude_deg * RAD_PER_DEG, elevation_m))

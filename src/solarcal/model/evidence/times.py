@@ -241,7 +241,6 @@ class _Search:
     """Changes tried on some rows (m,); times, places and angles of all of them at once."""
 
     def __init__(self, rows: PointTable, context: SkyContext) -> None:
-        # erfa takes long to import; a file whose stamps agree never needs it.
         self.rows = rows
         self.context = context
         self.site = context.site
