@@ -42,10 +42,6 @@ def harmless_tree(value: Any) -> Any:
     return value
 
 
-def is_harmless(text: str) -> bool:
-    return _OBEYED.search(text) is None
-
-
 def _written_out(found: "re.Match[str]") -> str:
     code = ord(found[0])
     return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}"

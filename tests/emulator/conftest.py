@@ -24,7 +24,7 @@ class Rig:
         if seq is None:
             self.seq = seq = self.seq + 1
         verb, *arguments = text.split()
-        (line,) = self.emulator.handle_line(encode_request(Request(seq, verb, tuple(arguments))))
+        (line,) = self.emulator.handle_input(encode_request(Request(seq, verb, tuple(arguments))))
         return decode_reply(line)
 
     def ask(self, text: str) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ def tracking(seed: int = 1) -> Emulator:
     emulator = Emulator(SCENARIO, seed=seed)
     for number, text in enumerate(("UNLOCK", "REF START", "X ADVANCE 59.5", "MODE TRACK"), start=1):
         verb, *arguments = text.split()
-        emulator.handle_line(encode_request(Request(number, verb, tuple(arguments))))
+        emulator.handle_input(encode_request(Request(number, verb, tuple(arguments))))
     return emulator
 
 
@@ -67,7 +67,7 @@ def test_looking_changes_nothing():
                 continue
             verb, *arguments = text.split()
             request = Request(4 * number + offset, verb, tuple(arguments))
-            watched.handle_line(encode_request(request))
+            watched.handle_input(encode_request(request))
     assert state(watched) == AN_HOUR_LATER
 
 
@@ -103,7 +103,7 @@ def test_at_a_speed_time_follows_the_injected_clock():
     emulator = Emulator(SCENARIO, speed=60.0, monotonic=lambda: real_s[0])
     start = emulator.times_utc_s()[0]
     real_s[0] += 2.5
-    emulator.handle_line(encode_request(Request(1, "STATUS")))
+    emulator.handle_input(encode_request(Request(1, "STATUS")))
     assert emulator.times_utc_s()[0] - start == 150.0
     still = Emulator(SCENARIO, monotonic=lambda: real_s[0])
     real_s[0] += 100.0

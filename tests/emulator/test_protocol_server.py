@@ -62,7 +62,7 @@ def test_a_damaged_line_is_answered_at_once(rig):
     emulator = rig().emulator
     good = encode_request(Request(1, "STATUS"))
     for bad in (good.replace(b"STATUS", b"STATUZ"), b"hello", b"\xff\xfe", b">0001 STATUS"):
-        (line,) = emulator.handle_line(bad)
+        (line,) = emulator.handle_input(bad.rstrip() + b"\r\n")
         reply = decode_reply(line)
         assert (reply.seq, reply.code, reply.text) == (None, 10, "damaged frame")
 
@@ -215,10 +215,10 @@ def test_mute_and_garbage_begin_and_end_with_their_own_reply(rig):
     tracker = rig()
     emulator = tracker.emulator
     assert tracker.ask("X FAULT mute") == ("mute",)
-    assert emulator.handle_line(encode_request(Request(900, "ID"))) == []
+    assert emulator.handle_input(encode_request(Request(900, "ID"))) == []
     assert tracker.ask("X FAULT none") == ("none",)
     assert tracker.ask("X FAULT garbage") == ("garbage",)
-    (noise,) = emulator.handle_line(encode_request(Request(901, "ID")))
+    (noise,) = emulator.handle_input(encode_request(Request(901, "ID")))
     assert noise.endswith(b"\r\n")
     assert b"<0385" not in noise
     assert tracker.ask("X FAULT none") == ("none",)

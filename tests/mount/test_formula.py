@@ -51,7 +51,7 @@ def test_a_small_mechanism_errs_as_the_formula_says():
         left = []
         for lean in (1e-2, 1e-3):
             p = Coefficients(P1=0.8 * lean, P2=0.3, P3=-0.6 * lean, P4=-0.2, P5=2e-3, P6=-1e-3)
-            exact = Mechanism.from_coefficients(p).errors_deg(mount, ax1, ax2)
+            exact = Mechanism(*p.as_tuple()).errors_deg(mount, ax1, ax2)
             left.append(np.max(np.abs(np.subtract(exact, correction_deg(p, ax1, ax2)))))
         assert left[0] < 3e-5
         assert left[0] / left[1] == pytest.approx(100.0, rel=0.05)
@@ -102,7 +102,7 @@ def test_how_far_the_formula_departs_from_the_mechanism(name, lean_deg, departur
     worst = 0.0
     for bearing in np.radians(np.arange(0.0, 360.0, 15.0)):
         p = Coefficients(P1=lean_deg * np.cos(bearing), P3=lean_deg * np.sin(bearing))
-        exact = Mechanism.from_coefficients(p).errors_deg(mount, ax1, ax2)
+        exact = Mechanism(*p.as_tuple()).errors_deg(mount, ax1, ax2)
         formula = correction_deg(p, ax1, ax2)
         cross = (exact[0] - formula[0]) * np.sin(np.radians(ax2))
         worst = max(worst, np.max(np.hypot(cross, exact[1] - formula[1])))

@@ -56,7 +56,7 @@ def test_the_emulated_unit_knows_every_request_and_asks_for_the_unlock_where_it_
         words[1:] = ["update_range", "0.2"][: len(words) - 1]
     if one.request == "X FAULT name":
         words[-1] = "none"
-    (line,) = emulator.handle_line(encode_request(Request(1, words[0], tuple(words[1:]))))
+    (line,) = emulator.handle_input(encode_request(Request(1, words[0], tuple(words[1:]))))
     reply = decode_reply(line)
     assert reply.code == (20 if one.unlock else None), reply
     if not one.unlock and all(name in KINDS for name in one.reply.split()):

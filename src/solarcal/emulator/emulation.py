@@ -95,12 +95,6 @@ class Emulator:
 
     # --- the line -----------------------------------------------------------------------------
 
-    def handle_line(self, line: bytes) -> list[bytes]:
-        """Replies to one line, each with its line end."""
-        with self._turn:
-            self.catch_up()
-            return self._protocol.answer(line)
-
     def handle_input(self, data: bytes) -> list[bytes]:
         """Replies to a piece of the stream. STOP and STOW overtake whatever waits with them."""
         with self._turn:

@@ -207,7 +207,7 @@ def chosen_terms(names: Iterable[str], geometry: MountGeometry) -> tuple[Term, .
 def _sag(at: NativeAngles) -> tuple[Row, Row]:
     # The tube droops away from the zenith, so the axes must stand that much nearer to it: the
     # components of 'up' along the two axes' motions, whatever way the primary axis points.
-    x, y, z = at.geometry.up_native()
+    x, y, z = at.geometry.up_components()
     towards1 = (y * at.cos1 - x * at.sin1) / at.sin2
     towards2 = (x * at.cos1 + y * at.sin1) * at.cos2 - z * at.sin2
     return towards1, towards2

@@ -20,7 +20,6 @@ from typing import Any, NamedTuple, TypeAlias
 
 import msgspec
 import numpy as np
-from numpy.typing import ArrayLike
 
 from solarcal.errors import ConfigurationError
 from solarcal.units import RAD_PER_DEG, Angles, FloatArray, wrap_deg
@@ -150,10 +149,6 @@ class MountGeometry(msgspec.Struct, frozen=True):
         """Rows x, y, z of the native frame in East-North-Up components, shape (3, 3)."""
         return np.array(_rows(self.name, self.latitude_deg))
 
-    def up_native(self) -> FloatArray:
-        """The local vertical in native components, shape (3,)."""
-        return np.array(self.up_components())
-
     def up_components(self) -> Vector:
         """The local vertical in native components as three floats."""
         x, y, z = _rows(self.name, self.latitude_deg)
@@ -187,21 +182,6 @@ class MountGeometry(msgspec.Struct, frozen=True):
         # A hair west of North plus 360 rounds up to 360.
         azimuth = m.where(azimuth >= 360.0, azimuth - 360.0, azimuth)
         return azimuth, m.arctan2(m.hypot(east, north), up) * _DEG_PER_RAD
-
-    def axes_from_native(self, native: ArrayLike) -> tuple[Value, Value]:
-        """(AX1, AX2) of vectors in native components, shape (..., 3); any length but zero."""
-        vectors = np.asarray(native, dtype=np.float64)
-        if vectors.ndim == 1:
-            x, y, z = vectors.tolist()
-            return self.axes_from_components(maths_for(x), (x, y, z))
-        x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
-        return self.axes_from_components(maths_for(x), (x, y, z))
-
-    def native_from_axes(self, ax1_deg: Angles, ax2_deg: Angles) -> FloatArray:
-        """Unit vectors in native components, shape (..., 3)."""
-        m = maths_for(ax1_deg, ax2_deg)
-        x, y, z = unit_vector(m, ax1_deg * RAD_PER_DEG, ax2_deg * RAD_PER_DEG)
-        return np.stack(np.broadcast_arrays(x, y, z), axis=-1)
 
     def axes_from_components(self, m: Maths, native: Vector) -> tuple[Value, Value]:
         """(AX1 on the branch, AX2) of three native components, degrees.

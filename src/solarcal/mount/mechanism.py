@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError
-from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients
+from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.geometry import Maths, MountGeometry, Value, Vector, dot, maths_for, unit_vector
 from solarcal.units import RAD_PER_DEG, Angles, FloatArray, wrap_deg
 
@@ -151,22 +151,6 @@ class Mechanism(msgspec.Struct, frozen=True):
             _held(P5, _SCALE_HELD),
             _held(P6, _SCALE_HELD),
             **others,
-        )
-
-    @classmethod
-    def from_coefficients(
-        cls,
-        coefficients: Coefficients,
-        collimation_deg: float = 0.0,
-        nonperpendicularity_deg: float = 0.0,
-        sag_deg: float = 0.0,
-    ) -> "Mechanism":
-        """The mechanism whose first-order form the six coefficients are."""
-        return cls(
-            *coefficients.as_tuple(),
-            collimation_deg=collimation_deg,
-            nonperpendicularity_deg=nonperpendicularity_deg,
-            sag_deg=sag_deg,
         )
 
     def errors_deg(
