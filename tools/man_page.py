@@ -1,6 +1,5 @@
 """Write the man page from the program's own tree of options: ``python -m tools.man_page``."""
 
-import importlib
 import os
 import sys
 from pathlib import Path
@@ -8,7 +7,7 @@ from pathlib import Path
 from argparse_manpage.manpage import Manpage
 
 from solarcal import __version__
-from solarcal.cli import COMMANDS, OneLineParser, command_module
+from solarcal.cli import COMMANDS, OneLineParser, command_functions
 
 PAGE = Path(__file__).parent.parent / "docs" / "solarcal.1"
 DESCRIPTION = (
@@ -25,7 +24,7 @@ def whole_parser() -> OneLineParser:
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     for name, help_line in COMMANDS.items():
         command = commands.add_parser(name, help=help_line, description=help_line)
-        importlib.import_module(command_module(name)).add_arguments(command)
+        command_functions(name)[0](command)
     return parser
 
 

@@ -14,7 +14,7 @@ def main() -> int:
 
         complete()
     from solarcal.cli import run_command
-    from solarcal.cli.ending import end_by_signals
+    from solarcal.cli.process import end_by_signals
 
     end_by_signals()
     return run_command(sys.argv[1:])

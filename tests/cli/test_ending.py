@@ -39,7 +39,7 @@ def test_a_headless_calibration_that_is_ended_leaves_a_whole_session(tmp_path, n
 def test_one_that_ignores_hang_ups_goes_on_ignoring_them(tmp_path):
     program = (
         "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN);"
-        "from solarcal.cli.ending import end_by_signals; end_by_signals();"
+        "from solarcal.cli.process import end_by_signals; end_by_signals();"
         "assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN;"
         "assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL"
     )

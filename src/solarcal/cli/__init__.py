@@ -1,7 +1,8 @@
 """The command line: one module per command, imported only when it is the one asked for.
 
-A command module has ``HELP`` (one line), ``add_arguments(parser)`` and ``run(args) -> exit code``,
-and imports what is heavy inside ``run``, so that every ``--help`` is there at once.
+A command module has ``add_arguments(parser)`` and ``run(args) -> exit code``, with the command's
+name in them where two share a module. It imports what is heavy inside ``run``, so that every
+``--help`` is there at once.
 """
 
 import argparse
@@ -10,11 +11,11 @@ import importlib
 import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 from solarcal import __version__
-from solarcal.cli.plain_characters import never_fail
+from solarcal.cli.process import never_fail
 from solarcal.errors import SolarcalError
 
 COMMANDS: dict[str, str] = {
@@ -50,8 +51,18 @@ COMMANDS: dict[str, str] = {
     "serve": "the workstation in a browser: replay, recompute, reports and calculators",
     "completion": "print the script that makes Tab complete this program in a shell",
 }
+AddArguments = Callable[[argparse.ArgumentParser], None]
+Run = Callable[[argparse.Namespace], int]
 _CALCULATORS = ("sun", "day", "year", "energy", "sunspot", "screwjack", "heliostat")
-_MODULES = {"import": "import_", **dict.fromkeys(_CALCULATORS, "instrument")}
+_SHARED = {
+    "doctor": "readiness",
+    "export": "session_files",
+    "import": "session_files",
+    "note": "session_files",
+    "rollback": "upload",
+    "upload": "upload",
+    "void": "session_files",
+}
 _NOT_WRITTEN = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG)
 
 
@@ -62,9 +73,14 @@ class OneLineParser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {message}; `{self.prog} --help` lists the options\n")
 
 
-def command_module(name: str) -> str:
-    """Return the name of the module of a command. A module's name has no hyphen."""
-    return f"solarcal.cli.{_MODULES.get(name, name.replace('-', '_'))}"
+def command_functions(name: str) -> tuple[AddArguments, Run]:
+    """What adds a command's arguments, and what runs it. A module's name has no hyphen."""
+    if name in _SHARED:
+        module = importlib.import_module(f"solarcal.cli.{_SHARED[name]}")
+        return getattr(module, f"add_{name}_arguments"), getattr(module, f"run_{name}")
+    module_name = "instrument" if name in _CALCULATORS else name.replace("-", "_")
+    module = importlib.import_module(f"solarcal.cli.{module_name}")
+    return module.add_arguments, module.run
 
 
 def build_parser(asked: str | None = None) -> argparse.ArgumentParser:
@@ -83,9 +99,9 @@ def build_parser(asked: str | None = None) -> argparse.ArgumentParser:
             "--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS
         )
         if name == asked:
-            module = importlib.import_module(command_module(name))
-            module.add_arguments(command)
-            command.set_defaults(run=module.run)
+            add_arguments, run = command_functions(name)
+            add_arguments(command)
+            command.set_defaults(run=run)
     return parser
 
 

@@ -9,7 +9,6 @@ import os
 from solarcal.cli import build_parser
 
 SHELLS = ("bash", "zsh", "fish")
-HELP = "print the script that makes Tab complete this program in a shell"
 _PROGRAM = "solarcal"
 
 

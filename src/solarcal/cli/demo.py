@@ -21,8 +21,6 @@ from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS
 if TYPE_CHECKING:
     from solarcal.station.headless import Calibration
 
-HELP = "the workstation on the built-in emulator; without a terminal a full headless calibration"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--scenario", metavar="NAME|FILE", default=DEFAULT_SCENARIO)

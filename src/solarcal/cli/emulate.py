@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from solarcal.emulator.scenario import Scenario
     from solarcal.emulator.server import UnitOnALine
 
-HELP = "an emulated unit as a separate process: a controller, or a rotator"
-
 LOOK_S = 0.2
 """How often the waiting thread looks whether it shall end."""
 

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from solarcal.session.interchange import FillIn
     from solarcal.station.analysing import RuleChanges
 
-HELP = "coefficients from session (.jsonl), points (.csv) or TPOINT (.dat) files"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE")

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from solarcal.station.fleet import Fleet, FleetMember, WorstBy
 
-HELP = "fit all session files of a folder, each on its own, and list the worst trackers"
-
 _NAMED = 10
 """Unreadable files named on a screen; the JSON document names all."""
 

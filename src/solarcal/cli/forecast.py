@@ -15,8 +15,6 @@ from solarcal.cli.fit import (
 from solarcal.cli.output import print_json, say
 from solarcal.report.blocks import text_of
 
-HELP = "expected error over the year, with a map of it, from saved points"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE")

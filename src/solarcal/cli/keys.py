@@ -10,8 +10,6 @@ from solarcal.cli.output import print_json
 from solarcal.config import load_keymap
 from solarcal.errors import ConfigurationError
 
-HELP = "what this terminal sends, and which action it would be"
-
 _KITTY_ON, _KITTY_OFF = "\x1b[>1u", "\x1b[<u"
 """As the workstation asks for it, so that the same bytes come."""
 

@@ -19,8 +19,6 @@ from solarcal.timescale import SECONDS_PER_DAY, SystemClock, parse_utc
 
 _CLOCK = re.compile(r"([01]?[0-9]|2[0-3]):([0-5][0-9])")
 
-HELP = "best schedule for the rest of the day, and the next point, from saved points"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE")

@@ -6,8 +6,6 @@ from typing import Any
 from solarcal.cli.output import print_json
 from solarcal.unit.link import describe
 
-HELP = "what is plugged in"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="one JSON document")

@@ -1,15 +1,21 @@
-"""Is this laptop ready for a day in the field? Each check says what it found and what to do."""
+"""``solarcal doctor``: is this laptop ready for a day in the field?
 
+Each check says what it found and what to do. The JSON document: ``ready`` and ``checks`` (``name``,
+``verdict`` ok, warning or failed, ``found``, ``remedy``).
+"""
+
+import argparse
 import locale
 import os
 import shutil
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal
 
+from solarcal.cli.output import print_json
 from solarcal.config import config_dir, load_keymap, load_settings, sessions_dir
 from solarcal.errors import SolarcalError
 from solarcal.profiles import load_profile, profile_names
@@ -187,3 +193,24 @@ def plots() -> Check:
         "ok",
         f"numpy {np.__version__}, plotext {plotext.__version__}, erfa {erfa.__version__}",
     )
+
+
+def add_doctor_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the command."""
+    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
+def run_doctor(args: argparse.Namespace) -> int:
+    """0 when no check failed; warnings do not count."""
+
+    checks = check_all()
+    failed = [check.name for check in checks if check.verdict == "failed"]
+    if args.json:
+        print_json({"ready": not failed, "checks": [asdict(check) for check in checks]})
+    else:
+        for check in checks:
+            print(f"{check.verdict:8} {check.name:12} {check.found}")
+            if check.remedy:
+                print(f"{'':21} -> {check.remedy}")
+        print(f"not ready: {', '.join(failed)}" if failed else "ready")
+    return 1 if failed else 0

@@ -14,8 +14,6 @@ from solarcal.timescale import SystemClock
 if TYPE_CHECKING:
     from solarcal.station.saved_sessions import Replay
 
-HELP = "a saved session as it happened"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, metavar="FILE")

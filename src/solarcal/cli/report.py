@@ -13,8 +13,6 @@ from solarcal.cli.fit import (
 from solarcal.cli.output import print_json, say
 from solarcal.errors import ConfigurationError
 
-HELP = "certificate of saved sessions or points, as .html, .md, .svg or .txt"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE")

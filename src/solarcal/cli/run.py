@@ -6,18 +6,15 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from solarcal.cli.ending import leave_by_signals
+from solarcal.cli.process import end_with_terminal, leave_by_signals
 from solarcal.cli.unit_options import PORT_HELP, add_driver_options, port
 from solarcal.config import Choice, load_keymap, load_settings
 from solarcal.errors import ConfigurationError
 from solarcal.profiles import load_profile, load_site_file
-from solarcal.tui.terminal_watch import end_with_terminal
 from solarcal.unit.drivers import demand_driver
 
 if TYPE_CHECKING:
     from solarcal.profiles import Profile
-
-HELP = "the workstation: calibrate a tracker, or choose what to do on its start screen"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -11,8 +11,6 @@ from solarcal.cli.output import print_json
 from solarcal.emulator.settings import settings_of
 from solarcal.timescale import format_utc
 
-HELP = "the emulator's scenarios"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command."""

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from solarcal.errors import ConfigurationError
 
-HELP = "the workstation in a browser: replay, recompute, reports and calculators"
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
 
 

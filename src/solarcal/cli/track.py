@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from solarcal.timescale import Clock
     from solarcal.unit.tracker import Tracker
 
-HELP = "follow the Sun with a rotator, coefficients applied; Ctrl-C stops it"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     where = parser.add_mutually_exclusive_group()

@@ -23,8 +23,6 @@ PANEL_ROWS = 14
 LOOK_EVERY_S = 0.5
 """At a folder for its next image."""
 
-HELP = "two-mirror altazimuth trackers: axes, diode, base, field of view, a simulated day"
-
 _INSTRUMENTS = {
     "point": "axis angles that look at the Sun, and the matrix of the mirrors",
     "trace": "the diode's four signals traced back to axis corrections",

@@ -1,18 +1,17 @@
-"""``solarcal upload``: the coefficients of a session into its unit, read back and compared."""
+"""``solarcal upload`` and ``solarcal rollback``: into a unit, read back, and out again."""
 
 import argparse
 from pathlib import Path
 
 from solarcal.cli.fit import add_method_option
-from solarcal.cli.output import print_json
+from solarcal.cli.output import print_json, say
 from solarcal.cli.unit_options import add_unit_options, asked_tracker, port_words
-from solarcal.errors import ConfigurationError
+from solarcal.config import sessions_dir
+from solarcal.errors import ConfigurationError, ProcedureRefused
 from solarcal.report.blocks import text_of
 
-HELP = "write the fit of a session into its unit, read back, compare"
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_upload_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, metavar="FILE", help="session file (.jsonl)")
     add_unit_options(parser)
     add_method_option(parser)
@@ -44,7 +43,7 @@ def forced_reason(args: argparse.Namespace) -> str | None:
     return str(args.force.strip())
 
 
-def run(args: argparse.Namespace) -> int:
+def run_upload(args: argparse.Namespace) -> int:
     from solarcal.session.journal import Journal
     from solarcal.station.analysing import analyse_files, read_files
     from solarcal.station.uploading import UnitOnTheLine, offer_upload, refuse_doubtful
@@ -90,3 +89,55 @@ def demand_session(path: Path) -> None:
         raise ConfigurationError(
             f"{path}: uploads are recorded in the session file they come from; name a .jsonl"
         )
+
+
+def add_rollback_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "file",
+        nargs="?",
+        type=Path,
+        metavar="FILE",
+        help="session file with the upload; default: the newest one in the sessions folder",
+    )
+    add_unit_options(parser)
+    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
+def run_rollback(args: argparse.Namespace) -> int:
+    from solarcal.session.journal import Journal
+    from solarcal.session.view import view_session
+    from solarcal.station.state import newest_upload
+    from solarcal.station.uploading import UnitOnTheLine, find_upload
+
+    if args.file is not None:
+        demand_session(args.file)
+    with asked_tracker(args) as tracker:
+        unit = UnitOnTheLine(tracker)
+        path = args.file
+        if path is None:
+            path, unreadable = find_upload(sessions_dir(), unit.identity)
+            for sentence in unreadable:
+                say(f"passed over: {sentence}")
+        with Journal.resume(path) as journal:
+            replaced = newest_upload(view_session(journal.header, tuple(journal.records)).uploads)
+            if replaced is None:
+                raise ProcedureRefused(f"there is no upload in {path} to roll back")
+            unit.resume(journal)
+            if unit.stored().coefficients != replaced.new_coefficients:
+                say(
+                    f"the unit holds other coefficients than upload {replaced.seq} of {path} "
+                    "wrote; they are in the record of this rollback"
+                )
+            record = unit.restore(replaced)
+            header = journal.header
+    if args.json:
+        from solarcal.station.documents import upload_document
+
+        print_json({**upload_document(path, header.unit, record), "restores": replaced.seq})
+    else:
+        from solarcal.report.tables import upload_table
+
+        print(f"Unit {header.unit.model} {header.unit.serial}{port_words(args)}\n")
+        print(text_of(*upload_table(record)))
+        print(f"\nRecorded in {path} as {record.seq}.")
+    return 0 if record.verified else 1

@@ -1,0 +1,143 @@
+"""Session files: made of points (``import``), written out (``export``), ``note`` and ``void``."""
+
+import argparse
+from pathlib import Path
+
+from solarcal.cli.fit import add_point_options, fill_in
+from solarcal.cli.output import print_json, say
+from solarcal.decimals import whole_option
+from solarcal.errors import ConfigurationError
+from solarcal.timescale import SystemClock, format_utc
+
+
+def add_import_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("source", metavar="IN", help="points .csv, TPOINT .dat or session .jsonl")
+    parser.add_argument("target", metavar="OUT.jsonl", help="the new session file")
+    add_point_options(parser)
+    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
+def run_import(args: argparse.Namespace) -> int:
+
+    from solarcal.session.interchange import read_table
+    from solarcal.session.interchange.sessions import session_from_table
+    from solarcal.session.points import STATUSES
+    from solarcal.station.analysing import stamp_findings
+
+    if Path(args.target).suffix.lower() != ".jsonl":
+        raise ConfigurationError(f"{args.target}: a session file ends in .jsonl")
+    table = read_table(args.source, **fill_in(args))
+    session = session_from_table(table, args.target, utc_s=SystemClock().utc_s())
+    warnings = [*table.warnings, *(finding.sentence for finding in stamp_findings(table))]
+    counts = {"total": len(table), **{status: table.count(status) for status in STATUSES}}
+    if args.json:
+        document = {
+            "source": args.source,
+            "session": args.target,
+            "geometry": table.geometry,
+            "points": counts,
+            "unknown": list(session.header.unknown),
+            "warnings": warnings,
+        }
+        print_json(document)
+        return 0
+    for warning in warnings:
+        say(f"warning: {warning}")
+    if session.header.unknown:
+        missing = " and ".join(session.header.unknown)
+        say(f"warning: the {missing} is not known (--lat, --lon)")
+    print(f"{counts['total']} points ({counts['accepted']} accepted) in {args.target}")
+    return 0
+
+
+def add_export_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("source", metavar="IN.jsonl", help="session file (.csv and .dat work too)")
+    parser.add_argument("target", metavar="OUT", help="points .csv, or TPOINT .dat (azel only)")
+    parser.add_argument("--replace", action="store_true", help="write over a file that is there")
+    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
+def run_export(args: argparse.Namespace) -> int:
+    from solarcal.session.interchange import read_table, write_table
+    from solarcal.session.points import STATUSES
+
+    target = Path(args.target)
+    if target.exists() and not args.replace:
+        raise ConfigurationError(f"{target} exists already; give another name, or --replace")
+    table = read_table(args.source)
+    write_table(table, target)
+    warnings = list(table.warnings)
+    if target.suffix.lower() == ".dat" and table.ideal != "apparent":
+        warnings.append(
+            f"TPOINT cannot say that the angles are {table.ideal}: a fit of {target} takes them "
+            "for the Sun's true place; a .csv keeps it"
+        )
+    counts = {"total": len(table), **{status: table.count(status) for status in STATUSES}}
+    if args.json:
+        document = {
+            "source": args.source,
+            "target": args.target,
+            "geometry": table.geometry,
+            "points": counts,
+            "warnings": warnings,
+        }
+        print_json(document)
+        return 0
+    for warning in warnings:
+        say(f"warning: {warning}")
+    print(f"{counts['total']} points ({counts['accepted']} accepted) in {args.target}")
+    return 0
+
+
+def add_note_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", metavar="FILE", help="session file (.jsonl)")
+    parser.add_argument("text", metavar="TEXT", help="the remark")
+    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
+def run_note(args: argparse.Namespace) -> int:
+    from solarcal.session.journal import Journal
+    from solarcal.session.records import Note
+
+    text = args.text.strip()
+    if not text:
+        raise ConfigurationError("the note is empty")
+    with Journal.resume(args.file) as journal:
+        seq = journal.next_seq
+        utc = format_utc(SystemClock().utc_s())
+        journal.append(Note(seq=seq, utc=utc, text=text))
+    if args.json:
+        print_json({"file": args.file, "seq": seq, "utc": utc, "text": text})
+    else:
+        print(f"noted as record {seq}")
+    return 0
+
+
+def add_void_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", metavar="FILE", help="session file (.jsonl)")
+    parser.add_argument(
+        "seq", metavar="SEQ", type=whole_option(), help="sequence number of the record"
+    )
+    parser.add_argument("--reason", metavar="TEXT", required=True, help="why; written to the file")
+    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
+def run_void(args: argparse.Namespace) -> int:
+    from solarcal.session.journal import Journal
+    from solarcal.session.reader import refuse_void
+    from solarcal.session.records import Void
+
+    reason = args.reason.strip()
+    if not reason:
+        raise ConfigurationError("--reason is empty; say why the record is struck")
+    with Journal.resume(args.file) as journal:
+        refuse_void(journal.header, journal.records, args.seq)
+        seq = journal.next_seq
+        utc = format_utc(SystemClock().utc_s())
+        journal.append(Void(seq=seq, utc=utc, voids=args.seq, reason=reason))
+    if args.json:
+        document = {"file": args.file, "seq": seq, "utc": utc, "voids": args.seq, "reason": reason}
+        print_json(document)
+    else:
+        print(f"record {args.seq} is void; to undo: solarcal void {args.file} {seq} --reason ...")
+    return 0
