@@ -96,8 +96,6 @@ def test_arrays_give_what_single_angles_give(name):
             (back[0][at], back[1][at]), abs=1e-12
         )
         np.testing.assert_allclose(native_of(*single), [x[at] for x in native], atol=1e-15)
-    again = mount.axes_from_components(maths_for(ax1), tuple(2.5 * x for x in native))
-    np.testing.assert_allclose(again, (ax1, ax2), atol=1e-12)
 
 
 def test_a_scalar_axis_broadcasts_against_an_array():
@@ -110,10 +108,8 @@ def test_a_scalar_axis_broadcasts_against_an_array():
 @pytest.mark.parametrize("name", GEOMETRIES)
 def test_up_in_native_components_is_the_zenith(name):
     mount = MountGeometry(name, 41.0)
-    _, zenith = mount.horizontal_from_axes(
-        *mount.axes_from_components(maths_for(0.0), mount.up_components())
-    )
-    assert zenith == pytest.approx(0.0, abs=1e-6)
+    zenith = native_of(*mount.axes_from_horizontal(0.0, 0.0))
+    assert zenith == pytest.approx(mount.up_components(), abs=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,10 @@ Vector: TypeAlias = tuple[Value, Value, Value]
 """Three components, each a float or an array; kept apart because (..., 3) arrays are slower."""
 
 
+Rows: TypeAlias = tuple[Vector, Vector, Vector]
+"""x, y, z of a native frame as East-North-Up vectors."""
+
+
 def _choose(condition: bool, if_true: float, if_false: float) -> float:
     return if_true if condition else if_false
 
@@ -105,7 +109,7 @@ _DEG_PER_RAD = 1.0 / RAD_PER_DEG
 
 
 @lru_cache(maxsize=64)
-def _rows(name: str, latitude_deg: float) -> tuple[Vector, Vector, Vector]:
+def _rows(name: str, latitude_deg: float) -> Rows:
     """Native x, y, z as East-North-Up vectors."""
     if name == "azel":
         return _SOUTH, _EAST, _UP
@@ -116,6 +120,38 @@ def _rows(name: str, latitude_deg: float) -> tuple[Vector, Vector, Vector]:
     sin_lat = math.sin(latitude_deg * RAD_PER_DEG)
     cos_lat = math.cos(latitude_deg * RAD_PER_DEG)
     return (0.0, -sin_lat, cos_lat), _EAST, (0.0, cos_lat, sin_lat)
+
+
+def axes_of_horizontal_deg(
+    rows: Rows, ax1_centre_deg: Value, azimuth_deg: Value, zenith_deg: Value
+) -> tuple[Value, Value]:
+    """(AX1 on the branch, AX2) of a direction in native frames that may differ from point to point.
+
+    ``rows``: native x, y, z as East-North-Up vectors, their components floats or arrays like the
+    angles, and like ``ax1_centre_deg``.
+    """
+    m = maths_for(azimuth_deg, zenith_deg)
+    azimuth, zenith = azimuth_deg * RAD_PER_DEG, zenith_deg * RAD_PER_DEG
+    sin_zenith = m.sin(zenith)
+    enu = (sin_zenith * m.sin(azimuth), sin_zenith * m.cos(azimuth), m.cos(zenith))
+    x, y, z = (dot(row, enu) for row in rows)
+    # atan2 instead of acos: acos loses half the digits near the primary axis. On the axis itself
+    # AX1 is undetermined and given as 0 (on the branch).
+    ax1 = m.wrap_deg(m.arctan2(y, x) * _DEG_PER_RAD, ax1_centre_deg)
+    return ax1, m.arctan2(m.hypot(x, y), z) * _DEG_PER_RAD
+
+
+def horizontal_of_axes_deg(rows: Rows, ax1_deg: Value, ax2_deg: Value) -> tuple[Value, Value]:
+    """(azimuth in [0, 360), zenith angle) of axis angles; ``rows`` as in the other direction."""
+    m = maths_for(ax1_deg, ax2_deg)
+    native = unit_vector(m, ax1_deg * RAD_PER_DEG, ax2_deg * RAD_PER_DEG)
+    # The basis is orthonormal: its transpose leads back from native to ENU components.
+    east, north, up = (dot(native, column) for column in zip(*rows, strict=True))
+    azimuth = m.arctan2(east, north) * _DEG_PER_RAD
+    azimuth = m.where(azimuth < 0.0, azimuth + 360.0, azimuth)
+    # A hair west of North plus 360 rounds up to 360.
+    azimuth = m.where(azimuth >= 360.0, azimuth - 360.0, azimuth)
+    return azimuth, m.arctan2(m.hypot(east, north), up) * _DEG_PER_RAD
 
 
 class MountGeometry(msgspec.Struct, frozen=True):
@@ -162,36 +198,12 @@ class MountGeometry(msgspec.Struct, frozen=True):
         self, azimuth_deg: Angles, zenith_deg: Angles
     ) -> tuple[Angles, Angles]:
         """(AX1, AX2) of a direction; azimuth from North through East, zenith angle, degrees."""
-        m = maths_for(azimuth_deg, zenith_deg)
-        azimuth, zenith = azimuth_deg * RAD_PER_DEG, zenith_deg * RAD_PER_DEG
-        sin_zenith = m.sin(zenith)
-        enu = (sin_zenith * m.sin(azimuth), sin_zenith * m.cos(azimuth), m.cos(zenith))
-        x, y, z = _rows(self.name, self.latitude_deg)
-        return self.axes_from_components(m, (dot(x, enu), dot(y, enu), dot(z, enu)))
+        rows = _rows(self.name, self.latitude_deg)
+        return axes_of_horizontal_deg(rows, self.ax1_centre_deg, azimuth_deg, zenith_deg)
 
     def horizontal_from_axes(self, ax1_deg: Angles, ax2_deg: Angles) -> tuple[Angles, Angles]:
         """(azimuth in [0, 360), zenith angle) of the direction at these axis angles, degrees."""
-        m = maths_for(ax1_deg, ax2_deg)
-        native = unit_vector(m, ax1_deg * RAD_PER_DEG, ax2_deg * RAD_PER_DEG)
-        # The basis is orthonormal: its transpose leads back from native to ENU components.
-        east, north, up = (
-            dot(native, column) for column in zip(*_rows(self.name, self.latitude_deg), strict=True)
-        )
-        azimuth = m.arctan2(east, north) * _DEG_PER_RAD
-        azimuth = m.where(azimuth < 0.0, azimuth + 360.0, azimuth)
-        # A hair west of North plus 360 rounds up to 360.
-        azimuth = m.where(azimuth >= 360.0, azimuth - 360.0, azimuth)
-        return azimuth, m.arctan2(m.hypot(east, north), up) * _DEG_PER_RAD
-
-    def axes_from_components(self, m: Maths, native: Vector) -> tuple[Value, Value]:
-        """(AX1 on the branch, AX2) of three native components, degrees.
-
-        atan2 instead of acos: acos loses half the digits near the primary axis. On the axis itself
-        AX1 is undetermined and given as 0 (on the branch).
-        """
-        x, y, z = native
-        ax1 = m.wrap_deg(m.arctan2(y, x) * _DEG_PER_RAD, self.ax1_centre_deg)
-        return ax1, m.arctan2(m.hypot(x, y), z) * _DEG_PER_RAD
+        return horizontal_of_axes_deg(_rows(self.name, self.latitude_deg), ax1_deg, ax2_deg)
 
     def sky_separation_deg(
         self, first1_deg: Angles, first2_deg: Angles, second1_deg: Angles, second2_deg: Angles

@@ -9,9 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.model.fleet_fit import ManyPoints
-from solarcal.model.fleet_sky import BLOCK_S, FleetPoints, block_of, fleet_true_points
 from solarcal.model.points import POLE_MARGIN_DEG, SIGMA_HIGH_DEG, SIGMA_LOW_DEG
-from solarcal.model.sky_context import LOWEST_ELEVATION_DEG, TruePoints
+from solarcal.model.sky_context import (
+    BLOCK_S,
+    LOWEST_ELEVATION_DEG,
+    FleetPoints,
+    TruePoints,
+    block_of,
+    fleet_true_points,
+)
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.points_only import PointsOnly
 from solarcal.station.fitting import prior_of

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -12,9 +11,6 @@ from solarcal.session.reader import UNCLOSED, read_session
 from solarcal.session.records import Closed, Header, PointRecord, Record
 from solarcal.station.state import SessionView, view_session
 from solarcal.timescale import parse_utc
-
-if TYPE_CHECKING:
-    pass
 
 NEWEST_SESSIONS = 40
 """How many saved sessions are looked into."""
