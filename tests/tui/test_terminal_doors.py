@@ -76,7 +76,7 @@ def test_help_does_not_load_the_screens(command, tmp_path):
 
 def test_the_first_screen_is_there_before_numpy(tmp_path):
     code = (
-        "import sys, solarcal.tui.app, solarcal.tui.action_handlers\n"
+        "import sys, solarcal.tui.app\n"
         "heavy = {'numpy', 'scipy', 'plotext', 'erfa', 'serial'} & set(sys.modules)\n"
         "sys.exit(f'loaded {heavy}' if heavy else 0)\n"
     )
