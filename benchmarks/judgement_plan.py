@@ -7,8 +7,7 @@ import numpy as np
 
 from benchmarks.judgement_trackers import NOISE_DEG, context_of, daylight_s
 from solarcal.model.plan import prior_knowledge
-from solarcal.model.posterior import MechanismPosterior
-from solarcal.model.prior import PLAIN, Prior
+from solarcal.model.prior import PLAIN, MechanismPosterior, Prior
 from solarcal.model.schedule import (
     Slots,
     YearAhead,

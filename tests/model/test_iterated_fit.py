@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from solarcal.errors import FitError
-from solarcal.model.fit import fit_linear
-from solarcal.model.iterated_fit import PMFIT_TERMS, fit_iterated
+from solarcal.model.fit import PMFIT_TERMS, fit_iterated, fit_linear
 from solarcal.model.points import PointSet
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.interchange.pmfit import read_pmfit

@@ -15,11 +15,10 @@ from solarcal.model.cross_checks import (
     order_limit,
 )
 from solarcal.model.forecast import forecast
-from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.mechanism_solution import MechanismSolution, base_tilt, shim_heights, wind
 from solarcal.model.methods import fit, fit_exact
 from solarcal.model.plan import plan
 from solarcal.model.points import PointSet
-from solarcal.model.shims import base_tilt, shim_heights, wind
 from solarcal.model.verdict import BoltCircle, Verdict
 from solarcal.model.year_grid import year_grid
 from solarcal.mount.geometry import MountGeometry

@@ -7,8 +7,7 @@ from made_up_trackers import JUNE, TRACKER, context_of, day_of, random_mechanism
 from solarcal.errors import ConfigurationError
 from solarcal.model.forecast import forecast, forecast_of
 from solarcal.model.methods import fit
-from solarcal.model.posterior import MechanismPosterior
-from solarcal.model.prior import Prior
+from solarcal.model.prior import MechanismPosterior, Prior
 from solarcal.model.sky_context import SkyContext, sun_directions
 from solarcal.model.year_grid import controller_coefficients, year_grid
 from solarcal.mount.formula import Coefficients

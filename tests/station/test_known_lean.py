@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from emulated_station import emulated_station
 
-from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.mechanism_solution import MechanismSolution, base_tilt
 from solarcal.model.methods import DEFAULT_PRIOR
-from solarcal.model.shims import base_tilt
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.journal import Journal
 from solarcal.session.reader import read_session

@@ -19,7 +19,7 @@ from solarcal.timescale import parse_utc
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.messages import FormAsked, Told
 from solarcal.tui.typed_form.form_asked import ScreenDisplay
-from solarcal.tui.widgets.field import Field
+from solarcal.tui.widgets.lines import Field
 from solarcal.tui.workstation.screen import WorkstationScreen
 
 NOON = parse_utc("2026-06-03T17:00:00Z")

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from solarcal.cli import ports
+from solarcal.cli import readiness
 
 
 def plugged_in(device, description="n/a", vid=None, pid=None, product=None):
@@ -37,7 +37,7 @@ def plugged_in(device, description="n/a", vid=None, pid=None, product=None):
     ],
 )
 def test_what_a_port_looks_like(port, looks_like, likely):
-    described = ports.describe(port)
+    described = readiness.describe(port)
     assert looks_like in described["looks_like"]
     assert described["likely"] is likely
 
@@ -46,22 +46,22 @@ def test_access_is_that_of_the_file(tmp_path, monkeypatch):
     device = tmp_path / "ttyUSB0"
     device.touch()
     monkeypatch.setattr("os.access", lambda _path, mode: mode == os.R_OK)
-    described = ports.describe(plugged_in(device))
+    described = readiness.describe(plugged_in(device))
     assert (described["readable"], described["writable"]) == (True, False)
-    text = ports.ports_text([described])
+    text = readiness.ports_text([described])
     assert "read only" in text
     assert "join the group" in text
 
 
 def test_a_port_that_is_no_file_has_unknown_access():
-    described = ports.describe(plugged_in("COM3"))
+    described = readiness.describe(plugged_in("COM3"))
     assert described["readable"] is None
-    assert "join the group" not in ports.ports_text([described])
+    assert "join the group" not in readiness.ports_text([described])
 
 
 def run(monkeypatch, found, *, as_json):
     monkeypatch.setattr("serial.tools.list_ports.comports", lambda: found)
-    return ports.run(argparse.Namespace(json=as_json))
+    return readiness.run_ports(argparse.Namespace(json=as_json))
 
 
 def test_json_is_one_document(monkeypatch, capsys):

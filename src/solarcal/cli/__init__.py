@@ -59,6 +59,7 @@ _SHARED = {
     "export": "session_files",
     "import": "session_files",
     "note": "session_files",
+    "ports": "readiness",
     "rollback": "upload",
     "upload": "upload",
     "void": "session_files",

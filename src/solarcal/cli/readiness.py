@@ -1,4 +1,4 @@
-"""``solarcal doctor``: is this laptop ready for a day in the field?
+"""``solarcal doctor``: is this laptop ready for a day in the field? ``solarcal ports``: its lines.
 
 Each check says what it found and what to do. The JSON document: ``ready`` and ``checks`` (``name``,
 ``verdict`` ok, warning or failed, ``found``, ``remedy``).
@@ -13,7 +13,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from solarcal.cli.output import print_json
 from solarcal.config import config_dir, load_keymap, load_settings, sessions_dir
@@ -214,3 +214,43 @@ def run_doctor(args: argparse.Namespace) -> int:
                 print(f"{'':21} -> {check.remedy}")
         print(f"not ready: {', '.join(failed)}" if failed else "ready")
     return 1 if failed else 0
+
+
+def add_ports_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="one JSON document")
+
+
+def run_ports(args: argparse.Namespace) -> int:
+    from serial.tools.list_ports import comports
+
+    ports = [describe(port) for port in sorted(comports(), key=lambda port: str(port.device))]
+    if args.json:
+        print_json({"ports": ports})
+    else:
+        print(ports_text(ports))
+    return 0
+
+
+def ports_text(ports: list[dict[str, Any]]) -> str:
+    """A table for 80 columns, likely ports first."""
+    if not ports:
+        return (
+            "no serial ports found; plug the adapter in, "
+            "or try the emulator: solarcal demo --headless"
+        )
+    lines = [f"{'port':16} {'access':10} {'looks like':28} description"]
+    for port in sorted(ports, key=lambda port: (not port["likely"], port["port"])):
+        row = f"{port['port']:16} {_access(port):10} {port['looks_like']:28} {port['description']}"
+        lines.append(row.rstrip())
+    if any(port["readable"] is False or port["writable"] is False for port in ports):
+        lines.append(
+            "no access: join the group that owns the port (often dialout or uucp), log in again"
+        )
+    return "\n".join(lines)
+
+
+def _access(port: dict[str, Any]) -> str:
+    if port["readable"] is None:
+        return "?"
+    words = {(True, True): "yes", (True, False): "read only", (False, True): "write only"}
+    return words.get((port["readable"], port["writable"]), "none")

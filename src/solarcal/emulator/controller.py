@@ -9,7 +9,7 @@ from typing import Final
 from solarcal.emulator.axis_control import AxisControl, MotorPort, ReferenceCheck
 from solarcal.emulator.controller_model import EmulatedControllerModel, Quartz
 from solarcal.emulator.following import NEVER_S, SunFollower
-from solarcal.emulator.unit_settings import UnitSettings
+from solarcal.emulator.settings import UnitSettings
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.site import Site

@@ -5,7 +5,7 @@ from typing import Protocol
 import msgspec
 import numpy as np
 
-from solarcal.emulator.unit_settings import UnitSettings
+from solarcal.emulator.settings import UnitSettings
 from solarcal.mount.controller import ControllerModel, ideal_and_elevation_deg
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import Limits

@@ -7,9 +7,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from solarcal.emulator.settings import checked, refuse_unknown, with_setting
+from solarcal.emulator.settings import UnitSettings, checked, refuse_unknown, with_setting
 from solarcal.emulator.truth import WorldTruth
-from solarcal.emulator.unit_settings import UnitSettings
 from solarcal.errors import ConfigurationError, InputFileError
 from solarcal.input_files import parse_toml, read_utf8
 from solarcal.site import Site

@@ -25,8 +25,7 @@ from solarcal.model.noise_mixture import (
     ScaleMixture,
     solve_mixture,
 )
-from solarcal.model.posterior import MechanismPosterior
-from solarcal.model.prior import PLAIN, Prior
+from solarcal.model.prior import PLAIN, MechanismPosterior, Prior
 from solarcal.model.sky_context import TruePoints
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism

@@ -13,7 +13,7 @@ import numpy as np
 
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import posterior_without_prior
-from solarcal.model.posterior import SAMPLES, SEED, MechanismPosterior
+from solarcal.model.prior import SAMPLES, SEED, MechanismPosterior
 from solarcal.model.sky_context import SkyContext
 from solarcal.model.solution import Solution
 from solarcal.model.unmodelled import widened, year_columns

@@ -27,8 +27,7 @@ from solarcal.model.finding import Finding, listed
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
 from solarcal.model.points import PointSet
-from solarcal.model.posterior import MechanismPosterior
-from solarcal.model.prior import Prior
+from solarcal.model.prior import MechanismPosterior, Prior
 from solarcal.model.sky_context import LOWEST_ELEVATION_DEG, SkyContext, true_points
 from solarcal.model.year_grid import coefficients_jacobian, year_grid
 from solarcal.mount.mechanism import Mechanism

@@ -7,12 +7,10 @@ import numpy as np
 
 from solarcal.errors import FitError
 from solarcal.model.exact_fit import ExactFit, fit_mechanism
-from solarcal.model.fit import fit_linear
-from solarcal.model.iterated_fit import ITERATED, fit_iterated
+from solarcal.model.fit import ITERATED, fit_iterated, fit_linear
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.points import PointSet
-from solarcal.model.posterior import MechanismPosterior
-from solarcal.model.prior import Prior
+from solarcal.model.prior import MechanismPosterior, Prior
 from solarcal.model.sky_context import (
     LOWEST_ELEVATION_DEG,
     SkyContext,

@@ -16,8 +16,7 @@ import numpy as np
 from solarcal.errors import ConfigurationError
 from solarcal.model.forecast import Forecast
 from solarcal.model.points import PointSet
-from solarcal.model.posterior import MechanismPosterior
-from solarcal.model.prior import Prior
+from solarcal.model.prior import MechanismPosterior, Prior
 from solarcal.model.schedule import (
     GAP_S,
     SLOT_S,

@@ -20,8 +20,7 @@ from solarcal.model.forecast import (
     thinning,
     upper_quantile,
 )
-from solarcal.model.posterior import MechanismPosterior, standard_normals
-from solarcal.model.prior import Prior
+from solarcal.model.prior import MechanismPosterior, Prior, standard_normals
 from solarcal.model.sky_context import SkyContext, sun_directions
 from solarcal.model.year_grid import (
     LOWEST_FORECAST_DEG,

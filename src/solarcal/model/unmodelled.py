@@ -13,7 +13,7 @@ small, now and then ten times as large, which makes a mixture of three.
 import numpy as np
 
 from solarcal.model.mechanism_solution import MechanismSolution
-from solarcal.model.posterior import MechanismPosterior
+from solarcal.model.prior import MechanismPosterior
 from solarcal.model.sky_context import SkyContext, true_points
 from solarcal.model.year_grid import SunGrid
 from solarcal.mount.mechanism import Mechanism

@@ -13,9 +13,16 @@ from solarcal.model.cross_checks import LAST_POINTS, CrossChecks, cross_check
 from solarcal.model.evidence.weighing import weigh
 from solarcal.model.finding import Finding
 from solarcal.model.forecast import Forecast
-from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.mechanism_solution import (
+    SHIM_FIRST_DEG,
+    BaseTilt,
+    MechanismSolution,
+    Shim,
+    base_tilt,
+    shim_heights,
+    wind,
+)
 from solarcal.model.plan import Plan
-from solarcal.model.shims import SHIM_FIRST_DEG, BaseTilt, Shim, base_tilt, shim_heights, wind
 from solarcal.model.solution import Solution
 from solarcal.stopping_rule import apart_from, percent
 

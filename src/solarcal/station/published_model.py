@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from solarcal.errors import FitError
-from solarcal.model.iterated_fit import ITERATED, PMFIT_TERMS
+from solarcal.model.fit import ITERATED, PMFIT_TERMS
 from solarcal.model.points import PointSet
 from solarcal.model.solution import Solution
 from solarcal.model.terms import NativeAngles, chosen_terms, design_matrix

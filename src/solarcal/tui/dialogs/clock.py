@@ -16,7 +16,7 @@ from solarcal.station.state import StationState
 from solarcal.timescale import SECONDS_PER_SUN_DEG, format_utc
 from solarcal.tui.base import Workstation
 from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, open_dialog
-from solarcal.tui.widgets.field import Field
+from solarcal.tui.widgets.lines import Field
 from solarcal.tui.widgets.words import Words
 
 REACTION_SIGMA_S = 0.2

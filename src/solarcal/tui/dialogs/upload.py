@@ -28,7 +28,7 @@ from solarcal.station.uploading import refuse_doubtful
 from solarcal.stopping_rule import percent
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
-from solarcal.tui.widgets.field import Field
+from solarcal.tui.widgets.lines import Field
 from solarcal.tui.widgets.text_lines import TextLines
 
 

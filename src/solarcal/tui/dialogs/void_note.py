@@ -16,7 +16,7 @@ from solarcal.station.procedure import Station
 from solarcal.station.state import StationState
 from solarcal.tui.base import Workstation
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
-from solarcal.tui.widgets.field import Field
+from solarcal.tui.widgets.lines import Field
 
 
 def open_void(app: Workstation) -> None:

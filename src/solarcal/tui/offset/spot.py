@@ -14,7 +14,7 @@ from textual.widgets import Label
 from solarcal.errors import ConfigurationError
 from solarcal.optics.sunspot import spot_error_deg
 from solarcal.station.jogging import TAKEN_UP_DEG, JogView
-from solarcal.tui.widgets.field import Field
+from solarcal.tui.widgets.lines import Field
 from solarcal.unit.tracker import Spot
 from solarcal.units import SUN_RADIUS_DEG
 

@@ -18,9 +18,8 @@ from solarcal.tui.base import StationScreen
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey
 from solarcal.tui.messages import Told
 from solarcal.tui.point.opened import PointScreen
-from solarcal.tui.widgets.field import Field
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
-from solarcal.tui.widgets.lines import HeadLine, LogLine
+from solarcal.tui.widgets.lines import Field, HeadLine, LogLine
 from solarcal.tui.widgets.plot import ExploredPlot
 from solarcal.tui.workstation.lines import TitleLine, verdict_words
 from solarcal.tui.workstation.view import TABS, WorkstationView
