@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from solarcal.decimals import decimal
 from solarcal.errors import ConfigurationError, harmless
 from solarcal.mount_description import MountDescription
 from solarcal.profiles import NAME, Profile
@@ -259,9 +260,6 @@ def _number(
         return default
     try:
         # A technician's keyboard may have a decimal comma.
-        value = float(text.replace(",", "."))
-    except ValueError:
-        raise FieldError(field, f"{text!r} is not a number") from None
-    if not low <= value <= high:
-        raise FieldError(field, f"{value:g} is not between {low:g} and {high:g}")
-    return value
+        return decimal(text, low, high, comma=True)
+    except ConfigurationError as error:
+        raise FieldError(field, str(error)) from None

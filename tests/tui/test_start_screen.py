@@ -228,6 +228,8 @@ def test_the_form_names_the_field_that_is_wrong(texts, field):
         ({"limits2_deg": "3"}, "limits2_deg"),
         ({"reference_deg": "0 north"}, "reference_deg"),
         ({"update_range_deg": "90"}, "update_range_deg"),
+        ({"update_range_deg": "0.1_0"}, "update_range_deg"),
+        ({"zone_west_h": "٣"}, "zone_west_h"),
     ],
 )
 def test_a_wrong_field_of_the_mount_is_named(texts, field):

@@ -97,11 +97,13 @@ def named_width(text: str) -> tuple[str, float]:
 def share(text: str) -> float:
     """A probability to be asked for, for argparse."""
     try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
+        value = decimal(text)
+    except ConfigurationError:
+        value = 0.0
     if not 0.5 <= value < 1.0:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a probability of 0.5 to below 1")
+        raise argparse.ArgumentTypeError(
+            f"{shortened(text)} is not a probability of 0.5 to below 1"
+        )
     return value
 
 
