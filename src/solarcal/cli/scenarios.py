@@ -8,7 +8,6 @@ import argparse
 from typing import Any
 
 from solarcal.cli.output import print_json
-from solarcal.emulator.settings import settings_of
 from solarcal.timescale import format_utc
 
 
@@ -23,6 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """List all, or one with its keys."""
     from solarcal.emulator.scenario import DEFAULT_SCENARIO, load_scenario, scenario_names
+    from solarcal.emulator.settings import settings_of
 
     names = [args.scenario] if args.scenario else scenario_names()
     scenarios = [load_scenario(name) for name in names]
