@@ -100,7 +100,8 @@ class StationApp(App[int]):
 
     def on_unmount(self) -> None:
         # Its thread holds the app: it would wait for as long as the process lives.
-        self._fitter.close()
+        if self._fitter is not None:
+            self._fitter.close()
 
     def on_resize(self, event: Resize) -> None:
         for screen in self._station_screens():
