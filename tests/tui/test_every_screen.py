@@ -23,7 +23,6 @@ from typed_screens import workstation_by_hand
 
 from solarcal.config import Choice
 from solarcal.instruments.catalogue import INSTRUMENTS
-from solarcal.tui.action_handlers import ACTION_HANDLERS
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.calculators.list import open_calculator
 from solarcal.tui.dialogs.dialog import Dialog
@@ -65,7 +64,7 @@ async def on_a_line(size, station, *keys, words=()):
 
 @asynccontextmanager
 async def calculating(size, instrument):
-    app = SolarcalApp(ACTION_HANDLERS)
+    app = SolarcalApp()
     async with app.run_test(size=size) as pilot:
         open_calculator(app, instrument)
         await settled_text(pilot, 3)
@@ -83,7 +82,7 @@ async def by_hand(size, *keys):
 
 @asynccontextmanager
 async def starting(size, *keys):
-    app = SolarcalApp(ACTION_HANDLERS)
+    app = SolarcalApp()
     async with app.run_test(size=size) as pilot:
         await shows(pilot, "Emulated trackers")
         for key in keys:
@@ -94,7 +93,7 @@ async def starting(size, *keys):
 
 @asynccontextmanager
 async def replaying(size, path, *keys):
-    app = SolarcalApp(ACTION_HANDLERS, start=Choice(replay=str(path)))
+    app = SolarcalApp(start=Choice(replay=str(path)))
     async with app.run_test(size=size) as pilot:
         await shows(pilot, "REPLAY")
         for key in keys:
