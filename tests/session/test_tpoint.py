@@ -10,6 +10,13 @@ from hypothesis import strategies as st
 from session_samples import table
 
 from solarcal.errors import ConfigurationError, InputFileError, SolarcalError
+from solarcal.session.interchange.altaz import (
+    COLONS,
+    DECIMAL,
+    SPACED,
+    many_rows,
+    sexagesimal_row,
+)
 from solarcal.session.interchange.tpoint import read_tpoint, write_tpoint
 from solarcal.session.points import PointTable
 from solarcal.units import wrap_deg
@@ -334,3 +341,68 @@ def test_the_real_files_survive_being_written(tmp_path: Path, name: str, observa
     np.testing.assert_allclose(again.ax1_deg, points.ax1_deg, rtol=0, atol=1e-12)
     np.testing.assert_allclose(again.err1_deg, points.err1_deg, rtol=0, atol=1e-12)
     np.testing.assert_allclose(again.err2_deg, points.err2_deg, rtol=0, atol=1e-12)
+
+
+# -- many rows at once ----------------------------------------------------------------------------
+
+DECIMALS = ["210.5 41.25 210.6 41.5", "-0.5 -1 +359.75 .5", "10. 20 11 21"]
+SPACED_ROWS = ["210 30 00.0 41 15 00 210 36 0 41 30 00.00", "-0 30 00 -0 00 30.5 359 30 0 0 00 30"]
+COLON_ROWS = ["210:30:00.0 41:15:00 210:36:0 41:30:00", "-0:30:00 -0:00:30.5 0:30:00 -0:00:30"]
+
+
+@pytest.mark.parametrize(
+    ("layout", "rows"), [(DECIMAL, DECIMALS), (SPACED, SPACED_ROWS), (COLONS, COLON_ROWS)]
+)
+def test_many_rows_give_the_angles_of_each_alone_to_the_last_bit(
+    layout: str, rows: list[str]
+) -> None:
+    alone = [
+        tuple(map(float, row.split()))
+        if layout == DECIMAL
+        else sexagesimal_row(row.split(), layout, "")
+        for row in rows
+    ]
+    together = many_rows(rows, layout)
+    assert together is not None
+    assert together.tolist() == [list(row) for row in alone]
+
+
+@pytest.mark.parametrize(
+    ("layout", "row"),
+    [
+        (DECIMAL, "1 2 3"), (DECIMAL, "1 2 3 4 5 6 7 8"), (DECIMAL, "1 2 3 4e0"),
+        (DECIMAL, "1_0 2 3 4"), (DECIMAL, "1 2 3 nan"), (DECIMAL, "1 2 3 -"),
+        (DECIMAL, "1 91 3 4"), (DECIMAL, "1 2 3 \N{ARABIC-INDIC DIGIT FOUR}"),
+        (DECIMAL, "1 2 3 " + "0" * 31 + "4"), (SPACED, "10 60 0 10 0 0 10 0 0 10 0 0"),
+        (SPACED, "10 0 0 10 0 0 50 0 0 10 0 0"), (COLONS, "10:0:0 10:0:0 10:0:0"),
+        (COLONS, "10:0:0 10:0 10:0:0 10:0:0"),
+    ],
+)  # fmt: skip
+def test_a_row_that_is_not_certainly_right_is_left_to_be_looked_at_alone(
+    layout: str, row: str
+) -> None:
+    good = {DECIMAL: DECIMALS, SPACED: SPACED_ROWS, COLONS: COLON_ROWS}[layout]
+    assert many_rows(good[:1], layout) is not None
+    assert many_rows([*good[:1], row], layout) is None
+
+
+def test_a_slip_far_down_a_long_file_is_named_by_its_line(tmp_path: Path) -> None:
+    rows = ["210.5 41.25 210.6 41.5"] * 500
+    path = tmp_path / "long.dat"
+    for slip, words in (("210.5 41.25 210.6 4l.5", "'4l.5'"), ("210.5 95 210.6 41", "-90..90")):
+        path.write_text("\n".join(["caption", ": ALTAZ", "35", *rows, slip, *rows, "END"]))
+        with pytest.raises(InputFileError, match=rf"long\.dat:504: .*{words}"):
+            read_tpoint(path)
+
+
+def test_masked_rows_keep_their_place_among_many(tmp_path: Path) -> None:
+    rows = [f"{200 + i} 41 {200 + i}.25 41" for i in range(9)]
+    rows[4] = "; " + rows[4]
+    rows[6] = "* " + rows[6] + " ! cloud"
+    path = tmp_path / "masked.dat"
+    path.write_text("\n".join(["caption", ": ALTAZ", "35", *rows, "END"]))
+    table = read_tpoint(path)
+    assert (180.0 - table.ax1_deg).tolist() == [200.0 + i for i in range(9)]
+    assert table.err1_deg.tolist() == [-0.25] * 9
+    assert [i for i, status in enumerate(table.status) if status == "rejected"] == [4, 6]
+    assert table.labels == tuple(range(4, 13))

@@ -14,6 +14,8 @@ from scipy import linalg
 from solarcal.units import FloatArray
 
 RANK_LIMIT = 1e-6
+MANY = 10_000
+"""Data from which on a QR decomposition before the singular values pays."""
 NEGLIGIBLE = 1e-9
 """A column whose effect at one prior sigma is below this part of the data's weight is no column:
 it is the rounding of cos(90 deg), and normalising it would make a parameter out of nothing."""
@@ -61,12 +63,17 @@ def solve(
     if absent.any():
         rows = np.where(absent[:, np.newaxis], 0.0, rows)
         norms = np.where(absent, 1.0 / prior_sigma, norms)
-    left, singular, right = linalg.svd(
-        rows / norms[:, np.newaxis], full_matrices=m < k, check_finite=False
-    )
+    even = rows / norms[:, np.newaxis]
+    if m > MANY:
+        # The same with the k rotated data that the others are orthogonal to.
+        measured_then, triangle = linalg.qr_multiply(even.T, measured, overwrite_a=True)
+        even = triangle.T
+    else:
+        measured_then = measured
+    left, singular, right = linalg.svd(even, full_matrices=m < k, check_finite=False)
     rank = int(np.count_nonzero(singular >= RANK_LIMIT))
     fixed = left[:, :rank] / norms[:, np.newaxis]
-    values = fixed @ ((right[:rank] @ measured) / singular[:rank])
+    values = fixed @ ((right[:rank] @ measured_then) / singular[:rank])
     spread = fixed / singular[:rank]
     null = left[:, rank:]
     prior_covariance = None

@@ -36,8 +36,9 @@ MOST_SUSPECTS = 8
 ENOUGH_FOR_SCALE = 1000
 """Points of which as many, evenly chosen, say how noisy all are; blunders among so many cannot hide
 one another."""
-MOST_NUMBERS = 2_000_000
-"""Of one array of starts by points; beyond it the starts take turns."""
+MOST_NUMBERS = 300_000
+"""Of one array of starts by points, as the processor keeps at hand; beyond it the starts take
+turns."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -160,7 +161,8 @@ def _at_scales(at: Linearised, scales: FloatArray, start: FloatArray) -> ScaleMi
     log_scales = np.tile(scales, w)
     widths = np.repeat([factor for factor, _ in at.widths], len(scales))
     log_chances = np.repeat(np.log([chance for _, chance in at.widths]), len(scales))
-    both = 2 if start.max() > 0.01 else 1
+    # Among many points blunders cannot hide one another: what they are is found from no start.
+    both = 2 if n <= ENOUGH_FOR_SCALE and start.max() > 0.01 else 1
     moments = _moments(at)
     # Of very many points the scales are climbed a few at a time: memory grows as the points.
     together = max(1, MOST_NUMBERS // (both * n))
@@ -193,10 +195,15 @@ def _at_scales(at: Linearised, scales: FloatArray, start: FloatArray) -> ScaleMi
 
 
 def _moments(at: Linearised) -> tuple[FloatArray, FloatArray]:
-    """Of each point: products (n, k k) of its slopes, and of slopes and residuals (n, k)."""
-    n, _, k = at.slopes.shape
-    squares = np.einsum("nai,naj->nij", at.slopes, at.slopes).reshape(n, k * k)
-    return squares, np.einsum("nai,na->ni", at.slopes, at.residuals)
+    """Of each point: products of every two slopes, each pair once (n, k (k + 1) / 2), and of slopes
+    and residuals (n, k)."""
+    first, second = np.triu_indices(at.slopes.shape[-1])
+    squares = np.empty((len(first), len(at.slopes)))
+    slopes1, slopes2 = at.slopes[:, 0].T, at.slopes[:, 1].T
+    for row, i, j in zip(squares, first, second, strict=True):
+        np.multiply(slopes1[i], slopes1[j], out=row)
+        row += slopes2[i] * slopes2[j]
+    return squares.T, np.einsum("nai,na->ni", at.slopes, at.residuals)
 
 
 def _climb(
@@ -213,7 +220,9 @@ def _climb(
     """
     n, _, k = at.slopes.shape
     flat = at.slopes.reshape(2 * n, k)
+    measured = at.residuals.reshape(-1)
     squares, pulls = moments
+    first, second = np.triu_indices(k)
     precision = at.precision / widths[:, np.newaxis] ** 2
     prior = precision[:, :, np.newaxis] * np.eye(k)
     prior_pull = precision * at.offset
@@ -225,15 +234,23 @@ def _climb(
 
     for turn in range(iterations):
         weights = (1.0 - blunder) / good + blunder / bad
-        normal = (weights @ squares).reshape(-1, k, k) + prior
+        normal = prior.copy()
+        normal[:, first, second] += weights @ squares
+        normal[:, second, first] = normal[:, first, second]
         # Without a prior to speak of, free directions would be lost in rounding.
         normal += ROUNDING * np.einsum("bii->b", normal)[:, np.newaxis, np.newaxis] * np.eye(k)
         steps = np.linalg.solve(normal, (weights @ pulls + prior_pull)[..., np.newaxis])[..., 0]
-        left = at.residuals - (steps @ flat.T).reshape(-1, n, 2)
+        left = (measured - steps @ flat.T).reshape(-1, n, 2)
         distance = np.einsum("bna,bna->bn", left, left)
         like_good = log_good - 0.5 * distance / good
         like_bad = log_bad - 0.5 * distance / bad
-        before, blunder = blunder, np.exp(like_bad - np.logaddexp(like_good, like_bad))
+        before = blunder
+        if n <= ENOUGH_FOR_SCALE:
+            blunder = np.exp(like_bad - np.logaddexp(like_good, like_bad))
+        else:
+            # Equal, and some times as fast; what is beyond all doubt overflows to certainty.
+            with np.errstate(over="ignore"):
+                blunder = 1.0 / (1.0 + np.exp(like_good - like_bad))
         if turn > 1 and np.abs(blunder - before).max() < SETTLED:
             break
 

@@ -5,7 +5,8 @@ through East. In native angles AX1 = 180 - A and AX2 = 90 - E; errors are encode
 """
 
 import re
-from collections.abc import Sequence
+import warnings
+from collections.abc import Collection, Sequence
 from itertools import takewhile
 from pathlib import Path
 
@@ -28,7 +29,12 @@ _WHOLE_COLONS = re.compile(" ".join([rf"[+-]?[0-9]{{1,3}}:{_SIXTIETHS}:{_LAST}"]
 _TWO_COLUMNS = re.compile(" ".join([rf"[+-]?[0-9]{{1,3}} {_LAST}"] * 4))
 _COLONS = re.compile(r"[+-]?[0-9]{1,3}:[0-9]{1,2}(:[0-9]{1,2}(\.[0-9]{0,20})?)?")
 _FURTHEST_APART_DEG = 10.0
+_MANY_DIGITS = re.compile("[0-9]{31}")
+_PLAIN = b"0123456789+-. "
+"""What decimal numbers without an exponent are written with."""
 _FEWEST_TO_JUDGE = 3
+# Azimuth, elevation, and both of the encoders, degrees.
+_LEAST, _MOST = (-360.0, -90.0, -360.0, -270.0), (720.0, 90.0, 720.0, 270.0)
 
 
 def plain_numbers(cells: Sequence[str]) -> list[float]:
@@ -38,13 +44,8 @@ def plain_numbers(cells: Sequence[str]) -> list[float]:
 
 def possible(row: Sequence[float]) -> bool:
     """Whether four angles can be an observation, degrees."""
-    azimuth, elevation, azimuth_encoder, elevation_encoder = row[:4]
-    return (
-        -360.0 <= azimuth <= 720.0
-        and -360.0 <= azimuth_encoder <= 720.0
-        and -90.0 <= elevation <= 90.0
-        and -270.0 <= elevation_encoder <= 270.0
-    )
+    within = zip(_LEAST, row, _MOST, strict=False)
+    return all(least <= angle <= most for least, angle, most in within)
 
 
 def layout_of(cells: Sequence[str]) -> str | None:
@@ -67,6 +68,52 @@ def layout_of(cells: Sequence[str]) -> str | None:
     if len(cells) >= 12 and all(cells[at].lstrip("+-").isdigit() for at in (0, 1, 3, 4)):
         return None
     return DECIMAL
+
+
+def many_rows(
+    texts: Sequence[str], layout: str, columns: Collection[int] = range(4, 8)
+) -> FloatArray | None:
+    """The angles of many rows of one layout at once, (n, 4) degrees: those of each row alone.
+
+    ``columns``: how many decimal degrees a row may have, all rows as many. None where a row is not
+    certainly as it should be: each is then to be read alone.
+    """
+    rows_text = [" ".join(text.split()) for text in texts]
+    joined, width = " ".join(rows_text), 12
+    if layout == DECIMAL:
+        widths = {row.count(" ") + 1 for row in rows_text}
+        width = min(widths, default=0)
+        unsure = len(widths) > 1 or width not in columns or _MANY_DIGITS.search(joined)
+        if unsure or not joined.isascii() or joined.encode().translate(None, _PLAIN):
+            return None
+    else:
+        pattern = _SPACED if layout == SPACED else _WHOLE_COLONS
+        if not all(map(pattern.fullmatch, rows_text)):
+            return None
+        joined = joined.replace(":", " ")
+    try:
+        with warnings.catch_warnings():
+            # How older versions of numpy say that a cell is no number.
+            warnings.simplefilter("error", DeprecationWarning)
+            values = np.fromstring(joined, sep=" ")
+    except (ValueError, DeprecationWarning):
+        return None
+    # Two numbers in one cell are one too many.
+    if values.size != len(texts) * width:
+        return None
+    values = values.reshape(-1, width)
+    if layout == DECIMAL:
+        rows = values[:, :4]
+    else:
+        degrees, minutes, seconds = values[:, 0::3], values[:, 1::3], values[:, 2::3]
+        # The sign of -0 is that of its text.
+        rows = np.copysign(np.abs(degrees) + minutes / 60.0 + seconds / 3600.0, degrees)
+        around = np.abs(rows[:, 0] - rows[:, 2]) % 360.0
+        apart = np.maximum(np.minimum(around, 360.0 - around), np.abs(rows[:, 1] - rows[:, 3]))
+        if apart.max() > _FURTHEST_APART_DEG:
+            return None
+    within = (np.array(_LEAST) <= rows) & (rows <= np.array(_MOST))
+    return np.asarray(rows) if within.all() else None
 
 
 def sexagesimal_row(cells: Sequence[str], layout: str, where: str) -> Row:
@@ -103,7 +150,7 @@ def sexagesimal_row(cells: Sequence[str], layout: str, where: str) -> Row:
     return row
 
 
-def refuse_radians(rows: Sequence[Row], path: str) -> None:
+def refuse_radians(rows: Sequence[Row] | FloatArray, path: str) -> None:
     """Refuse rows that can only be radians: azimuths within a turn, no elevation above pi/2.
 
     Raises
@@ -129,7 +176,7 @@ def refuse_radians(rows: Sequence[Row], path: str) -> None:
 
 def altaz_table(
     path: str | Path,
-    rows: Sequence[Row],
+    rows: Sequence[Row] | FloatArray,
     masked: Sequence[bool],
     lines: Sequence[int],
     *,

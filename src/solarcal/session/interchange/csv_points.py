@@ -23,7 +23,7 @@ from solarcal.session.interchange.csv_head import (
     without_separator_line,
 )
 from solarcal.session.points import STATUSES, PointTable
-from solarcal.timescale import parse_utc
+from solarcal.timescale import parse_many_utc, parse_utc
 from solarcal.units import FloatArray, wrap_deg
 
 REQUIRED_COLUMNS = ("utc", "ax1_deg", "ax2_deg", "err1_deg", "err2_deg")
@@ -165,7 +165,9 @@ class Sheet:
         """Every cell through ``of``, whose ValueError becomes the complaint about the cell."""
         cells = self.column(name)
         try:
-            return [of(cell) for cell in cells]
+            # Most columns hold few different cells.
+            known = {cell: of(cell) for cell in dict.fromkeys(cells)}
+            return [known[cell] for cell in cells]
         except ValueError:
             for row, cell in enumerate(cells):
                 try:
@@ -221,7 +223,9 @@ class Sheet:
                 raise ValueError("is not between 1900 and 2200")
             return utc_s
 
-        values = np.array(self.convert(name, instant), dtype=np.float64)
+        values = np.array(parse_many_utc(self.column(name)) or [np.nan])
+        if not np.all((values >= _EARLIEST_UTC_S) & (values <= _LATEST_UTC_S)):
+            values = np.array(self.convert(name, instant), dtype=np.float64)
         for row in np.flatnonzero(np.isnan(values) & ~may_lack)[:1]:
             raise self.error(
                 int(row), name, "is empty; only rows of ideal=apparent can do without a time"

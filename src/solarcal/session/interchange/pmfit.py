@@ -8,18 +8,22 @@
 No comments and no END line; a fifth number of a row is passed over.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from solarcal.errors import InputFileError
 from solarcal.input_files import read_text
 from solarcal.session.interchange.altaz import (
+    DECIMAL,
     Row,
     altaz_table,
+    many_rows,
     plain_numbers,
     possible,
     refuse_radians,
 )
 from solarcal.session.points import PointTable
+from solarcal.units import FloatArray
 
 _COLUMNS = (4, 5)
 
@@ -62,7 +66,10 @@ def read_pmfit(
         raise InputFileError(
             f"{path}:{at_latitude}: {latitude[:30]!r} is not a latitude in decimal degrees"
         )
-    rows = [_row(line, f"{path}:{number}") for number, line in lines[3:]]
+    rows: Sequence[Row] | FloatArray | None
+    rows = many_rows([line for _, line in lines[3:]], DECIMAL, _COLUMNS)
+    if rows is None:
+        rows = [_row(line, f"{path}:{number}") for number, line in lines[3:]]
     refuse_radians(rows, str(path))
     return altaz_table(
         path,

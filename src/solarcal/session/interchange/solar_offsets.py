@@ -158,9 +158,11 @@ def _site_keys(metadata: Mapping[str, str], path: str | Path) -> dict[str, str |
 
 def _numbers(sheet: Sheet, name: str, low: float, high: float) -> FloatArray:
     """A column in which NaN stands for what was not measured."""
-    cells = tuple("" if cell.strip().lower() == "nan" else cell for cell in sheet.column(name))
-    cleaned = Sheet(sheet.path, {**sheet.columns, name: cells}, sheet.lines)
-    return cleaned.numbers(name, np.full(len(cells), True), low, high)
+    cells = sheet.column(name)
+    if "nan" in "".join(cells).lower():
+        cells = tuple("" if cell.strip().lower() == "nan" else cell for cell in cells)
+        sheet = Sheet(sheet.path, {**sheet.columns, name: cells}, sheet.lines)
+    return sheet.numbers(name, np.full(len(cells), True), low, high)
 
 
 def _solar_minus_observed(description: str) -> bool:

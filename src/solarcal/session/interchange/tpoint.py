@@ -25,6 +25,7 @@ from solarcal.session.interchange.altaz import (
     Row,
     altaz_table,
     layout_of,
+    many_rows,
     plain_numbers,
     possible,
     refuse_radians,
@@ -37,6 +38,7 @@ from solarcal.units import FloatArray
 _COMMENT = ("!", "#", ";")
 _COMMENT_FOLLOWS = re.compile("[!#;]")
 _MASK = "*"
+_FIGURES = frozenset("0123456789+-.")
 # Where a latitude line goes on (date, temperature, pressure), the height is the sixth number
 # after the latitude.
 _HEIGHT_AFTER = 5
@@ -70,10 +72,10 @@ def read_tpoint(
     for number, line in enumerate(read_text(path).splitlines(), start=1):
         if reading.take(number, line.strip()):
             break
-    reading.finish()
+    angles = reading.finish()
     return altaz_table(
         path,
-        reading.angles,
+        angles,
         reading.masked,
         reading.lines,
         keys=reading.keys,
@@ -136,7 +138,10 @@ class _Reading:
     caption: str | None = None
     options: list[str] = field(default_factory=list)
     keys: dict[str, str | float] = field(default_factory=dict)
-    angles: list[Row] = field(default_factory=list)
+    alone: dict[int, Row] = field(default_factory=dict)
+    """Observations read one by one, by their place among all."""
+    waiting: list[tuple[int, str]] = field(default_factory=list)
+    """Line and text of the others: read together in the end."""
     layout: str | None = None
     masked: list[bool] = field(default_factory=list)
     lines: list[int] = field(default_factory=list)
@@ -145,6 +150,9 @@ class _Reading:
 
     def take(self, number: int, line: str) -> bool:
         """One line, blanks stripped. True when it is the END."""
+        if self.layout is not None and line[:1] in _FIGURES and not _COMMENT_FOLLOWS.search(line):
+            self._keep(number, line, masked=False)
+            return False
         where = f"{self.path}:{number}"
         if line.startswith(_COMMENT):
             self._comment(number, line.lstrip("!#; \t"))
@@ -169,11 +177,12 @@ class _Reading:
         elif "lat_deg" not in self.keys:
             self._latitude(line.split(), where)
         else:
-            masked = line.startswith(_MASK)
-            self._observation(number, line.lstrip("* \t").split(), masked, where)
+            masked, text = line.startswith(_MASK), line.lstrip("* \t")
+            self._keep(number, text if self.layout else self._observation(number, text), masked)
         return False
 
-    def finish(self) -> None:
+    def finish(self) -> FloatArray:
+        """All observations, (n, 4) degrees, once everything has been taken."""
         if self.caption is None:
             raise InputFileError(f"{self.path} is empty: no TPOINT caption in it")
         if "ALTAZ" not in self.options:
@@ -183,7 +192,8 @@ class _Reading:
             )
         if "lat_deg" not in self.keys:
             raise InputFileError(f"{self.path} has no latitude line (degrees minutes seconds)")
-        refuse_radians(self.angles, self.path)
+        angles = self._angles()
+        refuse_radians(angles, self.path)
         if any(self.masked):
             used = len(self.masked) - sum(self.masked)
             self.warnings.append(
@@ -191,6 +201,21 @@ class _Reading:
             )
         if not self.ended:
             self.warnings.append(f"{self.path} has no END line: it may have been cut short")
+        return angles
+
+    def _angles(self) -> FloatArray:
+        angles = np.empty((len(self.lines), 4))
+        together = np.full(len(angles), True)
+        for place, row in self.alone.items():
+            angles[place], together[place] = row, False
+        if self.waiting and self.layout:
+            many = many_rows([text for _, text in self.waiting], self.layout)
+            angles[together] = (
+                [self._observation(number, text) for number, text in self.waiting]
+                if many is None
+                else many
+            )
+        return angles
 
     def _comment(self, number: int, text: str) -> None:
         """A remark, a key of solarcal's, or an observation that was commented out."""
@@ -248,7 +273,8 @@ class _Reading:
         if len(values) > after + _HEIGHT_AFTER:
             self.keys.setdefault("elevation_m", values[after + _HEIGHT_AFTER])
 
-    def _observation(self, number: int, cells: list[str], masked: bool, where: str) -> None:
+    def _observation(self, number: int, text: str) -> Row:
+        where, cells = f"{self.path}:{number}", text.split()
         layout = layout_of(cells)
         if layout is None:
             raise InputFileError(
@@ -273,7 +299,7 @@ class _Reading:
                 f"{where}: azimuths must lie within -360..720 and elevations within -90..90 deg "
                 "(encoders -270..270)"
             )
-        self._keep(number, row, masked)
+        return row
 
     def _decimal_row(self, cells: list[str], where: str) -> Row:
         values = plain_numbers(cells)
@@ -289,8 +315,11 @@ class _Reading:
             )
         return (values[0], values[1], values[2], values[3])
 
-    def _keep(self, number: int, row: Row, masked: bool) -> None:
-        self.angles.append(row)
+    def _keep(self, number: int, row: Row | str, masked: bool) -> None:
+        if isinstance(row, str):
+            self.waiting.append((number, row))
+        else:
+            self.alone[len(self.lines)] = row
         self.masked.append(masked)
         self.lines.append(number)
 
