@@ -107,11 +107,11 @@ async def test_stop_says_where_it_is_on_every_screen_and_asks_nothing() -> None:
     async with workstation_by_hand() as (_, pilot, station, _clock):
         await shows(pilot, "STOP is at the unit", "TYPED BY HAND", "No connection to this unit")
         await pilot.press("f12")
-        await shows(pilot, "press STOP on the UNIT: there is no line to it")
+        await shows(pilot, "PRESS STOP ON THE UNIT: there is no line to it")
         await ask_for_an_offset(pilot)
         await shows(pilot, "STOP: at the unit")
         await pilot.press("f12")
-        await shows(pilot, "press STOP on the UNIT: there is no line to it")
+        await shows(pilot, "PRESS STOP ON THE UNIT: there is no line to it")
     assert len(recorded(station, Typed)) == 1
 
 

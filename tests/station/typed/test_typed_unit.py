@@ -81,7 +81,7 @@ def test_what_was_typed_is_shown_until_it_is_typed_anew() -> None:
 
 def test_stop_says_where_the_key_is_and_nothing_else_moves_it() -> None:
     unit, display, _ = typed_unit()
-    with pytest.raises(ProcedureRefused, match="press STOP on the UNIT"):
+    with pytest.raises(ProcedureRefused, match="PRESS STOP ON THE UNIT"):
         unit.stop()
     for move in (unit.stow, lambda: unit.jog(1.0, 2.0)):
         with pytest.raises(ProcedureRefused, match="there is no line to it"):

@@ -48,7 +48,7 @@ MODEL = "SolarTrak"
 FORMS_REMEMBERED = 50
 """How many ``recent_traffic`` tells of."""
 
-PRESS_STOP = "press STOP on the UNIT: there is no line to it, this program cannot stop it"
+PRESS_STOP = "PRESS STOP ON THE UNIT: there is no line to it, this program cannot stop it"
 
 
 class TypedUnit:
