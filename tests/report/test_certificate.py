@@ -24,7 +24,7 @@ from solarcal.report.certificate import (
     office_zip,
     read_sources,
 )
-from solarcal.report.forecast_map import GLYPHS, forecast_map, level
+from solarcal.report.forecast_map import COLOURS, GLYPHS, forecast_map, level, year_cells
 from solarcal.report.markup import paragraph
 from solarcal.report.svg_figures import forecast_figure
 from solarcal.session.journal import Journal
@@ -217,6 +217,27 @@ def test_colour_only_repeats_what_the_glyphs_say(judged, monkeypatch):
     plain = forecast_map(expected, 80, 24, colour=False)
     tinted = re.sub(r"\x1b\[[0-9;]*m", "", forecast_map(expected, 80, 24, colour=True))
     assert [line.rstrip() for line in tinted.split("\n")] == plain.split("\n")
+
+
+def test_a_fine_map_has_two_half_hours_a_row_and_a_legend_in_degrees(judged, monkeypatch):
+    """Each half block has the colour of its own half hour's level."""
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    expected = judged.of_the_controller().forecast
+    drawn = forecast_map(expected, 80, 24, tolerance_deg=0.02, fine=True)
+    lines = drawn.split("\n")
+    legend = re.sub(r"\x1b\[[0-9;]*m", "", lines[0])
+    assert "deg" in legend
+    assert [float(end) for end in re.findall(r"█ to ([\d.]+)", legend)] == [
+        0.005, 0.01, 0.02, 0.04,
+    ]  # fmt: skip
+    cells = year_cells(expected)
+    assert len(lines) == 1 + -(-len(cells.hours) // 2) + 2
+    tones = COLOURS["phosphor"]
+    for row, line in enumerate(lines[1:-2]):
+        blocks = re.findall(r"\x1b\[38;5;(\d+)(?:;48;5;(\d+))?m([▀▄]+)", line)
+        upper = [level(x, 0.02) for x in cells.rms_deg[2 * row]]
+        two = [(front, back) for front, back, glyph in blocks if glyph[0] == "▀" and back]
+        assert {int(front) for front, _ in two} <= {tones[k] for k in upper if k is not None}
 
 
 def test_beyond_the_tolerance_the_drawn_map_is_hatched(judged):

@@ -188,6 +188,30 @@ def test_the_verdict_says_when_there_are_enough_and_when_something_is_wrong():
     assert "why the points do not fit" in wrong.sentence
 
 
+@pytest.mark.parametrize("points", [2, 8, 14])
+@pytest.mark.parametrize("planned", [True, False])
+@pytest.mark.parametrize("elevation_deg", [3.0, 40.0])
+def test_the_next_step_never_contradicts_the_verdict(points, planned, elevation_deg):
+    """Done asks for the upload whatever the Sun; what does not fit is never to be uploaded; while
+    more points are wanted the year is not called good."""
+    station, judgement = judged_day()
+    session = station.state.session
+    state = replace(station.state, session=replace(session, points=session.points * (points // 2)))
+    judgement = judgement if planned else replace(judgement, plan=None)
+
+    def step(verdict):
+        return next_step(state, elevation_deg, with_verdict(judgement, verdict))
+
+    assert step("done").action == "upload"
+    misfit = step("does_not_fit")
+    assert misfit.action != "upload"
+    assert "upload" not in misfit.sentence
+    assert "do not fit" in misfit.sentence
+    for verdict in ("continue", "not_today"):
+        assert "Good for the year" not in step(verdict).sentence
+        assert "do not fit" not in step(verdict).sentence
+
+
 def test_a_day_that_cannot_reach_the_tolerance_says_so_beside_its_next_point():
     station, _ = judged_day()
     plan_options = PlanOptions(until_utc_s=station.state.live.laptop_utc_s + 1800.0)

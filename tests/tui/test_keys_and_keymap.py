@@ -1,10 +1,11 @@
 """What keys mean: the manual's chords, the user's keymap, and the Alt+F3 terminals cannot send."""
 
 import json
+import time
 
 import pytest
 from procedure_bench import bench, shows, workstation
-from textual import events
+from textual import _parser, events
 from textual._xterm_parser import XTermParser
 
 from solarcal.cli import run_command
@@ -154,6 +155,17 @@ def test_function_keys_of_putty_in_its_sco_setting_are_no_letters_but_an_advice(
     assert name == ""
     assert f"SCO {key}" in line
     assert "Xterm R6" in line
+
+
+@pytest.mark.parametrize(("stop", "key"), [("\x13", "ctrl+s"), ("s", "s"), ("\x1b[24~", "f12")])
+def test_stop_pressed_right_after_puttys_sco_f1_arrives(stop, key, monkeypatch):
+    """``ESC[M`` begins an old mouse report: three more bytes are waited for, but not for long."""
+    parser = XTermParser()
+    assert list(parser.feed("\x1b[M")) == []
+    seen = list(parser.feed(stop))
+    monkeypatch.setattr(_parser, "get_time", lambda: time.monotonic() + 10.0)
+    seen += parser.tick()
+    assert key in [event.key for event in seen if isinstance(event, events.Key)]
 
 
 def test_solarcal_keys_without_a_terminal_prints_the_table(capsys):

@@ -153,13 +153,14 @@ def _next_point(
             f"Watch it track for a minute and through one update, then take point {n + 1}.",
             "take_point",
         )
+    misfit = judgement is not None and judgement.verdict.state == "does_not_fit"
     if judgement is not None and judgement.verdict.state == "done":
         return NextStep("Good for the year: upload the coefficients, then verify them.", "upload")
     day = None if judgement is None else judgement.plan
     planned = None if day is None else day.recommended
     if planned is not None and planned.points:
         due_utc_s: float | None = planned.times_utc_s[0]
-    elif day is None and n >= FULL_CALIBRATION:
+    elif day is None and n >= FULL_CALIBRATION and not misfit:
         return NextStep(f"{n} points: upload the coefficients, then prove them.", "upload")
     else:
         due_utc_s = _due_utc_s(session)
@@ -168,13 +169,15 @@ def _next_point(
     low = sun_elevation_deg is not None and sun_elevation_deg < guards.MIN_ELEVATION_DEG
     # A planned time is one with the Sun high enough.
     if low and not (waits and planned is not None and planned.points):
-        least = "upload what you have, or go on" if n >= ENOUGH_POINTS else "go on"
+        enough = n >= ENOUGH_POINTS and not misfit
+        least = "upload what you have, or go on" if enough else "go on"
+        why = " Meanwhile find out why the points do not fit." if misfit else ""
         return NextStep(
             f"The Sun is too low for a point ({sun_elevation_deg:.0f} deg); {least} "
-            f"when it is above {guards.MIN_ELEVATION_DEG:.0f} deg.",
-            "upload" if n >= ENOUGH_POINTS else None,
+            f"when it is above {guards.MIN_ELEVATION_DEG:.0f} deg.{why}",
+            "upload" if enough else None,
         )
-    if judgement is not None and judgement.verdict.state == "does_not_fit":
+    if misfit:
         return NextStep(
             f"Find out why the points do not fit; else go on with point {n + 1}.",
             "sun_offset",
