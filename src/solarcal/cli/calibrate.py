@@ -180,12 +180,16 @@ def _start_where_it_broke_off(args: argparse.Namespace) -> None:
     Raises
     ------
     ConfigurationError
-        A file cannot be gone on with and be written anew.
+        A file cannot be gone on with and be written anew, or by another rule than its own.
     """
     from solarcal.session.reader import read_session
 
     if args.output:
         raise ConfigurationError("--resume FILE goes on in that file; leave -o away")
+    if any(rule_changes(args).values()):
+        raise ConfigurationError(
+            "--tolerance, --done-probability and --unmodelled: a session goes on by its own"
+        )
     session = read_session(args.resume)
     if not args.port and not args.start:
         args.start = (session.records[-1] if session.records else session.header).utc

@@ -293,7 +293,7 @@ def what_changed(
         for which in (ZEROS, LEAN):
             if which not in taken:
                 more = shift_columns(rows.six, session, which)[at]
-                tests.append((_more_probable(fit, base, more, rows.residuals[at]), which))
+                tests.append((fit.columns(more)[0], which))
         if n - len(kept) < most_bad:
             chances = [fit.group((place,))[2] for place in range(len(kept))]
             tests += [(len(kept) * p, i) for p, i in zip(chances, kept, strict=True)]
@@ -304,18 +304,6 @@ def what_changed(
             taken.append(best)
         else:
             kept.remove(best)
-
-
-def _more_probable(
-    fit: ColumnFit, base: FloatArray, more: FloatArray, residuals: FloatArray
-) -> float:
-    """Chance that noise alone gains as much from more columns (2n, q)."""
-    wider = ColumnFit(np.hstack((base, more)), residuals)
-    over = fit.spare - wider.spare
-    if over == 0 or wider.spare < 1:
-        return 1.0
-    gained = (fit.squares - wider.squares) / over
-    return f_probability(gained / max(wider.squares / wider.spare, 1e-300), over, wider.spare)
 
 
 def weakest_change_deg(

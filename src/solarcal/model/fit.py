@@ -106,15 +106,15 @@ def fit_linear(
 
 def _refuse_unbounded(design: FloatArray, points: PointSet, terms: tuple[Term, ...]) -> None:
     """Refuse a point where a term has no value, as TX (cot E) has none at the horizon."""
-    for rows, term in zip(design, terms, strict=True):
-        # One unit of a term moves no axis by more than 1/sin(0.01 deg) anywhere else.
-        beyond = np.abs(rows[1]) > LARGEST_EFFECT * term.degrees_per_unit
-        if beyond.any():
-            at = int(np.flatnonzero(beyond)[0])
-            raise FitError(
-                f"point {points.labels[at]}: term {term.name} has no value at AX2 "
-                f"{points.ax2_deg[at]:g} deg; leave out the term or the point"
-            )
+    # One unit of a term moves no axis by more than 1/sin(0.01 deg) anywhere else.
+    largest = np.array([LARGEST_EFFECT * term.degrees_per_unit for term in terms])
+    beyond = np.abs(design[:, 1]) > largest[:, np.newaxis]
+    if beyond.any():
+        term, at = np.argwhere(beyond)[0].tolist()
+        raise FitError(
+            f"point {points.labels[at]}: term {terms[term].name} has no value at AX2 "
+            f"{points.ax2_deg[at]:g} deg; leave out the term or the point"
+        )
 
 
 ITERATED = "iterated"

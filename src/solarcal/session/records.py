@@ -14,7 +14,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import Limits
 from solarcal.optics.aiming import Heliostat
 from solarcal.site import Inclinometer, Site, Weather
-from solarcal.stopping_rule import StoppingRule, Unmodelled
+from solarcal.stopping_rule import DEFAULT_UNMODELLED, StoppingRule, Unmodelled
 
 FORMAT_VERSION = 2
 """Format 2: a checksum on every line, sequence numbers without gaps."""
@@ -102,8 +102,9 @@ class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
     @property
     def rule(self) -> StoppingRule:
         """When this calibration is done."""
-        usual = StoppingRule().unmodelled
-        return StoppingRule(self.tolerance_deg, self.done_probability, self.unmodelled or usual)
+        return StoppingRule(
+            self.tolerance_deg, self.done_probability, self.unmodelled or DEFAULT_UNMODELLED
+        )
 
 
 class _Record(msgspec.Struct, frozen=True, kw_only=True):
