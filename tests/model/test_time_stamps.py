@@ -193,3 +193,53 @@ def test_ideal_by_option_is_the_cure_that_was_named(tmp_path, capsys) -> None:
     assert taken_as_apparent["verdict"]["state"] == "does_not_fit"
     _, told = documents(capsys, "fit", str(path), "--ideal", "solartrak")
     assert [f for f in told["findings"] if f["kind"] == "ideal_kind"] == []
+
+
+def of_another_century(folder: Path, date: str, ideal: str = "apparent") -> Path:
+    """The honest day, dated so that the Sun models know nothing of it."""
+    table = day(ideal)
+    path = folder / "old.csv"
+    write_table(replace(table, utc_s=table.utc_s - table.utc_s[0] + parse_utc(date)), path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("date", "year"), [("1900-01-01T00:00:00Z", "1961"), ("2200-12-31T10:00:00Z", "2099")]
+)
+def test_dates_beyond_the_sun_models_are_fitted_and_not_compared(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], date: str, year: str
+) -> None:
+    path = of_another_century(tmp_path, date)
+    assert run_command(["fit", "--json", str(path)]) == 0
+    fitted = json.loads(capsys.readouterr().out)
+    assert fitted["coefficients"]["P1"]["value"] == pytest.approx(0.3, abs=0.05)
+    assert fitted["verdict"]["state"] == "done"
+    (said,) = [f for f in fitted["findings"] if f["kind"] == "time_stamps"]
+    assert said["certainty"] == "not_determinable"
+    assert said["sentence"].startswith("the Sun models hold for 1960-01-01 to 2100-02-28: ")
+    assert said["sentence"].endswith(f"and the forecast is of {year}")
+    assert run_command(["forecast", "--json", str(path)]) == 0
+    assert json.loads(capsys.readouterr().out)["forecast"]["year_p95_deg"] < 0.1
+
+
+def test_a_plan_for_such_points_asks_for_its_instant(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = str(of_another_century(tmp_path, "1900-01-01T00:00:00Z"))
+    assert run_command(["plan", path]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "2100-02-28); give --at, the instant to plan from" in line
+    assert run_command(["plan", path, "--at", "2026-06-21T15:00:00Z"]) == 0
+    assert "Planned from 2026-06-21 15:00 UTC" in capsys.readouterr().out
+    assert run_command(["plan", path, "--at", "1900-01-01T00:00:00Z"]) == 2
+    assert "give an instant within these years" in capsys.readouterr().err
+
+
+def test_angles_that_need_the_sun_of_such_a_date_are_refused_with_the_way_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = of_another_century(tmp_path, "2200-12-31T10:00:00Z", "solartrak")
+    assert run_command(["fit", str(path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "is dated outside 1960-01-01 to 2100-02-28" in line
+    assert line.endswith("correct utc or say ideal=airless")

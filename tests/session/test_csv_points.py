@@ -172,6 +172,27 @@ def test_the_first_bad_cell_of_a_long_column_is_the_one_named(tmp_path: Path) ->
         read(tmp_path, PLAIN + "\n".join(rows), geometry="azel")
 
 
+@pytest.mark.parametrize("date", ["1900-01-01T00:00:00", "2200-12-31T23:59:59"])
+def test_dates_of_three_centuries_are_read(tmp_path: Path, date: str) -> None:
+    points = read(tmp_path, f"{PLAIN}{date}Z,1,50,0,0\n", geometry="azel")
+    assert points.utc_s[0] == parse_utc(date)
+
+
+@pytest.mark.parametrize("date", ["1899-12-31T23:59:59Z", "2201-01-01T00:00:00Z"])
+@pytest.mark.parametrize(
+    ("ideal", "cure"), [("apparent", "correct it, or leave it empty"), ("airless", "correct it")]
+)
+def test_other_dates_are_refused_with_the_way_out(
+    tmp_path: Path, date: str, ideal: str, cure: str
+) -> None:
+    text = f"# ideal={ideal}\n{PLAIN}{date},1,50,0,0\n"
+    with pytest.raises(InputFileError) as refusal:
+        read(tmp_path, text, geometry="azel")
+    assert str(refusal.value).endswith(
+        f"csv:3: column utc: {date!r} is not between 1900-01-01 and 2200-12-31; {cure}"
+    )
+
+
 @pytest.mark.parametrize("ideal", ["airless", "solartrak"])
 def test_only_apparent_angles_do_without_a_time(tmp_path: Path, ideal: str) -> None:
     text = f"# ideal={ideal}\n{PLAIN},1,50,0,0\n"

@@ -45,15 +45,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    import numpy as np
+
     from solarcal.station.analysing import analyse_files, read_files
     from solarcal.station.fitting import newest_point_utc_s
+    from solarcal.sun.position import SUN_YEARS, sun_known
 
     if args.points is not None and args.points < 1:
         raise ConfigurationError(f"--points {args.points}: at least one more point")
     files = read_files(args.files, fill_in(args))
     at_utc_s = _instant(args.at) if args.at else newest_point_utc_s(files.table)
     if at_utc_s is None:
-        raise ConfigurationError("the points carry no times; give --at, the instant to plan from")
+        raise ConfigurationError(
+            "the points carry no times, or none with a year to come that the Sun models cover "
+            f"({SUN_YEARS}); give --at, the instant to plan from"
+        )
+    if not sun_known(np.array([at_utc_s]), year_ahead=True).all():
+        raise ConfigurationError(
+            f"--at {args.at}: a plan looks a year ahead, and the Sun models hold from {SUN_YEARS}; "
+            "give an instant within these years"
+        )
     judged = analyse_files(
         files,
         method=args.method,

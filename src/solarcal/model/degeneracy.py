@@ -12,6 +12,7 @@ from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.sky_context import sun_directions
 from solarcal.model.year_grid import LOWEST_FORECAST_DEG
 from solarcal.mount.mechanism import Mechanism
+from solarcal.sun.position import sun_known
 from solarcal.timescale import SECONDS_PER_DAY, format_utc
 from solarcal.units import FloatArray
 
@@ -36,7 +37,8 @@ def degeneracies(
     """Findings on the pairs of numbers that stand or fall together, the worst first.
 
     The cure is looked for among the half hours of the last point's day, then among later days.
-    Points without times, or fewer than three, name the degeneracy only.
+    Points without times or beyond the years of the Sun models, or fewer than three, name the
+    degeneracy only.
     """
     unit = solution.prior.sigma_array()
     slopes = solution.slopes * unit
@@ -89,7 +91,7 @@ def _cure(
     clock: Callable[[float], str],
 ) -> str:
     times = chances.solution.points.utc_s
-    if times is None or not np.isfinite(times).all() or len(times) < 3:
+    if times is None or not sun_known(times, year_ahead=True).all() or len(times) < 3:
         return ""
     weight = float(np.median(chances.solution.point_weights))
 

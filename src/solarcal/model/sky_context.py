@@ -21,7 +21,7 @@ from solarcal.optics.aiming import Heliostat
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun.appendix_a import horizontal_deg
 from solarcal.sun.ephemeris import SiteEphemeris
-from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S
+from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S, SUN_YEARS, sun_known
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray
@@ -34,6 +34,8 @@ LOWEST_ELEVATION_DEG = 5.0
 
 _YEAR_S = 366.0 * SECONDS_PER_DAY
 _DEFAULT_YEAR = "2026-01-01"
+_FIRST_YEAR, _LAST_YEAR = "1961-01-01", "2099-01-01"
+"""The first and the last that the Sun models cover from end to end."""
 
 
 class SkyContext(msgspec.Struct, frozen=True):
@@ -94,6 +96,8 @@ class SkyContext(msgspec.Struct, frozen=True):
     ) -> "SkyContext":
         """The context of these points, in the year of the first dated one.
 
+        Of points dated before or after the years of the Sun models it is the nearest such year.
+
         Without a site the mount's latitude on the meridian of Greenwich serves for the year:
         longitude only says what the clock shows.
         """
@@ -107,6 +111,7 @@ class SkyContext(msgspec.Struct, frozen=True):
         if points.utc_s is not None and np.isfinite(points.utc_s).any():
             first_s = float(np.nanmin(points.utc_s))
             year = str(np.datetime64(int(first_s), "s").astype("datetime64[Y]")) + "-01-01"
+            year = min(max(year, _FIRST_YEAR), _LAST_YEAR)
         return cls(site, points.geometry, limits, ideal, weather, refraction, year, heliostat)
 
     def true_axes_deg(
@@ -202,7 +207,7 @@ def true_points(points: PointSet, context: SkyContext) -> TruePoints:
     Raises
     ------
     FitError
-        ``solartrak`` ideals of a point without a time, which does not say where the Sun was.
+        ``solartrak`` ideals of a point without a time, or of one the Sun models do not cover.
     """
     ideal1, ideal2 = points.ax1_deg, points.ax2_deg
     true1, true2 = ideal1, ideal2
@@ -217,6 +222,12 @@ def true_points(points: PointSet, context: SkyContext) -> TruePoints:
             raise FitError(
                 f"point {label} has no time, so where the Sun really stood is not known; "
                 "give utc or say ideal=airless"
+            )
+        if not (known := sun_known(points.utc_s)).all():
+            raise FitError(
+                f"point {points.labels[int(np.argmin(known))]} is dated outside {SUN_YEARS}, the "
+                "years of the controller's Sun, so where the Sun really stood is not known; "
+                "correct utc or say ideal=airless"
             )
         sun = sun_directions(context, points.utc_s)
         true1, true2, zenith = sun.true1_deg, sun.true2_deg, 90.0 - sun.elevation_deg

@@ -23,6 +23,7 @@ from solarcal.session.records import (
     UploadRecord,
 )
 from solarcal.station.sun_path import SunModel
+from solarcal.sun.position import sun_known
 from solarcal.timescale import format_utc, parse_utc
 from solarcal.units import RAD_PER_DEG, FloatArray
 
@@ -103,7 +104,7 @@ def _points(
 
 def _solar_time_h(table: PointTable, sun: SunModel) -> FloatArray:
     solar_h = np.full(len(table), np.nan)
-    timed = np.isfinite(table.utc_s)
+    timed = sun_known(table.utc_s)
     if table.site is not None and timed.any():
         solar_h[timed] = sun.solar_time_h(table.utc_s[timed], table.site)
     return solar_h

@@ -30,6 +30,7 @@ from solarcal.station.sun_path import (
     solar_day,
     solar_time_from_direction_h,
 )
+from solarcal.sun.position import sun_known
 from solarcal.timescale import parse_utc
 from solarcal.units import RAD_PER_DEG, FloatArray
 
@@ -173,7 +174,7 @@ def error_plot_data(
     hours = solar_time_from_direction_h(azimuth, 90.0 - zenith, geometry.latitude_deg)
     day_of_point, days = np.full(n, np.nan), np.empty(0)
     if site is not None:
-        timed = np.isfinite(points.utc_s)
+        timed = sun_known(points.utc_s)
         utc_s = points.utc_s[timed]
         hours[timed] = sun.solar_time_h(utc_s, site)
         day_of_point[timed] = solar_day(utc_s, hours[timed], site)

@@ -18,6 +18,7 @@ from solarcal.mount.geometry import MountGeometry
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header
 from solarcal.session.view import SessionView
+from solarcal.sun.position import sun_known
 
 
 def prior_of(header: Header | None) -> Prior:
@@ -61,9 +62,10 @@ def point_set(table: PointTable) -> PointSet:
 
 
 def newest_point_utc_s(table: PointTable) -> float | None:
-    """When the newest accepted point was taken; ``None`` where no time is known."""
+    """When the newest accepted point was taken; ``None`` where no time is known or the
+    Sun models do not cover it and the year a plan looks ahead."""
     times = table.accepted().utc_s
-    known = times[np.isfinite(times)]
+    known = times[sun_known(times, year_ahead=True)]
     return float(known.max()) if known.size else None
 
 

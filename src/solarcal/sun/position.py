@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Generic, overload
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError
 from solarcal.site import Site, Weather, standard_pressure_hpa
@@ -19,6 +20,8 @@ SUN_MODELS = ("solartrak", "solartrak+", "noaa", "precise")
 # UTC begins in 1960; the controller's Julian date loses a day on 2100-03-01.
 FIRST_UTC_S = -315619200.0
 LAST_UTC_S = 4107542400.0
+SUN_YEARS = "1960-01-01 to 2100-02-28"
+_AROUND_S, _AHEAD_S = 2.0 * SECONDS_PER_DAY, 400.0 * SECONDS_PER_DAY
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +129,14 @@ def sun_position(
     return position if times.ndim else _scalars(position)
 
 
+def sun_known(utc_s: FloatArray, *, year_ahead: bool = False) -> NDArray[np.bool_]:
+    """Which instants have a Sun, the solar day around them too, or all the year after; NaN no."""
+    last_s = LAST_UTC_S - (_AHEAD_S if year_ahead else _AROUND_S)
+    with np.errstate(invalid="ignore"):
+        known: NDArray[np.bool_] = (utc_s >= FIRST_UTC_S + _AROUND_S) & (utc_s < last_s)
+    return known
+
+
 def require_supported_times(utc_s: FloatArray) -> None:
     """Refuse times outside the years in which the models are known to hold.
 
@@ -141,9 +152,7 @@ def require_supported_times(utc_s: FloatArray) -> None:
             shown = format_utc(bad, 0)
         except (ValueError, OverflowError, OSError):
             shown = f"{bad:g} s"
-        raise ConfigurationError(
-            f"no Sun for {shown}: the models hold from 1960-01-01 to 2100-02-28"
-        )
+        raise ConfigurationError(f"no Sun for {shown}: the models hold from {SUN_YEARS}")
 
 
 def _appendix_a(times: FloatArray, site: Site, *, plus: bool) -> SunPosition[FloatArray]:

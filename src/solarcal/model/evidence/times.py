@@ -22,7 +22,7 @@ from solarcal.mount.geometry import GEOMETRIES, MountGeometry
 from solarcal.session.points import PointTable
 from solarcal.site import Site
 from solarcal.sun.ephemeris import SiteEphemeris
-from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S
+from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S, SUN_YEARS
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray
@@ -93,15 +93,41 @@ def stamp_evidence(
     Returns
     -------
     tuple of Finding
-        Empty without a site or instants, or where they agree.
+        Empty without a site or instants, or where they agree. Instants beyond the years of the
+        Sun models are not compared, and a finding reports it.
     """
     used = table.accepted()
     if table.site is None or not len(used):
         return ()
-    dated = np.flatnonzero(_known_instants(used.utc_s))
-    if not len(dated):
+    known = _known_instants(used.utc_s)
+    left_out = _not_compared(used.rows(np.flatnonzero(np.isfinite(used.utc_s) & ~known)), context)
+    rows = used.rows(np.flatnonzero(known))
+    return (*left_out, *_compared(rows, context, tolerance_deg, kind_claimed=kind_claimed))
+
+
+def _not_compared(rows: PointTable, context: SkyContext) -> tuple[Finding, ...]:
+    """What is left out of points whose instants the Sun models do not cover."""
+    if not len(rows):
         return ()
-    rows = used.rows(dated)
+    return (
+        Finding(
+            kind="time_stamps",
+            subject="time stamps",
+            sentence=f"the Sun models hold for {SUN_YEARS}: the time stamps of "
+            f"{points_named(rows.labels)} cannot be compared with their ideal angles, and the "
+            f"forecast is of {context.year[:4]}",
+            certainty="not_determinable",
+            labels=rows.labels,
+        ),
+    )
+
+
+def _compared(
+    rows: PointTable, context: SkyContext, tolerance_deg: float, *, kind_claimed: bool
+) -> tuple[Finding, ...]:
+    """The same of rows whose instants have a Sun."""
+    if not len(rows):
+        return ()
     try:
         apart = _apart_now(rows, context)
     except ConfigurationError:

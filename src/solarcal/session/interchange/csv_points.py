@@ -31,7 +31,7 @@ OPTIONAL_COLUMNS = ("sigma_deg", "status", "approach1", "approach2", "note")
 
 _APPROACH = {"": 0, "0": 0, ".": 0, "1": 1, "+1": 1, "+": 1, "-1": -1, "-": -1}
 # Instants a tracker can have met; anything else is a slip of the keyboard.
-_EARLIEST_UTC_S, _LATEST_UTC_S = parse_utc("1900-01-01"), parse_utc("2200-01-01")
+_EARLIEST_UTC_S, _LATEST_UTC_S = parse_utc("1900-01-01"), parse_utc("2201-01-01")
 
 TAB = "\t"
 
@@ -211,6 +211,7 @@ class Sheet:
 
     def instants(self, name: str, may_lack: NDArray[np.bool_]) -> FloatArray:
         """A column of ISO instants as POSIX seconds, NaN where empty and allowed to be."""
+        cure = "correct it, or leave it empty" if may_lack.all() else "correct it"
 
         def instant(cell: str) -> float:
             if not cell.strip():
@@ -219,12 +220,12 @@ class Sheet:
                 utc_s = parse_utc(cell)
             except ConfigurationError:
                 raise ValueError("is not a date and time like 2026-06-21T15:30:00Z") from None
-            if not _EARLIEST_UTC_S <= utc_s <= _LATEST_UTC_S:
-                raise ValueError("is not between 1900 and 2200")
+            if not _EARLIEST_UTC_S <= utc_s < _LATEST_UTC_S:
+                raise ValueError(f"is not between 1900-01-01 and 2200-12-31; {cure}")
             return utc_s
 
         values = np.array(parse_many_utc(self.column(name)) or [np.nan])
-        if not np.all((values >= _EARLIEST_UTC_S) & (values <= _LATEST_UTC_S)):
+        if not np.all((values >= _EARLIEST_UTC_S) & (values < _LATEST_UTC_S)):
             values = np.array(self.convert(name, instant), dtype=np.float64)
         for row in np.flatnonzero(np.isnan(values) & ~may_lack)[:1]:
             raise self.error(
