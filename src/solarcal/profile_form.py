@@ -1,13 +1,16 @@
 """The profile form: texts of its fields to a profile and back; an error names its field."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import TypeVar
 
 from solarcal.decimals import decimal
 from solarcal.errors import ConfigurationError, harmless
 from solarcal.mount_description import MountDescription
-from solarcal.profiles import NAME, Profile
-from solarcal.site import Inclinometer, Site, Weather
+from solarcal.profiles import NAME, Profile, parse_coefficients
+from solarcal.site import Inclinometer, Site, Weather, parse_bolt_circle
 from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS
+
+Value = TypeVar("Value")
 
 FIELDS: tuple[tuple[str, str, str], ...] = (
     ("name", "Profile name", "letters, digits, - and _"),
@@ -26,6 +29,8 @@ FIELDS: tuple[tuple[str, str, str], ...] = (
     ("lean_north_deg", "Inclinometer: lean north, deg", "empty: not read"),
     ("lean_east_deg", "Inclinometer: lean east, deg", "empty: not read"),
     ("lean_sigma_deg", "Inclinometer: sigma, deg", "e.g. 0.05"),
+    ("last_coefficients", "Last coefficients P1..P6", "six numbers; empty: none"),
+    ("bolt_circle", "Bolt circle, for shims", "diameter mm,bolts,azimuth; e.g. 400,4,45"),
     ("unit_name", "Mount: name of the unit", "the rest is for units that do not report it"),
     ("geometry", "Mount: geometry", "azel, tiltroll-ew, tiltroll-ns or polar"),
     ("ax1_centre_deg", "Mount: centre of axis 1, deg", "empty: by the site"),
@@ -77,6 +82,8 @@ def form_texts(profile: Profile) -> dict[str, str]:
         "lean_north_deg": repr(lean.lean_north_deg) if lean else "",
         "lean_east_deg": repr(lean.lean_east_deg) if lean else "",
         "lean_sigma_deg": repr(lean.sigma_deg) if lean else "",
+        "last_coefficients": " ".join(map(repr, profile.last_coefficients or ())),
+        "bolt_circle": profile.bolt_circle.words() if profile.bolt_circle else "",
         **_mount_texts(profile.mount),
     }
 
@@ -129,12 +136,15 @@ def profile_from_form(texts: Mapping[str, str], before: Profile | None = None) -
         pointing_device=form["pointing_device"],
         tolerance_deg=tolerance,
         done_probability=Profile().done_probability if before is None else before.done_probability,
+        unmodelled={} if before is None else before.unmodelled,
         driver=_driver(form),
         port=form["port"],
         baudrate=int(baudrate),
         site=_site(form),
         weather=_weather(form),
         inclinometer=_inclinometer(form),
+        last_coefficients=_parsed(form, "last_coefficients", parse_coefficients),
+        bolt_circle=_parsed(form, "bolt_circle", parse_bolt_circle),
         mount=_mount(form, before.mount if before is not None else None),
     )
 
@@ -237,6 +247,16 @@ def _weather(form: Mapping[str, str]) -> Weather | None:
         _number(form, "pressure_hpa", 300.0, 1100.0),
         _number(form, "temperature_c", -60.0, 70.0, default=15.0),
     )
+
+
+def _parsed(form: Mapping[str, str], field: str, parse: Callable[[str], Value]) -> Value | None:
+    """The field's value; None where it is empty."""
+    if not form[field]:
+        return None
+    try:
+        return parse(form[field])
+    except ConfigurationError as error:
+        raise FieldError(field, str(error)) from None
 
 
 def _inclinometer(form: Mapping[str, str]) -> Inclinometer | None:

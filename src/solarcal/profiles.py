@@ -1,14 +1,16 @@
 """Site, unit and operator profiles: what the technician would otherwise type every morning."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
 
 from solarcal.config import config_dir, read_toml, write_toml
+from solarcal.decimals import between, decimal
 from solarcal.errors import ConfigurationError
 from solarcal.mount_description import MountDescription
-from solarcal.site import Inclinometer, Site, Weather
+from solarcal.site import BoltCircle, Inclinometer, Site, Weather
 from solarcal.stopping_rule import DEFAULT_UNMODELLED, StoppingRule
 from solarcal.unit.drivers import DEFAULT_DRIVER
 
@@ -35,10 +37,15 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True):
     site: Site | None = None
     weather: Weather | None = None
     inclinometer: Inclinometer | None = None
+    last_coefficients: tuple[float, float, float, float, float, float] | None = None
+    """P1..P6 of the calibration before; a fit takes them as known beforehand."""
+    bolt_circle: BoltCircle | None = None
     mount: MountDescription | None = None
 
     def __post_init__(self) -> None:
         DEFAULT_UNMODELLED.changed(self.unmodelled)
+        if self.last_coefficients is not None:
+            checked_coefficients(self.last_coefficients)
 
     def rule(self, clock_s: float) -> StoppingRule:
         """When a calibration is done; ``clock_s`` is the laptop clock's where none is named."""
@@ -59,6 +66,42 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True):
         if self.driver != DEFAULT_DRIVER:
             parts.append(f"driver {self.driver}")
         return ", ".join(parts)
+
+
+Six = tuple[float, float, float, float, float, float]
+_MOST = {"P1": 10.0, "P2": 30.0, "P3": 10.0, "P4": 30.0, "P5": 0.05, "P6": 0.05}
+"""What is larger is no tracker's: the limits of "Parameters still unrealistic"."""
+
+
+def checked_coefficients(values: Sequence[float]) -> Six:
+    """P1..P6 of a unit.
+
+    Raises
+    ------
+    ConfigurationError
+        Not six, or one that is no tracker's.
+    """
+    if len(values) != len(_MOST):
+        raise ConfigurationError(f"{len(values)} numbers where P1 to P6 are six")
+    for value, (name, most) in zip(values, _MOST.items(), strict=True):
+        if not abs(value) <= most:
+            raise ConfigurationError(f"{name} {value:+g} is not {between(-most, most)}")
+    P1, P2, P3, P4, P5, P6 = values
+    return P1, P2, P3, P4, P5, P6
+
+
+def parse_coefficients(text: str) -> Six:
+    """Six numbers with spaces or commas between; with spaces a decimal comma will do.
+
+    Raises
+    ------
+    ConfigurationError
+        As ``checked_coefficients``, or not a number.
+    """
+    parts = [part.rstrip(",;") for part in text.split()]
+    if len(parts) != len(_MOST):
+        parts = text.replace(",", " ").split()
+    return checked_coefficients([decimal(part, comma=True) for part in parts])
 
 
 def profiles_dir() -> Path:

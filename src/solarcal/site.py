@@ -5,6 +5,7 @@ from datetime import date
 
 import msgspec
 
+from solarcal.decimals import between, decimal, shortened, whole
 from solarcal.errors import ConfigurationError
 from solarcal.timescale import SECONDS_PER_SUN_DEG, parse_utc
 
@@ -82,3 +83,48 @@ class Inclinometer(msgspec.Struct, frozen=True, kw_only=True):
             f"inclinometer: lean to the north {self.lean_north_deg:+.3f} deg, "
             f"to the east {self.lean_east_deg:+.3f} deg, sigma {self.sigma_deg:.3f} deg"
         )
+
+
+class BoltCircle(msgspec.Struct, frozen=True):
+    """The equally spaced bolts of a base plate, for shims.
+
+    Raises
+    ------
+    ConfigurationError
+        A diameter, a number of bolts or a bearing that no base plate has.
+    """
+
+    diameter_mm: float
+    bolts: int
+    first_bolt_bearing_deg: float = 0.0
+    """Compass bearing of one of them, from North through East."""
+
+    def __post_init__(self) -> None:
+        for what, value, low, high in (
+            ("diameter of the bolt circle, mm:", self.diameter_mm, 1.0, 20000.0),
+            ("number of bolts:", self.bolts, 3, 72),
+            ("bearing of the first bolt, deg:", self.first_bolt_bearing_deg, -360.0, 360.0),
+        ):
+            if not low <= value <= high:
+                raise ConfigurationError(f"{what} {value:g} is not {between(low, high)}")
+
+    def words(self) -> str:
+        """As ``parse_bolt_circle`` reads it."""
+        first = f",{self.first_bolt_bearing_deg!r}" if self.first_bolt_bearing_deg else ""
+        return f"{self.diameter_mm!r},{self.bolts}{first}"
+
+
+def parse_bolt_circle(text: str) -> BoltCircle:
+    """DIAMETER_MM,BOLTS[,AZIMUTH_OF_FIRST]; spaces do for the commas.
+
+    Raises
+    ------
+    ConfigurationError
+        It is not that.
+    """
+    parts = text.replace(",", " ").split()
+    if len(parts) not in (2, 3):
+        raise ConfigurationError(
+            f"{shortened(text)} is not DIAMETER_MM,BOLTS[,AZIMUTH_OF_FIRST], e.g. 400,4,45"
+        )
+    return BoltCircle(decimal(parts[0]), whole(parts[1]), *map(decimal, parts[2:]))

@@ -402,3 +402,81 @@ def test_a_width_that_cannot_be_is_refused(day, capsys, width, told):
         run_command(["forecast", str(day), "--unmodelled", width])
     assert left.value.code == 2
     assert told in capsys.readouterr().err
+
+
+# -- the unit's last coefficients, bolts -----------------------------------------------------
+
+LAST = "0.27 -0.34 0.5 0.2 0.0007 -0.0001"
+
+
+def test_the_last_coefficients_are_an_option_and_the_prior_is_reported(day, tmp_path, capsys):
+    fitted = tmp_path / "fit.json"
+    fitted.write_text(json.dumps(said(capsys, "fit", day)))
+    for command in (["fit"], ["forecast"], ["plan"], ["report", "-o", tmp_path / "c.txt"]):
+        assert said(capsys, *command, day)["prior"]["last"] is None
+        prior = said(capsys, *command, day, "--last-coefficients", LAST)["prior"]
+        assert list(prior["last"].values()) == [0.27, -0.34, 0.5, 0.2, 0.0007, -0.0001]
+        assert prior["widths"] == [[1.0, 1.0]]
+    assert "prior: the unit's last coefficients +0.2700 " in (tmp_path / "c.txt").read_text()
+    of_a_file = said(capsys, "fit", day, "--last-coefficients", fitted)["prior"]
+    of_a_session = said(capsys, "fit", day, "--last-coefficients", day)["prior"]
+    assert of_a_file == of_a_session
+    away = said(capsys, "fit", day, "--last-coefficients", "6 0 -6 0 0 0")
+    usual = said(capsys, "fit", day)
+    assert away["coefficients"] == usual["coefficients"]
+    (finding,) = [f for f in away["findings"] if f["kind"] == "last_coefficients"]
+    assert finding["sentence"] in away["verdict"]["reasons"]
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--last-coefficients", "0.3 0.2"], "2 numbers where P1 to P6 are six"),
+        (["--last-coefficients", "0 0 0 0 1 0"], "P5 +1 is not between -0.05 and 0.05"),
+        (["--last-coefficients", "no.json"], "give the six numbers P1 to P6, or an existing file"),
+        (["--last-coefficients", LAST, "--method", "linear"], "the method linear has no prior"),
+        (["--last-coefficients", LAST, "--terms", "P1,P2"], "have no prior"),
+    ],
+)
+def test_last_coefficients_that_cannot_be_are_refused_in_one_line(day, capsys, words, told):
+    assert run_command(["fit", str(day), *words]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert told in line
+
+
+def test_a_calibration_records_them_and_goes_on_by_its_own(tmp_path, capsys):
+    path = tmp_path / "d.jsonl"
+    words = ["calibrate", "--points", "3", "--every", "20", "-o", str(path)]
+    live = said(capsys, *words, "--last-coefficients", LAST, code=1)
+    assert live["prior"]["last"]["P1"] == 0.27
+    again = said(capsys, "fit", path)
+    assert (again["coefficients"], again["prior"]) == (live["coefficients"], live["prior"])
+    assert run_command(["calibrate", "--resume", str(path), "--last-coefficients", LAST]) == 2
+    assert "a session goes on by its own" in capsys.readouterr().err
+
+
+def test_shims_for_a_bolt_circle_stand_in_every_form_of_a_report(day, tmp_path, capsys):
+    forms = [tmp_path / f"c.{ending}" for ending in ("txt", "md", "html", "svg")]
+    outputs = [word for form in forms for word in ("-o", form)]
+    told = said(capsys, "report", day, *outputs, "--bolt-circle", "400,4,45")
+    verdict = told["verdict"]
+    assert [shim["bolt_bearing_deg"] for shim in verdict["shims"]] == [45.0, 135.0, 225.0, 315.0]
+    highest = max(shim["height_mm"] for shim in verdict["shims"])
+    for form in forms:
+        text = form.read_text()
+        assert "shim, mm" in text
+        assert f"{highest:.1f}" in text
+        assert "from level" in " ".join(text.split())
+    assert "shims" not in said(capsys, "report", day, *outputs)["verdict"]
+
+
+@pytest.mark.parametrize(
+    ("circle", "told"),
+    [("400", "e.g. 400,4,45"), ("400,2", "number of bolts: 2"), ("0,4", "diameter of the bolt")],
+)
+def test_a_bolt_circle_that_cannot_be_is_refused(day, tmp_path, capsys, circle, told):
+    words = ["report", str(day), "-o", str(tmp_path / "c.txt"), "--bolt-circle", circle]
+    with pytest.raises(SystemExit) as left:
+        run_command(words)
+    assert left.value.code == 2
+    assert told in capsys.readouterr().err

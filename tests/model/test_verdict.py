@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from made_up_trackers import JUNE, TRACKER, day_of, judge
+from scipy.spatial.transform import Rotation
 
 from solarcal.model.cross_checks import (
     _order_probability,
@@ -19,10 +20,11 @@ from solarcal.model.mechanism_solution import MechanismSolution, base_tilt, shim
 from solarcal.model.methods import fit, fit_exact
 from solarcal.model.plan import plan
 from solarcal.model.points import PointSet
-from solarcal.model.verdict import BoltCircle, Verdict
+from solarcal.model.verdict import Verdict
 from solarcal.model.year_grid import year_grid
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
+from solarcal.site import BoltCircle
 from solarcal.stopping_rule import StoppingRule
 
 
@@ -166,6 +168,41 @@ class TestShims:
         level = sunk + np.array([s.height_mm for s in shims])
         assert np.ptp(level) < 1e-9
         assert min(s.height_mm for s in shims) == 0.0
+
+    @pytest.mark.parametrize("geometry", ["azel", "tiltroll-ns"])
+    @pytest.mark.parametrize("bolts", [3, 5])
+    def test_a_plate_rotated_as_fitted_is_level_on_its_shims(self, geometry, bolts):
+        """Independent of the heights: the plate turned by the mechanism's rotation, and a plane
+        fitted through its shimmed bolts."""
+        mount = MountGeometry(geometry, 35.0)
+        values = np.array([0.9, 0.0, -0.6, 0.0, 0.0, 0.0])
+        turn = Rotation.from_rotvec(
+            np.radians(mount.basis().T @ np.array([-values[2], -values[0], 0.0]))
+        )
+        base = base_tilt(values, mount)
+        shims = shim_heights(base.tilt_deg, base.bearing_deg, 400.0, bolts, 20.0)
+        bearing = np.radians([shim.bolt_bearing_deg for shim in shims])
+        flat = 200.0 * np.column_stack((np.sin(bearing), np.cos(bearing), np.zeros(bolts)))
+        plate = turn.apply(flat)
+        shimmed = plate + np.outer([shim.height_mm for shim in shims], (0.0, 0.0, 1.0))
+
+        def slope_deg(corners):
+            plane = np.column_stack((corners[:, :2], np.ones(len(corners))))
+            east, north, _ = np.linalg.lstsq(plane, corners[:, 2], rcond=None)[0]
+            return float(np.degrees(np.hypot(east, north)))
+
+        assert slope_deg(plate) == pytest.approx(base.tilt_deg, rel=1e-3)
+        # What is left is of second order; the wrong sign would double the slope.
+        assert slope_deg(shimmed) < 0.02 * base.tilt_deg
+
+    def test_shims_are_given_for_a_lean_that_needs_none_too(self):
+        context, points = day_of("azel", 12)
+        plain = verdict_of(points, context)
+        verdict = verdict_of(points, context, bolt_circle=BoltCircle(400.0, 4, 45.0))
+        assert (plain.state, plain.reasons, plain.shims) == (verdict.state, verdict.reasons, ())
+        assert [shim.bolt_bearing_deg for shim in verdict.shims] == [45.0, 135.0, 225.0, 315.0]
+        assert verdict.as_json()["base"]["tilt_deg"] == pytest.approx(np.hypot(0.7, 0.3), abs=0.05)
+        assert "shims" not in plain.as_json()
 
     def test_a_plate_has_three_bolts_at_least(self):
         with pytest.raises(ValueError, match="three bolts"):

@@ -1,4 +1,4 @@
-"""An inclinometer read on the tower is known to every fit of its session, live and replayed."""
+"""A lean read on the tower and the unit's last coefficients: known to every fit of a session."""
 
 import math
 
@@ -9,11 +9,12 @@ from emulated_station import emulated_station
 
 from solarcal.model.mechanism_solution import MechanismSolution, base_tilt
 from solarcal.model.methods import DEFAULT_PRIOR
+from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.journal import Journal
 from solarcal.session.reader import read_session
-from solarcal.site import Inclinometer
-from solarcal.station.analysing import analyse_session
+from solarcal.site import BoltCircle, Inclinometer
+from solarcal.station.analysing import analyse_files, analyse_session, read_files
 from solarcal.station.fitting import prior_of, solve
 from solarcal.station.procedure import Station
 from solarcal.station.state import view_session
@@ -54,10 +55,10 @@ def test_on_other_mounts_a_turned_base_stays_unknown(geometry):
     assert (np.abs(tilt - read) < 1e-9).any()
 
 
-def test_a_replay_fits_and_judges_with_the_reading_of_the_header(tmp_path):
-    path = tmp_path / "day.jsonl"
+def replayed_after_one_point(path, **beforehand):
+    """The live solution of a day's first point, and the session as it is read back."""
     plain, _ = emulated_station("tijeras-azel")
-    station = Station(plain.tracker, plain.clock, inclinometer=READ)
+    station = Station(plain.tracker, plain.clock, **beforehand)
     station.connect()
     station.open_session(lambda header: Journal.create(path, header))
     technician = AutomaticTechnician(station, plain.tracker.emulation.spot, Schedule(points=1))
@@ -65,13 +66,37 @@ def test_a_replay_fits_and_judges_with_the_reading_of_the_header(tmp_path):
     technician.take_point()
     live = solve(station.session)
     assert isinstance(live, MechanismSolution)
-    assert live.posterior.mean[0] == pytest.approx(0.6, abs=0.05)
     station.leave()
     saved = read_session(path)
     view = view_session(saved.header, saved.records)
-    assert saved.header.inclinometer == READ
     replayed, judged = solve(view), analyse_session(view)
     assert replayed is not None
     assert judged is not None
     assert (replayed.values == live.values).all()
     assert (judged.solution.values == live.values).all()
+    return live, view
+
+
+def test_a_replay_fits_and_judges_with_the_reading_of_the_header(tmp_path):
+    live, view = replayed_after_one_point(tmp_path / "day.jsonl", inclinometer=READ)
+    assert live.posterior.mean[0] == pytest.approx(0.6, abs=0.05)
+    assert view.header.inclinometer == READ
+
+
+def test_a_replay_fits_and_judges_with_the_last_coefficients_of_the_header(tmp_path):
+    last = (0.27, -0.3, 0.5, 0.2, 0.0007, -0.0001)
+    path = tmp_path / "day.jsonl"
+    live, view = replayed_after_one_point(
+        path, last_coefficients=last, bolt_circle=BoltCircle(400.0, 4)
+    )
+    assert view.header.last_coefficients.as_tuple() == last
+    assert live.prior.last == view.header.last_coefficients
+    judged = analyse_session(view)
+    assert judged.solution.sigmas[0] < 0.31
+    assert len(judged.verdict.shims) == 4
+    # The same from the file, and another answer where the command names others.
+    files = read_files([path], {})
+    assert (analyse_files(files).solution.values == live.values).all()
+    wrong = analyse_files(files, last_coefficients=Coefficients(P1=-6.0))
+    assert wrong.solution.prior == DEFAULT_PRIOR
+    assert [f.kind for f in wrong.findings if f.direct][-1] == "last_coefficients"

@@ -16,6 +16,7 @@ from solarcal.profiles import Profile, load_profile, save_profile
 from solarcal.session.journal import Journal
 from solarcal.session.reader import read_session
 from solarcal.session.records import Closed
+from solarcal.site import BoltCircle
 from solarcal.station.news import FileInitialised
 from solarcal.station.saved_sessions import finished, saved_sessions
 from solarcal.timescale import SystemClock
@@ -172,6 +173,7 @@ async def test_the_profile_form_saves_what_it_shows():
             "name": "Tijeras", "operator": "Ann", "latitude_deg": "35.08",
             "longitude_deg": "-106.4", "elevation_m": "1900", "pressure_hpa": "805",
             "lean_north_deg": "0.3", "lean_east_deg": "-0.1", "lean_sigma_deg": "0.05",
+            "last_coefficients": "0.3 -0.36 +0.53 0.22 0.0007 -0.0006", "bolt_circle": "400,4,45",
         }.items():  # fmt: skip
             app.screen.query_one(f"#{field}", Input).value = text
         await pilot.press("ctrl+w")
@@ -180,6 +182,9 @@ async def test_the_profile_form_saves_what_it_shows():
     assert saved.site.longitude_deg == -106.4
     assert saved.weather.pressure_hpa == 805.0
     assert saved.inclinometer.lean_east_deg == -0.1
+    assert saved.last_coefficients == (0.3, -0.36, 0.53, 0.22, 0.0007, -0.0006)
+    assert saved.bolt_circle == BoltCircle(400.0, 4, 45.0)
+    assert profile_from_form(form_texts(saved)) == saved
     assert load_settings().profile == "Tijeras"
 
 
@@ -198,6 +203,11 @@ async def test_a_wrong_field_is_named_marked_and_nothing_is_saved():
         await shows(pilot, "profile default")
 
 
+def test_what_the_form_has_no_field_for_stays():
+    before = Profile(name="x", unmodelled={"clock_s": 10.0}, done_probability=0.9)
+    assert profile_from_form(form_texts(before), before) == before
+
+
 @pytest.mark.parametrize(
     ("texts", "field"),
     [
@@ -208,6 +218,10 @@ async def test_a_wrong_field_is_named_marked_and_nothing_is_saved():
         ({"pressure_hpa": "29.9"}, "pressure_hpa"),
         ({"lean_north_deg": "0.1"}, "lean_east_deg"),
         ({"lean_north_deg": "0.1", "lean_east_deg": "0", "lean_sigma_deg": "0"}, "lean_sigma_deg"),
+        ({"last_coefficients": "0.3 -0.36 0.53"}, "last_coefficients"),
+        ({"last_coefficients": "12 0 0 0 0 0"}, "last_coefficients"),
+        ({"bolt_circle": "400"}, "bolt_circle"),
+        ({"bolt_circle": "400,2"}, "bolt_circle"),
         ({"tolerance_deg": "a tenth"}, "tolerance_deg"),
         ({"baudrate": "3"}, "baudrate"),
     ],

@@ -6,7 +6,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from solarcal.cli.fit import add_method_option, add_rule_options, rule_changes
+import msgspec
+
+from solarcal.cli.fit import (
+    add_last_option,
+    add_method_option,
+    add_rule_options,
+    last_coefficients,
+    rule_changes,
+)
 from solarcal.cli.output import print_json, say
 from solarcal.cli.unit_options import (
     PORT_HELP,
@@ -90,6 +98,7 @@ def add_schedule_arguments(parser: argparse.ArgumentParser) -> None:
         help="between points; default: spread over the day",
     )
     add_method_option(parser)
+    add_last_option(parser)
     add_rule_options(parser)
     add_force_option(parser)
 
@@ -124,6 +133,7 @@ def run_calibration(
         method=args.method or DEFAULT_METHOD,
         eye_sigma_deg=0.02 if noise_deg is None else noise_deg,
         force=forced_reason(args),
+        last_coefficients=last_coefficients(args),
         rule=stopping_rule((), **rule_changes(args)),
         say=say,
         resume=getattr(args, "resume", None),
@@ -190,6 +200,8 @@ def _start_where_it_broke_off(args: argparse.Namespace) -> None:
         raise ConfigurationError(
             "--tolerance, --done-probability and --unmodelled: a session goes on by its own"
         )
+    if args.last_coefficients is not None:
+        raise ConfigurationError("--last-coefficients: a session goes on by its own")
     session = read_session(args.resume)
     if not args.port and not args.start:
         args.start = (session.records[-1] if session.records else session.header).utc
@@ -226,6 +238,8 @@ def run_book(args: argparse.Namespace) -> int:
             "--tolerance, --done-probability and --unmodelled: with --input they are the profile's"
         )
     profile = named_profile(args) or Profile()
+    if (last := last_coefficients(args)) is not None:
+        profile = msgspec.structs.replace(profile, last_coefficients=last)
     asked_driver(args, profile)
     name = profile.mount.unit_name if profile.mount is not None else ""
     calibration = calibrate_by_book(

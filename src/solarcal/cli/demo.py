@@ -12,6 +12,7 @@ from solarcal.cli.calibrate import (
     run_calibration,
     start_utc_s,
 )
+from solarcal.cli.fit import last_coefficients
 from solarcal.cli.output import print_json, say
 from solarcal.cli.run import has_terminal, run_workstation
 from solarcal.config import Choice, file_stem
@@ -57,6 +58,7 @@ def run(args: argparse.Namespace) -> int:
                 seed=args.seed,
                 noise_deg=args.noise_deg,
                 speed=args.speed,
+                last_coefficients=last_coefficients(args),
             ),
             output=args.output,
         )

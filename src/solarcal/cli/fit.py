@@ -11,13 +11,16 @@ from solarcal.report.blocks import section_text
 from solarcal.stopping_rule import DEFAULT_UNMODELLED
 
 if TYPE_CHECKING:
+    from solarcal.mount.formula import Six
     from solarcal.session.interchange import FillIn
-    from solarcal.station.analysing import RuleChanges
+    from solarcal.site import BoltCircle
+    from solarcal.station.analysing import Beforehand, RuleChanges, UnitFiles
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE")
     add_method_option(parser)
+    add_last_option(parser)
     parser.add_argument(
         "--terms", metavar="P1,P2,...", help="which error terms; default the six coefficients"
     )
@@ -47,6 +50,81 @@ def add_method_option(parser: argparse.ArgumentParser) -> None:
         "without prior; linear: six terms by plain least squares, as the original did; iterated: "
         "TPOINT terms at the encoder places, as SPK's PMFIT",
     )
+
+
+def add_last_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--last-coefficients",
+        metavar="P1..P6|FILE",
+        help='what the unit held before, as prior of method robust: six numbers ("0.3 -0.36 0.5 '
+        '0.2 0.0008 -0.0006"), a session, or what `solarcal fit --json` printed',
+    )
+
+
+def add_bolt_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--bolt-circle",
+        type=bolt_circle,
+        metavar="MM,BOLTS[,AZIMUTH]",
+        help="diameter and number of the base plate's bolts, bearing of one (default 0, north): "
+        "shim heights for each",
+    )
+
+
+def bolt_circle(text: str) -> "BoltCircle":
+    """The value of ``add_bolt_option``, for argparse."""
+    from solarcal.site import parse_bolt_circle
+
+    try:
+        return parse_bolt_circle(text)
+    except ConfigurationError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def last_coefficients(args: argparse.Namespace, geometry: str | None = None) -> "Six | None":
+    """The value of ``add_last_option``; a file's must be of this ``geometry``, where it is known.
+
+    Raises
+    ------
+    ConfigurationError
+        It is neither six numbers of a tracker nor a file with them, or the method has no prior.
+    """
+    text = args.last_coefficients
+    if text is None:
+        return None
+    if getattr(args, "method", None) not in (None, "robust"):
+        raise ConfigurationError(
+            f"--last-coefficients: the method {args.method} has no prior; robust has"
+        )
+    from solarcal.profiles import checked_coefficients, parse_coefficients
+
+    if not Path(text).is_file():
+        try:
+            return parse_coefficients(text)
+        except ConfigurationError as error:
+            raise ConfigurationError(
+                f"--last-coefficients: {error}; give the six numbers P1 to P6, or an existing file"
+            ) from None
+    from solarcal.station.sun_tracking import read_coefficients
+
+    found = read_coefficients(Path(text))
+    if geometry not in (None, found.geometry):
+        raise ConfigurationError(
+            f"--last-coefficients {text} is of a {found.geometry} mount, this is {geometry}: its "
+            "coefficients mean something else here"
+        )
+    return checked_coefficients(found.coefficients.as_tuple())
+
+
+def beforehand(args: argparse.Namespace, files: "UnitFiles") -> "Beforehand":
+    """The values of both options for files, where the command has them."""
+    from solarcal.mount.formula import Coefficients
+
+    last = last_coefficients(args, files.table.geometry)
+    return {
+        "last_coefficients": None if last is None else Coefficients(*last),
+        "bolt_circle": getattr(args, "bolt_circle", None),
+    }
 
 
 def add_rule_options(parser: argparse.ArgumentParser) -> None:
@@ -182,10 +260,15 @@ def run(args: argparse.Namespace) -> int:
     )
 
     model = None if args.compare is None else published(args.compare)
+    files = read_files(args.files, fill_in(args))
+    terms = fitted_terms(args.terms, args.method, model)
+    if terms is not None and args.last_coefficients is not None:
+        raise ConfigurationError("--last-coefficients: terms of your own choice have no prior")
     judged = analyse_files(
-        read_files(args.files, fill_in(args)),
+        files,
         method=args.method,
-        terms=fitted_terms(args.terms, args.method, model),
+        terms=terms,
+        **beforehand(args, files),
         **rule_changes(args),
     )
     comparison = None if model is None else compared(judged.solution, model)

@@ -5,9 +5,11 @@ import re
 from pathlib import Path
 
 from solarcal.cli.fit import (
+    add_last_option,
     add_method_option,
     add_point_options,
     add_rule_options,
+    beforehand,
     fill_in,
     rule_changes,
 )
@@ -39,6 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="no point can be taken then, UTC: cloud, lunch (repeatable)",
     )
     add_method_option(parser)
+    add_last_option(parser)
     add_rule_options(parser)
     add_point_options(parser)
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
@@ -68,6 +71,7 @@ def run(args: argparse.Namespace) -> int:
     judged = analyse_files(
         files,
         method=args.method,
+        **beforehand(args, files),
         **rule_changes(args),
         at_utc_s=at_utc_s,
         until_utc_s=next_time(args.until, at_utc_s, "--until") if args.until else None,

@@ -4,9 +4,12 @@ import argparse
 from pathlib import Path
 
 from solarcal.cli.fit import (
+    add_bolt_option,
+    add_last_option,
     add_method_option,
     add_point_options,
     add_rule_options,
+    beforehand,
     fill_in,
     rule_changes,
 )
@@ -31,6 +34,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="beside the first a zip for the office: certificate, files, profile, checksums",
     )
     add_method_option(parser)
+    add_last_option(parser)
+    add_bolt_option(parser)
     add_rule_options(parser)
     add_point_options(parser)
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
@@ -50,6 +55,7 @@ def run(args: argparse.Namespace) -> int:
         args.output,
         zip_too=args.zip,
         method=args.method,
+        known=lambda files: beforehand(args, files),
         **rule_changes(args),
     )
     after, judged = issued.after, issued.judged
@@ -64,6 +70,7 @@ def run(args: argparse.Namespace) -> int:
                 "zip": str(issued.paths[-1]) if args.zip else None,
                 "signed_off": after.signed_off,
                 "reason": after.reason,
+                "prior": judgement.solution.as_json().get("prior"),
                 "verdict": judgement.verdict.as_json(),
             }
         )

@@ -6,6 +6,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import msgspec
+
+from solarcal.cli.fit import add_last_option, last_coefficients
 from solarcal.cli.process import end_with_terminal, leave_by_signals
 from solarcal.cli.unit_options import PORT_HELP, add_driver_options, port
 from solarcal.config import Choice, load_keymap, load_settings
@@ -31,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="open no unit and no emulator: replay, recompute, reports and calculators only",
     )  # fmt: skip
     add_driver_options(parser)
+    add_last_option(parser)
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="the session file to write"
     )
@@ -44,6 +48,11 @@ def run(args: argparse.Namespace) -> int:
         if args.site
         else load_profile(args.profile or load_settings().profile)
     )
+    last = last_coefficients(args)
+    if last is not None:
+        if args.session:
+            raise ConfigurationError("--last-coefficients: a session goes on by its own")
+        profile = msgspec.structs.replace(profile, last_coefficients=last)
     driver = args.driver or profile.driver
     demand_driver(driver)
     choice: Choice | None = None
@@ -55,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
             offers_unfinished=True,
         )
     elif args.scenario:
-        choice = Choice(scenario=args.scenario)
+        choice = Choice(scenario=args.scenario, last_coefficients=last)
     elif args.session:
         choice = _continued(args.session)
     return run_workstation(

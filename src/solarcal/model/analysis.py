@@ -25,7 +25,8 @@ from solarcal.model.prior import Prior
 from solarcal.model.sky_context import SkyContext
 from solarcal.model.solution import Solution
 from solarcal.model.terms import CONTROLLER_TERMS
-from solarcal.model.verdict import BoltCircle, Verdict, assess, conclude
+from solarcal.model.verdict import Verdict, assess, conclude
+from solarcal.site import BoltCircle
 from solarcal.stopping_rule import (
     DEFAULT_RULE,
     TOLERANCE_DEG,
@@ -101,7 +102,7 @@ def analyse(
     until_utc_s, points_left, struck
         As in ``plan``.
     bolt_circle
-        For shim heights where the tower leans too much.
+        For shim heights.
 
     Raises
     ------

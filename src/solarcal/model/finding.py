@@ -30,6 +30,7 @@ Kind = Literal[
     "ideal_kind",
     "offsets",
     "not_held",
+    "last_coefficients",
     "step",
 ]
 

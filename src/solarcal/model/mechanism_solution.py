@@ -105,6 +105,8 @@ class MechanismSolution(Solution):
 
     def _sigma_notes(self) -> list[str]:
         notes = [*self.left_out]
+        if self.prior.last is not None and self.method == "robust":
+            notes.append(f"prior: {self.prior.words()}")
         for i in np.flatnonzero(self.blunder_probability > OUTLIER_PROBABILITY):
             notes.append(
                 f"point {self.labels[i]} has a residual of {self.sky_deg[i]:.2f} deg and has "
@@ -114,6 +116,8 @@ class MechanismSolution(Solution):
             notes.append(
                 f"the points alone fix {self.rank} of the 6 numbers; the rest is what towers, "
                 "zeros and gears are like"
+                if self.prior.last is None
+                else f"the points alone fix {self.rank} of the 6 numbers; the rest is the prior's"
             )
         elif self.rank < len(self.model_terms):
             notes.append(
@@ -127,6 +131,7 @@ class MechanismSolution(Solution):
         m = self.mechanism
         document["outliers"] = list(self.outliers)
         document["noise_deg"] = self.noise_deg
+        document["prior"] = self.prior.as_json() if self.method == "robust" else None
         document["mechanism"] = {
             "lean_deg": m.lean_deg,
             "lean_bearing_deg": m.lean_bearing_deg,

@@ -6,16 +6,15 @@ The posterior is a mixture of normals over the noise scale.
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import msgspec
 import numpy as np
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.terms import LEAN_PRIOR_DEG, SCALE_PRIOR, ZERO_PRIOR_DEG
-from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients
+from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Six
 from solarcal.units import FloatArray
-
-Six = tuple[float, float, float, float, float, float]
 
 
 def sigmas_of(lean_deg: float, offset_deg: float, scale: float) -> Six:
@@ -45,6 +44,8 @@ class Prior(msgspec.Struct, frozen=True):
         Of P1..P6.
     widths
         (factor on all sigmas, chance) pairs; the chances add up to one.
+    last
+        The unit's last coefficients, where it is about them.
 
     Raises
     ------
@@ -55,6 +56,7 @@ class Prior(msgspec.Struct, frozen=True):
     means: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     sigmas: Six = sigmas_of(LEAN_PRIOR_DEG, ZERO_PRIOR_DEG, SCALE_PRIOR)
     widths: tuple[tuple[float, float], ...] = ((1.0, 0.5), (0.4, 0.5))
+    last: Coefficients | None = None
 
     def __post_init__(self) -> None:
         for name, mean, sigma in zip(COEFFICIENT_NAMES, self.means, self.sigmas, strict=True):
@@ -78,12 +80,24 @@ class Prior(msgspec.Struct, frozen=True):
         means, sigmas = list(self.means), list(self.sigmas)
         means[0], means[2] = P1_deg, P3_deg
         sigmas[0] = sigmas[2] = sigma_deg
-        return Prior(tuple(means), tuple(sigmas), self.widths)  # type: ignore[arg-type]
+        return Prior(tuple(means), tuple(sigmas), self.widths, self.last)  # type: ignore[arg-type]
 
     @classmethod
     def of_last_coefficients(cls, last: Coefficients, sigmas: Six = SINCE_LAST) -> "Prior":
         """About what the unit held last; ``sigmas`` is how far it may have moved since."""
-        return cls(last.as_tuple(), sigmas, PLAIN)
+        return cls(last.as_tuple(), sigmas, PLAIN, last)
+
+    def words(self) -> str:
+        """What it is about, in one clause."""
+        if self.last is None:
+            return "what towers, zeros and gears are like"
+        tilts = " ".join(f"{value:+.4f}" for value in self.last.as_tuple()[:4])
+        scales = " ".join(f"{value:+.6f}" for value in self.last.as_tuple()[4:])
+        return f"the unit's last coefficients {tilts} {scales}"
+
+    def as_json(self) -> dict[str, Any]:
+        """``prior`` of the fit's document."""
+        return msgspec.to_builtins(self)  # type: ignore[no-any-return]
 
     def mean_array(self) -> FloatArray:
         """(6,)"""

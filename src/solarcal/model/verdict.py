@@ -24,6 +24,7 @@ from solarcal.model.mechanism_solution import (
 )
 from solarcal.model.plan import Plan
 from solarcal.model.solution import Solution
+from solarcal.site import BoltCircle
 from solarcal.stopping_rule import apart_from, percent
 
 State = Literal["done", "continue", "not_today", "does_not_fit"]
@@ -37,15 +38,6 @@ SIGMA_FACTOR_LIMIT = 3.0
 BLUNDER_SHARE_LIMIT = 0.25
 LEFT_OUT_FACTOR = 3.0
 FEWEST_TO_STOP = 4
-
-
-@dataclass(frozen=True, slots=True)
-class BoltCircle:
-    """The base plate's bolts, for shims."""
-
-    diameter_mm: float
-    bolts: int = 4
-    first_bolt_bearing_deg: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +57,10 @@ class Verdict:
                 {"bolt_bearing_deg": shim.bolt_bearing_deg, "height_mm": shim.height_mm}
                 for shim in self.shims
             ]
+            if self.base is not None:
+                document["base"] = {
+                    "tilt_deg": self.base.tilt_deg, "bearing_deg": self.base.bearing_deg
+                }  # fmt: skip
         return document
 
 
@@ -104,7 +100,7 @@ def assess(
     solution, expected
         The fit and its forecast, with the rule it is held to.
     bolt_circle
-        For shim heights where the tower leans too much.
+        For shim heights.
     evidence
         What clocks, reference checks, settings and read-outs show directly.
     """
@@ -160,38 +156,50 @@ def _lean(
 ) -> tuple[BaseTilt | None, tuple[Shim, ...], list[str]]:
     if not isinstance(solution, MechanismSolution):
         return None, (), []
-    base = base_tilt(solution.posterior.mean, solution.geometry)
+    base, shims = base_and_shims(solution, bolt_circle)
     mechanism = solution.mechanism
     if mechanism.lean_deg - mechanism.lean_sigma_deg <= SHIM_FIRST_DEG:
-        return base, (), []
+        return base, shims, []
     reasons = [
         f"the controller's formula cannot hold {tolerance_deg:g} deg with a lean of "
         f"{mechanism.lean_deg:.1f} deg; shim first"
     ]
-    shims: tuple[Shim, ...] = ()
     if base.tilt_deg > 0.5:
         reasons.append(
             f"the base is {base.tilt_deg:.2f} deg from level, the top towards "
             f"{base.bearing_deg:.0f} deg ({wind(base.bearing_deg)}): lift that side"
         )
-        if bolt_circle is not None:
-            shims = shim_heights(
-                base.tilt_deg,
-                base.bearing_deg,
-                bolt_circle.diameter_mm,
-                bolt_circle.bolts,
-                bolt_circle.first_bolt_bearing_deg,
-            )
-            heights = ", ".join(
-                f"{shim.height_mm:.1f} mm at {shim.bolt_bearing_deg:.0f} deg" for shim in shims
-            )
-            reasons.append(f"shims: {heights}")
+        if shims:
+            reasons.append(f"shims: {shims_words(shims)}")
     if abs(base.turn_deg) > 0.5:
         way = "clockwise" if base.turn_deg > 0.0 else "counterclockwise"
         reasons.append(
             f"the base is turned: turn it {abs(base.turn_deg):.2f} deg {way}, seen from above"
         )
     return base, shims, reasons
+
+
+def base_and_shims(
+    solution: MechanismSolution, bolt_circle: BoltCircle | None
+) -> tuple[BaseTilt, tuple[Shim, ...]]:
+    """How the base stands, and what levels it; no shims where its bolts are not known."""
+    base = base_tilt(solution.posterior.mean, solution.geometry)
+    if bolt_circle is None:
+        return base, ()
+    return base, shim_heights(
+        base.tilt_deg,
+        base.bearing_deg,
+        bolt_circle.diameter_mm,
+        bolt_circle.bolts,
+        bolt_circle.first_bolt_bearing_deg,
+    )
+
+
+def shims_words(shims: Sequence[Shim]) -> str:
+    """Heights and bearings, on one line."""
+    return ", ".join(
+        f"{shim.height_mm:.1f} mm at {shim.bolt_bearing_deg:.0f} deg" for shim in shims
+    )
 
 
 def _misfits(solution: Solution, checks: CrossChecks | None, tolerance_deg: float) -> list[str]:

@@ -13,6 +13,7 @@ from solarcal.errors import ConfigurationError
 from solarcal.model.prior import Prior
 from solarcal.model.sky_context import SkyContext, SunDirections, sun_directions
 from solarcal.model.terms import CONTROLLER_TERMS, TERMS, NativeAngles, design_matrix
+from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
 from solarcal.timescale import SECONDS_PER_DAY
@@ -129,6 +130,28 @@ def controller_coefficients(values: FloatArray, context: SkyContext, prior: Prio
     missing[0] = wrap_deg(missing[0])
     found: FloatArray = values + _best_fit(context, prior) @ (missing * grid.sky).reshape(-1)
     return found
+
+
+_MOST_STEPS = 50
+_NEAR = 1e-12
+
+
+def mechanism_of(uploaded: Coefficients, context: SkyContext) -> FloatArray:
+    """The six numbers (6,) of the mechanism whose ``controller_coefficients`` are these.
+
+    Coefficients in a unit hold refraction, the controller's Sun and the second order of the lean
+    as well; those of no possible tracker are returned as they are.
+    """
+    given = np.array(uploaded.as_tuple())
+    values = given
+    for _ in range(_MOST_STEPS):
+        step = given - controller_coefficients(values, context, Prior())
+        values = values + step
+        if not np.isfinite(values).all():
+            return given
+        if np.abs(step).max() < _NEAR:
+            break
+    return values
 
 
 def coefficients_jacobian(slopes: FloatArray, context: SkyContext, prior: Prior) -> FloatArray:

@@ -16,6 +16,9 @@ from solarcal.units import RAD_PER_DEG, Angles
 COEFFICIENT_NAMES = ("P1", "P2", "P3", "P4", "P5", "P6")
 COEFFICIENT_UNITS = ("deg", "deg", "deg", "deg", "deg/deg", "deg/deg")
 
+Six = tuple[float, float, float, float, float, float]
+"""Of P1..P6."""
+
 # Closer to a pole than this (6e-10 deg) the cotangent is rounding noise.
 _POLE_RAD = 1e-11
 
@@ -30,7 +33,7 @@ class Coefficients(msgspec.Struct, frozen=True):
     P5: float = 0.0
     P6: float = 0.0
 
-    def as_tuple(self) -> tuple[float, float, float, float, float, float]:
+    def as_tuple(self) -> Six:
         return (self.P1, self.P2, self.P3, self.P4, self.P5, self.P6)
 
     def rounded(self, tilt_decimals: int, scale_decimals: int) -> "Coefficients":

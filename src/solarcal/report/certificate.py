@@ -38,7 +38,14 @@ from solarcal.report.markup import html_text, markdown_text, svg_text
 from solarcal.session.interchange import FillIn
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header
-from solarcal.station.analysing import FileAnalysis, RuleChanges, analyse_files, read_files
+from solarcal.station.analysing import (
+    Beforehand,
+    FileAnalysis,
+    RuleChanges,
+    UnitFiles,
+    analyse_files,
+    read_files,
+)
 from solarcal.station.sign_off import SignOff, sign_off
 from solarcal.timescale import format_utc
 
@@ -97,7 +104,7 @@ def make_certificate(judged: FileAnalysis, sources: Sequence[SourceFile]) -> Cer
             subject_section(judged, header),
             verdict_section(judgement),
             after_section(judged, after),
-            coefficients_section(judgement.solution),
+            coefficients_section(judgement),
             points_section(judged),
             forecast_section(judgement, judged.tolerance_deg),
             *evidence_section(judged),
@@ -178,11 +185,16 @@ def issue(
     *,
     zip_too: bool,
     method: str | None = None,
+    known: Callable[[UnitFiles], Beforehand] = lambda files: {
+        "last_coefficients": None,
+        "bolt_circle": None,
+    },
     **changes: Unpack[RuleChanges],
 ) -> Issued:
     """Judge files and write the certificate in the format of each output's ending.
 
-    The zip stands beside the first output and holds it.
+    The zip stands beside the first output and holds it. ``known``: last coefficients and bolt
+    circle for the files read; by default those of the session.
 
     Raises
     ------
@@ -190,9 +202,11 @@ def issue(
         A file cannot be read or fitted, was written to meanwhile, or an output cannot be written.
     """
     sources = read_sources(files)
+    read = read_files(files, fill_in)
     judged = analyse_files(
-        read_files(files, fill_in),
+        read,
         method=method,
+        **known(read),
         **changes,
     )
     if read_sources(files) != sources:
@@ -274,5 +288,9 @@ def session_profile_toml(header: Header) -> str:
         done_probability=header.done_probability,
         site=None if imported and header.unknown else header.site,
         weather=header.weather,
+        last_coefficients=None
+        if header.last_coefficients is None
+        else header.last_coefficients.as_tuple(),
+        bolt_circle=header.bolt_circle,
     )
     return toml_text(msgspec.to_builtins(profile))

@@ -1,7 +1,6 @@
 """What the sections of a certificate say, in the order they stand."""
 
 from solarcal.model.analysis import Analysis
-from solarcal.model.solution import Solution
 from solarcal.report.blocks import Block, Facts, Figure, Section, Sentences, Table, number
 from solarcal.report.forecast_map import forecast_map
 from solarcal.report.judgement import (
@@ -9,6 +8,7 @@ from solarcal.report.judgement import (
     fit_summary,
     forecast_facts,
     mechanism_facts,
+    shims_blocks,
     verdict_blocks,
 )
 from solarcal.report.plots import error_plot, residual_plot
@@ -87,8 +87,9 @@ def verdict_section(judgement: Analysis) -> Section:
     return Section("Verdict", verdict_blocks(judgement.verdict))
 
 
-def coefficients_section(solution: Solution) -> Section:
-    """P1..P6 with their sigmas, the mechanism, and what the fit says of itself."""
+def coefficients_section(judgement: Analysis) -> Section:
+    """P1..P6 with their sigmas, the mechanism, what the fit says of itself, and shims."""
+    solution, verdict = judgement.solution, judgement.verdict
     mechanism = mechanism_facts(solution)
     return Section(
         "Coefficients",
@@ -96,6 +97,7 @@ def coefficients_section(solution: Solution) -> Section:
             coefficients_table(solution),
             *((mechanism,) if mechanism.rows else ()),
             *fit_summary(solution),
+            *shims_blocks(verdict.base, verdict.shims),
         ),
     )
 

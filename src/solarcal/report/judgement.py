@@ -3,13 +3,15 @@
 Angles in degrees on the sky.
 """
 
+from collections.abc import Sequence
+
 from solarcal.model.analysis import Analysis
 from solarcal.model.forecast import Forecast
-from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.mechanism_solution import BaseTilt, MechanismSolution, Shim, wind
 from solarcal.model.plan import Plan, PlannedStop
 from solarcal.model.solution import Solution
 from solarcal.model.terms import Term
-from solarcal.model.verdict import Verdict
+from solarcal.model.verdict import Verdict, shims_words
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS
 from solarcal.report.blocks import Block, Blocks, Facts, Prose, Sentences, Table, number
 from solarcal.station.published_model import ModelComparison
@@ -194,6 +196,31 @@ def mechanism_facts(solution: Solution) -> Facts:
         )
     rows.append(("noise of one point", f"{m.noise_deg:.3f} deg on the sky, per axis"))
     return Facts(tuple(rows))
+
+
+def shim_sentence(base: BaseTilt, shims: Sequence[Shim]) -> str:
+    """What levels the base, on one line."""
+    return (
+        f"shims: {shims_words(shims)}: they level the base, {base.tilt_deg:.2f} deg low towards "
+        f"{base.bearing_deg:.0f} deg ({wind(base.bearing_deg)})"
+    )
+
+
+def shims_blocks(base: BaseTilt | None, shims: Sequence[Shim]) -> Blocks:
+    """Height at each bolt; nothing where the bolts are not known."""
+    if base is None or not shims:
+        return ()
+    rows = tuple((number(shim.bolt_bearing_deg, 0), number(shim.height_mm, 1)) for shim in shims)
+    return (
+        Prose(
+            (
+                f"The base is {base.tilt_deg:.2f} deg from level, low towards "
+                f"{base.bearing_deg:.0f} deg ({wind(base.bearing_deg)}). Put under it, at each "
+                "bolt:",
+            )
+        ),
+        Table(("bolt at, deg", "shim, mm"), rows, ">>"),
+    )
 
 
 def plan_table(plan: Plan) -> Table:

@@ -15,6 +15,7 @@ from solarcal.report.judgement import (
     fit_summary,
     forecast_facts,
     mechanism_facts,
+    shims_blocks,
     verdict_blocks,
 )
 from solarcal.report.plots import error_plot
@@ -94,9 +95,11 @@ def heading(session: SessionView) -> str:
 def _judged(judgement: Analysis, tolerance_deg: float) -> list[str]:
     """Mechanism, forecast and verdict, each under its title."""
     mechanism = mechanism_facts(judgement.solution)
+    shims = shims_blocks(judgement.verdict.base, judgement.verdict.shims)
     forecast = forecast_facts(judgement.forecast, tolerance_deg)
     return [
         *([section_text("Mechanism", mechanism)] if mechanism.rows else []),
+        *([section_text("Shims", *shims)] if shims else []),
         section_text("Forecast, deg on the sky", forecast),
         section_text("Verdict", *verdict_blocks(judgement.verdict)),
     ]

@@ -13,7 +13,7 @@ from solarcal.mount.drive import Drive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import Limits
 from solarcal.optics.aiming import Heliostat
-from solarcal.site import Inclinometer, Site, Weather
+from solarcal.site import BoltCircle, Inclinometer, Site, Weather
 from solarcal.stopping_rule import DEFAULT_UNMODELLED, StoppingRule, Unmodelled
 
 FORMAT_VERSION = 2
@@ -98,6 +98,11 @@ class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
     unknown: tuple[str, ...] = ()
     inclinometer: Inclinometer | None = None
     """The lean as read on the tower; a fit takes it as known beforehand."""
+    last_coefficients: Coefficients | None = None
+    """Of the calibration before; a fit takes them as known beforehand, as far as they agree with
+    the points."""
+    bolt_circle: BoltCircle | None = None
+    """The base plate's bolts, for shims."""
 
     @property
     def rule(self) -> StoppingRule:

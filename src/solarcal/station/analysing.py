@@ -20,18 +20,19 @@ from solarcal.model.merging import Merged, merge_sessions
 from solarcal.model.methods import DEFAULT_METHOD, fit
 from solarcal.model.prior import Prior
 from solarcal.model.solution import Solution
-from solarcal.mount.formula import COEFFICIENT_NAMES
+from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients
 from solarcal.session.interchange import FillIn, is_paint, read_paint, read_table
 from solarcal.session.interchange.paint import paint_table
 from solarcal.session.interchange.sniffing import SESSION, point_format
 from solarcal.session.points import PointTable, merge_tables
 from solarcal.session.records import Header
 from solarcal.session.view import SessionView, read_view
+from solarcal.site import BoltCircle
 from solarcal.station.fitting import (
+    chosen_prior,
     fewest_points,
     newest_point_utc_s,
     point_set,
-    prior_of,
     sky_context,
 )
 from solarcal.stopping_rule import DEFAULT_RULE, TOLERANCE_DEG, StoppingRule
@@ -54,13 +55,16 @@ def analyse_session(
         return None
     table, header = session.table, session.header
     points = point_set(table)
+    context = sky_context(table, header, points)
+    prior, contradictions = chosen_prior(points, context, header, method)
     return analyse(
         points,
-        sky_context(table, header, points),
-        Evidence(table, (session,)),
+        context,
+        Evidence(table, (session,), contradictions),
         newest_point_utc_s(table) if at_utc_s is None else at_utc_s,
         method=method,
-        prior=prior_of(header),
+        prior=prior,
+        bolt_circle=header.bolt_circle,
         rule=stopping_rule((session,)),
         until_utc_s=until_utc_s,
         points_left=points_left,
@@ -74,6 +78,13 @@ class RuleChanges(TypedDict, total=False):
     tolerance_deg: float | None
     done_probability: float | None
     unmodelled: Mapping[str, float] | None
+
+
+class Beforehand(TypedDict):
+    """What is known instead of what a session's header knows; None: the header's."""
+
+    last_coefficients: Coefficients | None
+    bolt_circle: BoltCircle | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,13 +202,16 @@ def analyse_files(
     until_utc_s: float | None = None,
     points_left: int | None = None,
     struck: Sequence[tuple[float, float]] = (),
+    last_coefficients: Coefficients | None = None,
+    bolt_circle: BoltCircle | None = None,
     **changes: Unpack[RuleChanges],
 ) -> FileAnalysis:
     """Fit and analyse files; the plan begins at the newest point unless ``at_utc_s`` is given.
 
     Terms of one's own choice mean the ``linear`` method. Several files fitted by ``robust`` may
     each have zeros and a lean of their own where their points say that something moved between
-    them; the solution is then of the last one.
+    them; the solution is then of the last one. ``last_coefficients`` and ``bolt_circle`` are those
+    of the first session's header where they are None.
 
     Raises
     ------
@@ -207,18 +221,19 @@ def analyse_files(
     table, header = files.table, files.header
     chosen = method or (DEFAULT_METHOD if terms is None else "linear")
     rule = stopping_rule(files.sessions, **changes)
-    prior = prior_of(header)
     # A session broken off before its first point has nothing to compare; its records still count.
     with_points = [one for one in files.tables if one.count("accepted")]
     solution: Solution | None = None
     moved: tuple[Finding, ...] = ()
     if len(with_points) > 1 and chosen == "robust":
-        merged = solve_merged(with_points, header)
+        merged = solve_merged(with_points, header, last_coefficients)
         solution, moved = merged.solution, merged.findings
+        prior = merged.solution.prior
         context = sky_context(table, header)
     else:
         points = point_set(table)
         context = sky_context(table, header, points)
+        prior, moved = chosen_prior(points, context, header, chosen, last_coefficients)
         if terms is not None and tuple(terms) != COEFFICIENT_NAMES:
             solution = fit(points, context, method=chosen, prior=prior, terms=terms)
     evidence = Evidence(table, files.sessions, moved)
@@ -239,6 +254,7 @@ def analyse_files(
         until_utc_s=until_utc_s,
         points_left=points_left,
         struck=struck,
+        bolt_circle=bolt_circle or (None if header is None else header.bolt_circle),
     )
     return FileAnalysis(files, analysis.solution, analysis.findings, analysis, rule)
 
@@ -269,18 +285,29 @@ def stamp_findings(table: PointTable, tolerance_deg: float = TOLERANCE_DEG) -> t
 
 
 def solve_merged(
-    tables: Sequence[PointTable], header: Header | None = None, prior: Prior | None = None
+    tables: Sequence[PointTable],
+    header: Header | None = None,
+    last_coefficients: Coefficients | None = None,
 ) -> Merged:
     """Several sessions of one unit in order of time, with the test whether the tower moved.
 
     ``tables`` must be of one unit (``session.points.merge_tables`` refuses others); the context is
-    the first one's, and the prior is where none is given.
+    the first one's. The last coefficients are the header's where none are given.
     """
     ordered = sorted(tables, key=_first_instant)
     context = sky_context(ordered[0], header)
     parts = [point_set(_without_sigma(t, ordered)) for t in ordered]
     names = [t.sources[0] if t.sources else f"session {k + 1}" for k, t in enumerate(ordered)]
-    return merge_sessions(parts, context, prior=prior or prior_of(header), names=names)
+
+    def merged(prior: Prior) -> Merged:
+        return merge_sessions(parts, context, prior=prior, names=names)
+
+    prior, contradictions = chosen_prior(
+        parts[0], context, header, DEFAULT_METHOD, last_coefficients,
+        lambda one: merged(one).solution,
+    )  # fmt: skip
+    found = merged(prior)
+    return replace(found, findings=(*contradictions, *found.findings))
 
 
 def _first_instant(table: PointTable) -> float:

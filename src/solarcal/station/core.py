@@ -15,7 +15,7 @@ import msgspec
 
 from solarcal import __version__
 from solarcal.errors import LinkError, ProcedureRefused, SessionFileError
-from solarcal.mount.formula import Coefficients
+from solarcal.mount.formula import Coefficients, Six
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.journal import Journal
 from solarcal.session.records import (
@@ -32,7 +32,7 @@ from solarcal.session.records import (
     Typed,
     UnitRecord,
 )
-from solarcal.site import Inclinometer, Site, Weather, standard_pressure_hpa
+from solarcal.site import BoltCircle, Inclinometer, Site, Weather, standard_pressure_hpa
 from solarcal.station import guards
 from solarcal.station.state import (
     Activity,
@@ -83,6 +83,8 @@ class StationCore:
         pointing_device: str = "",
         rule: StoppingRule = DEFAULT_RULE,
         inclinometer: Inclinometer | None = None,
+        last_coefficients: Six | None = None,
+        bolt_circle: BoltCircle | None = None,
     ) -> None:
         self.tracker = tracker
         self.clock = clock
@@ -95,6 +97,10 @@ class StationCore:
         self._pointing_device = pointing_device
         self._rule = rule
         self._inclinometer = inclinometer
+        self._last_coefficients = (
+            None if last_coefficients is None else Coefficients(*last_coefficients)
+        )
+        self._bolt_circle = bolt_circle
         self._journal: Journal | None = None
         self._in_force = Coefficients()
         self._change = threading.RLock()
@@ -461,6 +467,8 @@ class StationCore:
             pointing_device=self._pointing_device,
             continues=continues,
             inclinometer=self._inclinometer,
+            last_coefficients=self._last_coefficients,
+            bolt_circle=self._bolt_circle,
         )
 
     # -- attempts ----------------------------------------------------------------------------

@@ -28,7 +28,8 @@ def fit_document(
     ``findings`` is every finding whole, ``evidence`` the sentences of the direct ones.
 
     ``judgement`` is of the same points; without one (terms a controller does not have) forecast
-    and verdict are null, and its findings are to be given. ``mechanism`` is null for ``linear``.
+    and verdict are null, and its findings are to be given. ``mechanism`` is null for ``linear``,
+    ``prior`` for every method without one.
     """
     if findings is None:
         findings = () if judgement is None else judgement.findings
@@ -49,6 +50,7 @@ def fit_document(
             "outliers": fitted.pop("outliers", []),
         },
         "mechanism": fitted.pop("mechanism", None),
+        "prior": fitted.pop("prior", None),
         **fitted,
         "evidence": [finding.sentence for finding in findings if finding.direct],
         "findings": [finding.as_json() for finding in findings],
@@ -110,6 +112,7 @@ def _heading(files: Sequence[str | Path], judgement: Analysis) -> dict[str, Any]
         "files": _names(files),
         "geometry": judgement.solution.geometry.name,
         "method": judgement.solution.method,
+        "prior": judgement.solution.as_json().get("prior"),
         "points_used": judgement.solution.n_points,
     }
 

@@ -1,19 +1,22 @@
 """From a session's points to a solution, the same way live, in replay and from files."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import cast
 
 import msgspec
 import numpy as np
 
 from solarcal.errors import ConfigurationError
+from solarcal.model.finding import Finding
 from solarcal.model.fit import FEWEST_POINTS, Solution
-from solarcal.model.methods import DEFAULT_METHOD, DEFAULT_PRIOR, fit
+from solarcal.model.last_coefficients import weigh_last
+from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.methods import DEFAULT_METHOD, DEFAULT_PRIOR, fit, fit_exact
 from solarcal.model.points import PointSet
 from solarcal.model.prior import Prior
 from solarcal.model.sky_context import Ideal, SkyContext
 from solarcal.model.terms import LEAN_PRIOR_DEG
-from solarcal.mount.formula import COEFFICIENT_NAMES
+from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header
@@ -22,7 +25,8 @@ from solarcal.sun.position import sun_known
 
 
 def prior_of(header: Header | None) -> Prior:
-    """The prior of a session's fit: the usual one, its lean as read where the header has it.
+    """The prior of a session's fit without its unit's last coefficients: the usual one, its lean as
+    read where the header has it.
 
     An inclinometer tells nothing of a base turned about the vertical: on mounts whose primary axis
     is not vertical that part of P1 or P3 keeps the usual width.
@@ -41,6 +45,28 @@ def prior_of(header: Header | None) -> Prior:
     return msgspec.structs.replace(
         known, sigmas=(P1_sigma_deg, zero1, P3_sigma_deg, zero2, scale1, scale2)
     )
+
+
+def chosen_prior(
+    points: PointSet,
+    context: SkyContext,
+    header: Header | None,
+    method: str,
+    last: Coefficients | None = None,
+    solve: Callable[[Prior], MechanismSolution] | None = None,
+) -> tuple[Prior, tuple[Finding, ...]]:
+    """The prior of a fit, and what the points say against the unit's last coefficients.
+
+    ``last`` are those asked for; None: the header's. ``solve`` is the fit by a prior, of
+    these points where None.
+    """
+    usual = prior_of(header)
+    held = last or (None if header is None else header.last_coefficients)
+    if held is None or method != DEFAULT_METHOD:
+        return usual, ()
+    distinct = points.distinct()
+    by_prior = solve or (lambda prior: fit_exact(distinct, context, prior=prior))
+    return weigh_last(held, context, usual, by_prior)
 
 
 def point_set(table: PointTable) -> PointSet:
@@ -97,13 +123,9 @@ def solve_table(
 ) -> Solution:
     """Fit the accepted points of a table; ``header`` is that of the session they come from."""
     points = point_set(table)
-    return fit(
-        points,
-        sky_context(table, header, points),
-        method=method,
-        prior=prior_of(header),
-        terms=terms,
-    )
+    context = sky_context(table, header, points)
+    prior, _ = chosen_prior(points, context, header, method)
+    return fit(points, context, method=method, prior=prior, terms=terms)
 
 
 def solve(session: SessionView, method: str = DEFAULT_METHOD) -> Solution | None:

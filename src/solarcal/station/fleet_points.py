@@ -45,6 +45,8 @@ def plain_session(path: str, points: PointsOnly) -> PlainSession | None:
     header = points.header
     if not points.labels or header.unknown or header.unit.heliostat is not None:
         return None
+    if header.last_coefficients is not None:
+        return None
     geometry = MountGeometry(header.geometry, header.site.latitude_deg, header.ax1_centre_deg)
     return PlainSession(path, points, geometry)
 

@@ -10,6 +10,7 @@ from solarcal.errors import ConfigurationError, LinkError, ProcedureRefused, Sol
 from solarcal.model.evidence.branches import branch_warning
 from solarcal.model.fit import Solution
 from solarcal.model.methods import DEFAULT_METHOD
+from solarcal.mount.formula import Six
 from solarcal.session.journal import Journal
 from solarcal.session.records import Closed, Header, UploadRecord
 from solarcal.station.clocks import EmulatedClock
@@ -69,6 +70,7 @@ def calibrate(
     method: str = DEFAULT_METHOD,
     eye_sigma_deg: float = 0.02,
     force: str | None = None,
+    last_coefficients: Six | None = None,
     say: Callable[[str], None] = lambda sentence: None,
     resume: Path | None = None,
     pauses: Clock | None = None,
@@ -80,6 +82,7 @@ def calibrate(
     Parameters
     ----------
     force : why to upload although something speaks against it; recorded with the upload.
+    last_coefficients : what the unit held last, for a new session.
     resume : a session to go on with instead of a new one.
     pauses : what waits between two tries to open a lost line; real time by default, for the
         emulated clock is gone with the line.
@@ -108,6 +111,7 @@ def calibrate(
         operator="automatic technician",
         pointing_device="emulated sunspot device",
         rule=rule,
+        last_coefficients=last_coefficients,
     )
     station.connect()
     journal = station.open_session(create_journal) if resume is None else _taken_up(station, resume)

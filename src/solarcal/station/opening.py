@@ -102,6 +102,8 @@ def open_line(
             pointing_device=profile.pointing_device,
             rule=profile.rule(SYNCHRONISED_S if emulated else clock_sigma_s()),
             inclinometer=None if emulated else profile.inclinometer,
+            last_coefficients=choice.last_coefficients if emulated else profile.last_coefficients,
+            bolt_circle=None if emulated else profile.bolt_circle,
         )
         identity = station.connect()
         if choice.offers_unfinished and not choice.session and output is None:

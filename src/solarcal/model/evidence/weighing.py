@@ -27,7 +27,8 @@ class Weighed(NamedTuple):
     waiting
         Points to be struck out or taken again before the end.
     cautions
-        The coefficients are right, but the unit will not point by them unless this is seen to.
+        The coefficients are right, but the unit will not point by them unless this is seen to; or
+        something has changed since the last ones.
     """
 
     wrong: tuple[str, ...]
@@ -85,6 +86,8 @@ def weigh(evidence: Iterable[Finding], used: AbstractSet[int], tolerance_deg: fl
             case "missed_counts" if number > tolerance_deg / 2.0:
                 if not used.isdisjoint(finding.labels):
                     waiting.append(f"{finding.sentence}; take others, then strike these out")
+            case "last_coefficients":
+                cautions.append(finding.sentence)
             case "clock_drift" | "clock_step" if number > tolerance_deg * SECONDS_PER_SUN_DEG:
                 cautions.append(finding.sentence)
     return Weighed(tuple(wrong), tuple(waiting), tuple(cautions))

@@ -87,6 +87,8 @@ def calibrate_by_book(
         pointing_device=profile.pointing_device,
         rule=profile.rule(UNSYNCHRONISED_S),
         inclinometer=profile.inclinometer,
+        last_coefficients=profile.last_coefficients,
+        bolt_circle=profile.bolt_circle,
     )
     station.connect()
     journal = station.open_session(create_journal)

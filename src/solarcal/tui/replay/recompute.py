@@ -17,8 +17,10 @@ from textual.widgets import Static
 from solarcal.config import sessions_dir
 from solarcal.errors import FitError, SolarcalError, harmless
 from solarcal.model.fit import Solution
+from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.verdict import base_and_shims
 from solarcal.report.blocks import lines_of, wrapped
-from solarcal.report.judgement import coefficients_table, fit_summary
+from solarcal.report.judgement import coefficients_table, fit_summary, shims_blocks
 from solarcal.report.tables import points_table
 from solarcal.session.reader import read_session
 from solarcal.station.fitting import solve
@@ -197,6 +199,9 @@ def _lines(found: Recomputed) -> tuple[str, ...]:
     ]
     if found.solution is not None:
         lines += lines_of(coefficients_table(found.solution), *fit_summary(found.solution))
+        if isinstance(found.solution, MechanismSolution) and found.session is not None:
+            circle = found.session.header.bolt_circle
+            lines += lines_of(*shims_blocks(*base_and_shims(found.solution, circle)))
     if found.session is not None:
         if found.solution is None and not found.trouble:
             lines.append(f"{len(found.session.accepted)} accepted points: too few for a fit.")

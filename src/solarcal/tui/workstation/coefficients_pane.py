@@ -7,7 +7,7 @@ from textual.content import Content
 from solarcal.model.analysis import Analysis
 from solarcal.model.fit import Solution
 from solarcal.mount.formula import COEFFICIENT_NAMES
-from solarcal.report.judgement import STATE_WORDS
+from solarcal.report.judgement import STATE_WORDS, shim_sentence
 from solarcal.session.records import FitRecord
 from solarcal.station.state import SessionView
 from solarcal.tui.widgets.text_lines import TextLines
@@ -109,7 +109,10 @@ def reason_lines(judgement: Analysis | None) -> list[list[Part]]:
         return []
     verdict = judgement.verdict
     reasons: list[list[Part]] = [[f"- {reason}"] for reason in verdict.reasons]
-    return [[""], [("■ ", "bold"), (STATE_WORDS[verdict.state], "bold")], *reasons]
+    shims: list[list[Part]] = []
+    if verdict.base is not None and verdict.shims:
+        shims = [[shim_sentence(verdict.base, verdict.shims)]]
+    return [*shims, [""], [("■ ", "bold"), (STATE_WORDS[verdict.state], "bold")], *reasons]
 
 
 def _short(number: float) -> str:
