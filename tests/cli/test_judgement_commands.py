@@ -480,3 +480,25 @@ def test_a_bolt_circle_that_cannot_be_is_refused(day, tmp_path, capsys, circle, 
         run_command(words)
     assert left.value.code == 2
     assert told in capsys.readouterr().err
+
+
+# -- a tower that leans too far --------------------------------------------------------------
+
+
+def test_a_big_lean_ends_in_one_line_that_names_the_cause_and_the_way_out(tmp_path, capsys):
+    path = tmp_path / "lean.jsonl"
+    words = ["calibrate", "--scenario", "polar", "--set", "truth.lean_deg=5", "--points", "5"]
+    assert run_command([*words, "-o", str(path)]) == 1
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert last.startswith("NOT completed: upload refused: the controller's formula cannot hold")
+    assert "with a lean of 5." in last
+    assert last.endswith("shim first; to upload all the same say why with --force REASON")
+
+
+def test_a_sun_off_the_device_all_day_is_named_as_such(tmp_path, capsys):
+    words = ["calibrate", "--set", "truth.lean_deg=5", "-o", str(tmp_path / "lean.jsonl")]
+    assert run_command(words) == 1
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert "only 0 points were accepted" in last
+    assert "no spot was found or centred" in last
+    assert last.endswith("then shim first, or load rough coefficients")

@@ -87,6 +87,7 @@ class AutomaticTechnician:
         self.schedule = schedule
         self.method = method
         self.refused = ""
+        self._given_up = 0
         self._force = force
         self.sight = SunCentring(station, look, eye_sigma_deg=eye_sigma_deg, say=say)
         self._say = say
@@ -177,6 +178,7 @@ class AutomaticTechnician:
             try:
                 self._refer_after_restart()
                 if not self.sight.centre():
+                    self._given_up += 1
                     self._say("the slot is given up")
                     self._track()
                     return None
@@ -214,7 +216,7 @@ class AutomaticTechnician:
         if proposal is None:
             raise ProcedureRefused(
                 f"only {len(station.session.accepted)} points were accepted; three are needed at "
-                "least to compute coefficients worth uploading"
+                f"least to compute coefficients worth uploading{self._without_spot()}"
             )
         try:
             forced = refuse_doubtful(proposal.offer, self._force)
@@ -228,6 +230,15 @@ class AutomaticTechnician:
         )
         self._track()
         return record
+
+    def _without_spot(self) -> str:
+        if not self._given_up:
+            return ""
+        return (
+            f"; at {self._given_up} slots no spot was found or centred: clouds, or the tower leans "
+            "so far that the Sun falls off the sunspot device; then shim first, or load rough "
+            "coefficients"
+        )
 
     def take_checks(self) -> None:
         for index in range(self._checks_taken(), self.schedule.checks):
