@@ -3,6 +3,7 @@
 import asyncio
 import threading
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -17,7 +18,7 @@ from solarcal.config import Choice, Settings, save_settings
 from solarcal.errors import ConfigurationError, SolarcalError, harmless
 from solarcal.profiles import Profile
 from solarcal.station.news import StepFailed
-from solarcal.tui.base import StationModal, StationScreen, is_typed
+from solarcal.tui.base import ShowsNotices, StationModal, is_typed
 from solarcal.tui.keys import (
     ACTIONS,
     QUIT_EVERYWHERE,
@@ -27,6 +28,7 @@ from solarcal.tui.keys import (
     modified_f3,
 )
 from solarcal.tui.messages import FormAsked, LineFailed, LineNews, LineOpened, Told
+from solarcal.tui.one_import import ONE_IMPORT
 from solarcal.tui.palette import ActionProvider, OwnThemesFirst, Palette
 from solarcal.tui.start.screen import StartScreen
 from solarcal.tui.station_app import StationApp
@@ -37,7 +39,7 @@ if TYPE_CHECKING:
     from solarcal.tui.typed_form.form_asked import AskedForm, ScreenDisplay
 
 PRESS_STOP_S = 8.0
-"""How long it covers a part of the screen that STOP is at the unit; the log goes on saying it."""
+"""How long the notice stays that STOP is at the unit."""
 
 
 class SolarcalApp(StationApp):
@@ -108,16 +110,17 @@ class SolarcalApp(StationApp):
         timeout: float | None = None,
         markup: bool = False,
     ) -> None:
-        """On the screen's own line. Messages quote units, files and people: none is markup."""
+        """On the line of the screen on top. Messages quote units, files and people: no markup."""
+        del markup
         seconds = self.NOTIFICATION_TIMEOUT if timeout is None else timeout
         words = f"{title}. {message}" if title else message
-        match self.screen:
-            case StationScreen() | StationModal() as screen if screen.is_mounted:
-                shown = screen.notice(words, severity, seconds)
-            case _:
-                shown = False
-        if not shown:
-            super().notify(message, title=title, severity=severity, timeout=timeout, markup=markup)
+        for screen in reversed(self.screen_stack):
+            mounted = screen.is_mounted
+            if isinstance(screen, ShowsNotices):
+                # One that is still being put together shows it as soon as it can.
+                show = screen.notice if mounted else partial(screen.call_later, screen.notice)
+                show(words, severity, seconds)
+                return
 
     def action_command_palette(self) -> None:
         """Ours has STOP on it. In the middle of a step it would begin another one: not there."""
@@ -187,8 +190,9 @@ class SolarcalApp(StationApp):
             ).start()
 
     def _open_replay(self, choice: Choice) -> None:
-        from solarcal.station.saved_sessions import Replay
-        from solarcal.tui.replay.screen import ReplayScreen
+        with ONE_IMPORT:
+            from solarcal.station.saved_sessions import Replay
+            from solarcal.tui.replay.screen import ReplayScreen
 
         try:
             replay = Replay.open(Path(choice.replay))
@@ -199,14 +203,19 @@ class SolarcalApp(StationApp):
         self.push_screen(ReplayScreen(replay, Path(choice.replay).name, choice.speed))
 
     def _open_in_thread(self, choice: Choice, profile: Profile) -> None:
-        from solarcal.emulated_units import open_choice
-
         try:
+            with ONE_IMPORT:
+                from solarcal.emulated_units import open_choice
+
             line = open_choice(
                 choice, profile, output=self._output, trace=self._trace, display=self.display_reader
             )
         except SolarcalError as error:
             self.post_message(Told(LineFailed(error)))
+        except Exception as error:
+            # A fault of the program: it ends with it, and does not say "opening" for ever.
+            self.call_later(_raise, error)
+            raise
         else:
             self.post_message(Told(LineOpened(line)))
 
@@ -214,7 +223,8 @@ class SolarcalApp(StationApp):
     def display_reader(self) -> "ScreenDisplay":
         """Where a person who reads a unit's display is asked."""
         if self._reader is None:
-            from solarcal.tui.typed_form.form_asked import ScreenDisplay
+            with ONE_IMPORT:
+                from solarcal.tui.typed_form.form_asked import ScreenDisplay
 
             self._reader = ScreenDisplay(lambda asked: self.post_message(Told(FormAsked(asked))))
         return self._reader
@@ -229,7 +239,8 @@ class SolarcalApp(StationApp):
                 self._form_asked(asked)
 
     def _form_asked(self, asked: "AskedForm") -> None:
-        from solarcal.tui.typed_form.screen import DisplayFormScreen
+        with ONE_IMPORT:
+            from solarcal.tui.typed_form.screen import DisplayFormScreen
 
         if self._leaving:
             asked.answer(None)
@@ -237,7 +248,8 @@ class SolarcalApp(StationApp):
             self.push_screen(DisplayFormScreen(asked))
 
     def _line_failed(self, error: SolarcalError) -> None:
-        from solarcal.station.opening import UnfinishedSessions
+        with ONE_IMPORT:
+            from solarcal.station.opening import UnfinishedSessions
 
         self._opening = False
         if isinstance(error, UnfinishedSessions):
@@ -248,7 +260,8 @@ class SolarcalApp(StationApp):
         self._tell_start(str(error), error=True)
 
     def _line_opened(self, line: "OpenLine") -> None:
-        from solarcal.tui.workstation.screen import WorkstationScreen
+        with ONE_IMPORT:
+            from solarcal.tui.workstation.screen import WorkstationScreen
 
         self._opening = False
         self.line = line
@@ -320,7 +333,8 @@ class SolarcalApp(StationApp):
         if action_id == "stop":
             self._stop()
             return
-        from solarcal.tui.action_handlers import ACTION_HANDLERS
+        with ONE_IMPORT:
+            from solarcal.tui.action_handlers import ACTION_HANDLERS
 
         handler = ACTION_HANDLERS.get(action_id)
         if handler is None:
@@ -365,8 +379,14 @@ class SolarcalApp(StationApp):
 
 
 def _prewarm() -> None:
-    """Import what the first plot and the first Sun need."""
-    import erfa  # noqa: F401
-    import plotext  # noqa: F401
+    """Import what the first plot and the first Sun need, part by part: a line may be opening."""
+    with ONE_IMPORT:
+        import erfa  # noqa: F401
+    with ONE_IMPORT:
+        import plotext  # noqa: F401
+    with ONE_IMPORT:
+        import solarcal.tui.workstation.view  # noqa: F401
 
-    import solarcal.tui.workstation.view  # noqa: F401
+
+def _raise(error: Exception) -> None:
+    raise error

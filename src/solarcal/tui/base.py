@@ -103,7 +103,15 @@ def is_typed(app: Workstation) -> bool:
     return not app.state.live.capabilities.has_link
 
 
-class _StationHooks(DOMNode):
+class ShowsNotices(DOMNode):
+    """A screen with a line of its own for notices; nothing is covered by them."""
+
+    def notice(self, sentence: str, severity: "SeverityLevel", seconds: float) -> None:
+        """Show a notice for so long."""
+        self.query(LogLine).first().notice(sentence, severity, seconds)
+
+
+class _StationHooks(ShowsNotices):
     """Hooks the app calls on every screen of the stack, on the event loop."""
 
     focused: Reactive[Widget | None] = Reactive(None, repaint=False)
@@ -120,13 +128,6 @@ class _StationHooks(DOMNode):
     def show_size(self, size: "Size") -> None:
         """The terminal is this large now."""
         say_if_too_small(self.screen, size)
-
-    def notice(self, sentence: str, severity: "SeverityLevel", seconds: float) -> bool:
-        """Show a notice on the screen's own line, if it has one; nothing may be covered by it."""
-        for log in self.query(LogLine):
-            log.notice(sentence, severity, seconds)
-            return True
-        return False
 
     def show_state(self, state: "StationState") -> None:
         """The station's newest state."""

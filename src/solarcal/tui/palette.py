@@ -8,28 +8,33 @@ from functools import partial
 
 from textual.app import ComposeResult
 from textual.command import CommandPalette, DiscoveryHit, Hit, Hits, Provider
-from textual.containers import Horizontal
+from textual.containers import Container, Horizontal
 from textual.theme import ThemeProvider
 
-from solarcal.tui.base import workstation_of
+from solarcal.tui.base import ShowsNotices, workstation_of
 from solarcal.tui.behind import draw_behind
+from solarcal.tui.one_import import ONE_IMPORT
 from solarcal.tui.themes import OWN_THEMES
 from solarcal.tui.widgets.footer import StopKey
+from solarcal.tui.widgets.lines import NoticeLine
 
 
-class Palette(CommandPalette):
-    """Textual's, with STOP below it. ``s`` is a letter here: F12, Ctrl+S and a click stop."""
+class Palette(CommandPalette, ShowsNotices):
+    """Textual's, with notices and STOP below it; ``s`` is a letter here, F12 and Ctrl+S stop."""
 
     DEFAULT_CSS = """
     Palette CommandList { max-height: 60vh; }
     Palette SearchIcon { color: $foreground; }
-    Palette > #stop { dock: bottom; height: 2; align-horizontal: right; background: $panel; }
+    Palette > #foot { dock: bottom; height: auto; background: $panel; }
+    Palette > #foot > #stop { height: 2; align-horizontal: right; }
     """
 
     def compose(self) -> ComposeResult:
         yield from super().compose()
-        with Horizontal(id="stop"):
-            yield StopKey("F12 ^S")
+        with Container(id="foot"):
+            yield NoticeLine()
+            with Horizontal(id="stop"):
+                yield StopKey("F12 ^S")
 
     def _render_content(self) -> None:
         if not draw_behind(self):
@@ -50,8 +55,9 @@ class ActionProvider(Provider):
     """Every action of the workstation with its keys, every calculator, and what they are for."""
 
     def _entries(self) -> Iterator[tuple[str, str, Callable[[], object]]]:
-        from solarcal.instruments.catalogue import INSTRUMENTS
-        from solarcal.tui.calculators.list import open_calculator
+        with ONE_IMPORT:
+            from solarcal.instruments.catalogue import INSTRUMENTS
+            from solarcal.tui.calculators.list import open_calculator
 
         app = workstation_of(self.screen)
         for action in app.actions:

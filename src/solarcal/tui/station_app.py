@@ -21,6 +21,7 @@ from solarcal.station.news import (
 )
 from solarcal.tui.base import StationModal, StationScreen
 from solarcal.tui.messages import FormAsked, LineFailed, LineNews, LineOpened, Told
+from solarcal.tui.one_import import ONE_IMPORT
 
 if TYPE_CHECKING:
     from solarcal.model.analysis import Analysis
@@ -57,7 +58,8 @@ class StationApp(App[int]):
         """The newest state of the worker; an empty one before there is a worker."""
         if self._state is None:
             # Numpy comes with it: not before the first paint.
-            from solarcal.station.state import StationState
+            with ONE_IMPORT:
+                from solarcal.station.state import StationState
 
             self._state = StationState()
         return self._state
@@ -65,8 +67,9 @@ class StationApp(App[int]):
     def adopt(self, station: "Station") -> None:
         """Conduct this station from now on."""
         # Numpy and scipy come with them: not before the first paint.
-        from solarcal.station.planning import Fitter
-        from solarcal.station.worker import StationWorker
+        with ONE_IMPORT:
+            from solarcal.station.planning import Fitter
+            from solarcal.station.worker import StationWorker
 
         self._fitter = Fitter(self.tell)
         self._fitter.start()

@@ -17,6 +17,7 @@ from solarcal.config import Choice
 from solarcal.station.news import StepFailed
 from solarcal.tui.base import StationScreen
 from solarcal.tui.messages import MenuEntriesFound
+from solarcal.tui.one_import import ONE_IMPORT
 from solarcal.tui.start.profile import ProfileScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine
@@ -112,7 +113,8 @@ class StartScreen(StationScreen):
         self.run_worker(self._look_up, thread=True, exclusive=True, exit_on_error=False)
 
     def _look_up(self) -> None:
-        from solarcal.tui.start.menu_entries import menu_entries
+        with ONE_IMPORT:
+            from solarcal.tui.start.menu_entries import menu_entries
 
         offers = menu_entries(self.workstation.settings)
         self.post_message(MenuEntriesFound(offers))
