@@ -92,7 +92,7 @@ async def test_clouds_leaving_and_points_shape_the_plan_and_can_be_taken_back(fo
         while hours.chosen_utc_s != begins[0]:
             await pilot.press("down")
         await pilot.press("space")
-        await shows(pilot, "x CLOUD", "Wished: 1 half hour of cloud")
+        await shows(pilot, "x CLOUD", "Asked for: 1 half hour of cloud")
         await until(pilot, lambda: app.judgement.plan is not free)
         clouded = app.judgement.plan.recommended.times_utc_s
         assert begins[0] not in [time // HALF_HOUR_S * HALF_HOUR_S for time in clouded]
@@ -101,7 +101,7 @@ async def test_clouds_leaving_and_points_shape_the_plan_and_can_be_taken_back(fo
         await pilot.press("right")
         await shows(pilot, "points in all")
         await pilot.press("delete")
-        await until(pilot, lambda: "Wished" not in screen_words(app))
+        await until(pilot, lambda: "Asked for" not in screen_words(app))
         await until(
             pilot,
             lambda: app.judgement.plan.recommended.times_utc_s == free.recommended.times_utc_s,
@@ -282,6 +282,16 @@ async def test_notices_have_rows_of_their_own_and_lie_over_nothing(size):
         app.notify("a notice while a dialog is open")
         said = app.screen.query_one("#said").region
         await until(pilot, lambda: "a notice while" in screen_text(app).split("\n")[said.y])
+        await pilot.press("escape")
+        for key, words in (
+            ("f1", "THE PROCEDURE"), ("f4", "PLAN"), ("f9", "RECOMPUTE"), ("ctrl+p", "Search"),
+        ):  # fmt: skip
+            await pilot.press(key)
+            await shows(pilot, words)
+            app.notify(f"a notice over {words}", severity="error")
+            await shows(pilot, f"! a notice over {words}", "STOP", "F12")
+            assert not app.screen.query("Toast")
+            await pilot.press("escape")
         app.worker.close()
 
 

@@ -9,7 +9,7 @@ from textual.binding import Binding, BindingType
 from solarcal.tui.base import StationScreen
 from solarcal.tui.keys import Action
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
-from solarcal.tui.widgets.lines import HeadLine
+from solarcal.tui.widgets.lines import HeadLine, NoticeLine
 from solarcal.tui.widgets.text_lines import TextLines
 
 PROCEDURE: tuple[tuple[str | None, str], ...] = (
@@ -87,6 +87,7 @@ class HelpScreen(StationScreen):
     def compose(self) -> ComposeResult:
         yield HeadLine(id="title")
         yield TextLines(id="help")
+        yield NoticeLine()
         yield ActionFooter([FooterEntry("Esc", "Back", "screen.back")])
 
     def on_mount(self) -> None:

@@ -154,10 +154,10 @@ class Dialog(StationModal[None]):
             Content.assemble((MARKS[tone] + sentence, STYLES[tone]))
         )
 
-    def notice(self, sentence: str, severity: SeverityLevel, seconds: float) -> bool:
+    def notice(self, sentence: str, severity: SeverityLevel, seconds: float) -> None:
+        """On the line that speaks, until the next sentence."""
         del seconds
         self.say(sentence, "plain" if severity == "information" else severity)
-        return True
 
     def leave_saying(self, sentence: str, severity: SeverityLevel = "information") -> None:
         """Leave; the screen below shows the sentence on its line."""

@@ -25,7 +25,7 @@ from solarcal.station.state import SessionView, StationState
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
-from solarcal.tui.widgets.lines import HeadLine
+from solarcal.tui.widgets.lines import HeadLine, NoticeLine
 from solarcal.tui.widgets.plot import AnsiPlot, fine_characters
 from solarcal.tui.widgets.words import Words
 
@@ -171,6 +171,7 @@ class ComparisonScreen(StationScreen):
                     yield Words("", id=f"{side}-words", markup=False)
                     yield AnsiPlot(id=f"{side}-year").add_class("year")
                     yield AnsiPlot(id=f"{side}-errors").add_class("errors")
+        yield NoticeLine()
         yield ActionFooter(
             [
                 FooterEntry("e", "Certif.", "app.perform('report')", "Write the certificate"),

@@ -16,7 +16,7 @@ from solarcal.station.state import StationState
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.plan.half_hours import HalfHours, half_hours, utc_clock
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
-from solarcal.tui.widgets.lines import HeadLine
+from solarcal.tui.widgets.lines import HeadLine, NoticeLine
 from solarcal.tui.widgets.text_lines import TextLines
 from solarcal.tui.widgets.words import Words
 
@@ -57,6 +57,7 @@ class PlanScreen(StationScreen):
         yield Words("", id="advice", markup=False)
         yield HalfHours(id="hours")
         yield TextLines(id="reasons")
+        yield NoticeLine()
         yield ActionFooter(
             [
                 FooterEntry("↑", "Up", "screen.move(-1)"),
@@ -181,5 +182,5 @@ def advice(judgement: Analysis, plan_options: PlanOptions) -> Content:
     return Content.assemble(
         (sentence, "bold"),
         f"\nPoints at (UTC): {times or '-'}",
-        f"\nWished: {', '.join(asked)}." if asked else "",
+        f"\nAsked for: {', '.join(asked)}." if asked else "",
     )

@@ -27,6 +27,7 @@ from solarcal.station.fitting import solve
 from solarcal.station.state import SessionView, view_session
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
+from solarcal.tui.widgets.lines import NoticeLine
 from solarcal.tui.widgets.plot import ExploredPlot
 from solarcal.tui.widgets.text_lines import TextLines
 from solarcal.tui.workstation.view import PLOTS, WITH_POINTS, drawing, plotted_points
@@ -107,8 +108,9 @@ class RecomputeScreen(StationScreen):
         )
         yield Static("", id="file", markup=False)
         with Container(id="found"):
-            yield TextLines(id="table")
+            yield TextLines(id="table", wrap=True)
             yield ExploredPlot(id="plot")
+        yield NoticeLine()
         yield ActionFooter(
             [
                 FooterEntry("Spc", "Next", "screen.step(1)"),

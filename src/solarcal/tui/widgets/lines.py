@@ -111,6 +111,15 @@ class LogLine(HeadLine):
             self.show([sentence])
 
 
+class NoticeLine(LogLine):
+    """Notices on a screen that has nothing else to log: no row of it without one."""
+
+    DEFAULT_CSS = """
+    NoticeLine { display: none; }
+    NoticeLine.-error, NoticeLine.-warning, NoticeLine.-information { display: block; }
+    """
+
+
 LEAST = (80, 24)
 """Columns and rows everything is laid out for."""
 
