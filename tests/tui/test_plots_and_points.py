@@ -15,8 +15,11 @@ from procedure_bench import (
 )
 from textual._compositor import Compositor
 
+from solarcal.report.blocks import Table, table_lines
+from solarcal.tui.app import SolarcalApp
 from solarcal.tui.point.opened import PointScreen
 from solarcal.tui.widgets.plot import ExploredPlot
+from solarcal.tui.widgets.text_lines import ChosenLines
 from solarcal.tui.workstation.screen import WorkstationScreen
 from solarcal.tui.workstation.view import WorkstationView
 
@@ -214,6 +217,27 @@ async def test_a_reason_without_room_is_not_cut(station):
         await shows(pilot, "CONTINUE")
         rows = screen_text(app).split("\n")[2:5]
         assert not any("…" in row for row in rows)
+
+
+@pytest.mark.parametrize("size", SIZES)
+async def test_a_remark_is_folded_to_the_pane_and_is_no_row(size):
+    """Its words are all there; a number in it that begins a row of the screen opens no point."""
+    app = SolarcalApp()
+    remark = "7 clouds came and went, " + "and 12 more stood in the west, " * 6 + "to the end."
+    table = Table(("no.", "status"), (("4", "rejected"), ("5", "accepted")), "><", (), (remark, ""))
+    async with app.run_test(size=size) as pilot:
+        lines = ChosenLines()
+        await app.screen.mount(lines)
+        lines.show(table_lines(table, 10_000), pinned=2)
+        await settled_text(pilot, 3)
+        assert remark in " ".join(" ".join(lines.lines).split())
+        width = lines.scrollable_content_region.width
+        assert all(len(line) <= width for line in lines.lines)
+        assert all(line.startswith(" " * 6) for line in lines.lines[3:-1])
+        assert [number for _, number in lines._rows] == [4, 5]
+        lines.focus()
+        await pilot.press("up", "up")
+        assert lines._chosen == 0
 
 
 async def test_alerts_ring_and_notify_and_m_turns_them_off(station, monkeypatch):

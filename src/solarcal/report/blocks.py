@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 LINE_WIDTH = 80
+REMARK_INDENT = 6
 BLANK = "-"
 """What stands where there is no number."""
 
@@ -151,11 +152,13 @@ def columns(
     return [line(headings), gap.join("-" * width for width in widths), *map(line, body)]
 
 
-def wrapped(text: str, indent: int = 0, hang: int | None = None) -> list[str]:
-    """A sentence broken at ``LINE_WIDTH``, following lines indented by ``hang``."""
+def wrapped(
+    text: str, indent: int = 0, hang: int | None = None, width: int = LINE_WIDTH
+) -> list[str]:
+    """A sentence broken at ``width``, following lines indented by ``hang``."""
     return textwrap.wrap(
         text,
-        LINE_WIDTH,
+        width,
         initial_indent=" " * indent,
         subsequent_indent=" " * (indent if hang is None else hang),
     )
@@ -208,7 +211,7 @@ def _lines(block: Block) -> list[str]:
                 lines += wrapped(f"{name:<{width}}{printable(value)}", hang=width)
             return lines
         case Table():
-            return _table_lines(block)
+            return table_lines(block)
         case Sentences():
             return [
                 line
@@ -226,13 +229,13 @@ def _lines(block: Block) -> list[str]:
             ][1:]  # fmt: skip
 
 
-def _table_lines(table: Table) -> list[str]:
-    """Headings, a rule, rows; groups above their rows, remarks below theirs."""
+def table_lines(table: Table, width: int = LINE_WIDTH) -> list[str]:
+    """Headings, a rule, rows; groups above their rows, remarks, broken at ``width``, below."""
     rows = [[printable(cell) for cell in row] for row in table.rows]
     head, rule, *body = columns([printable(text) for text in table.headings], rows, table.align)
     lines = [head, rule]
     for line, (above, _, remark) in zip(body, table.parts(), strict=True):
         lines += [*map(printable, above), line]
         if remark:
-            lines += wrapped(printable(remark), indent=6)
+            lines += wrapped(printable(remark), indent=REMARK_INDENT, width=width)
     return lines

@@ -14,7 +14,11 @@ from textual.scroll_view import ScrollView
 from textual.strip import Strip
 from textual.visual import Visual
 
+from solarcal.report.blocks import REMARK_INDENT
+
 Line = str | Content
+
+REMARK = " " * REMARK_INDENT
 
 
 class TextLines(ScrollView, can_focus=True):
@@ -113,18 +117,20 @@ def _length(line: Line) -> int:
 
 
 def _folded(line: Line, width: int) -> list[Line]:
-    """A line in as many rows as it needs; what follows the first is indented."""
+    """A line in as many rows as it needs, all indented as the first."""
     if _length(line) <= width:
         return [line]
     content = Content(line) if isinstance(line, str) else line
-    return list(content.wrap(width))
+    indent = min(len(content.plain) - len(content.plain.lstrip()), width // 2)
+    rows = content[indent:].wrap(width - indent)
+    return [Content(" " * indent) + row for row in rows]
 
 
 class ChosenLines(TextLines):
     """A table of which one row is chosen by the arrow keys; Enter opens it.
 
     Rows that begin with a number can be chosen; it is what they are opened by. The chosen row is
-    reversed where the table has the focus.
+    reversed where the table has the focus. Remarks, which are indented, are folded to the width.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -145,18 +151,25 @@ class ChosenLines(TextLines):
             self.number = number
 
     def __init__(self, id: str | None = None) -> None:
-        super().__init__(id=id, follow=True)
+        super().__init__(id=id, follow=True, wrap=True)
         self._rows: tuple[tuple[int, int], ...] = ()
         self._chosen = 0
 
     def show(self, lines: Sequence[Line], pinned: int = 0) -> None:
         before = len(self._rows)
         super().show(lines, pinned)
-        heads = [(at, line.split(maxsplit=1)[:1]) for at, line in enumerate(self.lines)]
-        self._rows = tuple((at, int(head[0])) for at, head in heads if head and head[0].isdigit())
         if len(self._rows) != before:
             # A new row is the one to look at.
             self._chosen = max(0, len(self._rows) - 1)
+
+    def _lay_out(self) -> None:
+        super()._lay_out()
+        heads = [
+            (at, line.split(maxsplit=1)[:1])
+            for at, line in enumerate(self.lines)
+            if not line.startswith(REMARK)
+        ]
+        self._rows = tuple((at, int(head[0])) for at, head in heads if head and head[0].isdigit())
 
     def row_style(self, at: int) -> Style:
         style = self.rich_style
