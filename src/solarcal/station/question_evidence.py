@@ -168,7 +168,8 @@ def _tracking(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[
         allowed_deg = update_range + session.header.tolerance_deg
         facts.append(_spot_fact(spot, status.ideal2_deg, allowed_deg))
     difference_s = live.unit_minus_laptop_s
-    if difference_s is not None and abs(difference_s) > CLOCK_TOLERANCE_S:
+    own_clock = live.capabilities.has_clock
+    if own_clock and difference_s is not None and abs(difference_s) > CLOCK_TOLERANCE_S:
         facts.append(Fact(f"Its clock is {difference_s:+.1f} s off the laptop's.", against=True))
     return tuple(facts)
 

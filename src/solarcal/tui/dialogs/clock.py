@@ -23,16 +23,23 @@ REACTION_SIGMA_S = 0.2
 """Of a person who presses a key at the pip."""
 
 
+NO_CLOCK = "This unit has no clock: a time tick corrects the laptop's."
+
+
 def open_screen(app: Workstation) -> None:
     open_dialog(app, ClockDialog())
 
 
 class ClockDialog(PacedDialog):
-    """Unit minus laptop before and after; a radio or GPS time tick may correct the laptop."""
+    """Unit minus laptop before and after; a radio or GPS time tick may correct the laptop.
+
+    A unit without a clock uses the laptop's: there is nothing to set, but a time tick to use.
+    """
 
     HEADING = "Clocks"
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
         DialogKey("set", "Set the unit's clock", "enter,y", "Enter y"),
+        DialogKey("use", "Use the time tick", "enter,y", "Enter y"),
         DialogKey("pip", "A full minute: NOW", "m", "m"),
     )
 
@@ -51,6 +58,7 @@ class ClockDialog(PacedDialog):
 
     def on_mount(self) -> None:
         super().on_mount()
+        self._offer()
         emulation = self.worker.station.tracker.emulation
         if emulation is not None:
             self._laptop = LaptopClock(None, "The laptop's clock here is the emulator's.")
@@ -62,9 +70,16 @@ class ClockDialog(PacedDialog):
             "24 s of clock error are 0.1 deg of Sun. Tab reaches the fields; or press m at the pip "
             "of a full minute."
         )
-        if not self.workstation.state.live.capabilities.has_clock:
-            tip = f"This unit has no clock: a time tick corrects the laptop's. {tip}"
+        if not self._has_clock:
+            tip = f"{NO_CLOCK} {tip}"
         self.say(tip)
+
+    @property
+    def _has_clock(self) -> bool:
+        return self.workstation.state.live.capabilities.has_clock
+
+    def _offer(self) -> None:
+        self.offer("set" if self._has_clock else "use", "pip")
 
     def _ask_system(self) -> None:
         answer = laptop_clock()
@@ -78,20 +93,25 @@ class ClockDialog(PacedDialog):
     def state_changed(self, state: StationState) -> None:
         live = state.live
         lines = []
+        unit, difference, last_set = (
+            ("Unit    ", "Unit - laptop", "Last set")
+            if self._has_clock
+            else ("Used    ", "Correction of the laptop's", "Tick used")
+        )
         if live.laptop_utc_s is not None and live.status is not None:
             lines += [
                 f"Laptop  {_shown(live.laptop_utc_s)} UTC",
-                f"Unit    {_shown(live.status.unit_utc_s)} UTC",
+                f"{unit}{_shown(live.status.unit_utc_s)} UTC",
             ]
         if live.unit_minus_laptop_s is not None:
             off = live.unit_minus_laptop_s
             lines.append(
-                f"Unit - laptop  {off:+.3f} s = {off / SECONDS_PER_SUN_DEG:+.4f} deg of Sun"
+                f"{difference}  {off:+.3f} s = {off / SECONDS_PER_SUN_DEG:+.4f} deg of Sun"
             )
         if state.session is not None and state.session.clock_sets:
             last = state.session.clock_sets[-1]
             lines.append(
-                f"Last set {last.utc[11:19]} UTC: {last.before_s:+.3f} s before, "
+                f"{last_set} {last.utc[11:19]} UTC: {last.before_s:+.3f} s before, "
                 f"{last.after_s:+.3f} s after"
             )
         if self._laptop is not None:
@@ -105,7 +125,8 @@ class ClockDialog(PacedDialog):
         tick_s = 60.0 * round(laptop_s / 60.0) - laptop_s
         self.query_one("#tick-minus-laptop", Field).input.value = f"{tick_s:.2f}"
         self.query_one("#tick-sigma", Field).input.value = f"{REACTION_SIGMA_S:g}"
-        self.say(f"Signal - laptop {tick_s:+.2f} s. Set the unit's clock to use it.")
+        how = "Set the unit's clock to use it." if self._has_clock else "Enter uses it."
+        self.say(f"Signal - laptop {tick_s:+.2f} s. {how}")
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         tick, sigma = (
@@ -117,7 +138,22 @@ class ClockDialog(PacedDialog):
         else:
             self.action_set()
 
+    def action_use(self) -> None:
+        """Correct the laptop's clock; without a time tick there is nothing to correct it by."""
+        if not self.query_one("#tick-minus-laptop", Field).value:
+            self.say(
+                f"{NO_CLOCK} Give the time tick first, or press m at a full minute.", "warning"
+            )
+            return
+        self._adjust()
+
     def action_set(self) -> None:
+        if self._has_clock:
+            self._adjust()
+        else:
+            self.action_use()
+
+    def _adjust(self) -> None:
         try:
             tick_s, sigma_s = self._tick()
         except ConfigurationError as error:
@@ -145,17 +181,18 @@ class ClockDialog(PacedDialog):
         super().step_done(done)
         if isinstance(done, ClockAdjusted):
             result = done.result
-            self.offer("set", "pip")
+            self._offer()
+            what = "unit - laptop" if self._has_clock else "the correction"
             self.say(
-                f"Set and recorded: unit - laptop was {result.before_s:+.3f} s, "
-                f"is {result.after_s:+.3f} s.",
+                f"{'Set' if self._has_clock else 'Used'} and recorded: {what} was "
+                f"{result.before_s:+.3f} s, is {result.after_s:+.3f} s.",
                 "good",
             )
 
     def step_failed(self, failed: StepFailed) -> None:
         super().step_failed(failed)
         if failed.kind is ClockAdjusted:
-            self.offer("set", "pip")
+            self._offer()
 
 
 def _set(station: Station, tick_s: float | None, sigma_s: float | None) -> ClockSet:
