@@ -11,6 +11,8 @@ from emulated_station import emulated_station
 from solarcal.cli import run_command
 from solarcal.emulator.emulation import Emulator
 from solarcal.errors import ProcedureRefused
+from solarcal.report.blocks import Table
+from solarcal.report.tables import file_points_table, points_table
 from solarcal.session.journal import Journal
 from solarcal.session.points_only import read_points_only
 from solarcal.session.view import read_view
@@ -138,6 +140,15 @@ def test_the_command_writes_a_session_that_fit_reads(
     assert both.ideal == session.table.ideal
     assert np.isnan(both.utc_s).all()
     assert both.error_deg == [p.error_deg for p in session.accepted]
+    # Nothing compares the Moon's instants with the Sun; the tables show them all the same.
+    stamps = [point.read_utc[11:16] for point in session.accepted]
+    for blocks in (
+        points_table(session.header, session.points),
+        file_points_table(session.table),
+        file_points_table(session.table.rows(range(len(stamps)))),
+    ):
+        table = next(block for block in blocks if isinstance(block, Table))
+        assert [row[2][:5] for row in table.rows] == stamps
 
 
 def test_the_light_of_an_emulator_in_process_is_the_one_followed(

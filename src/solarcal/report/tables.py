@@ -68,6 +68,8 @@ def _points(
     table: PointTable, solution: Solution | None, sun: SunModel, key: str, most: int | None
 ) -> Blocks:
     shown = table if most is None else table.rows(range(min(most, len(table))))
+    if shown.stamp_utc_s is not None:
+        shown = replace(shown, utc_s=shown.stamp_utc_s)
     if not len(shown):
         return (Prose(("No points yet.",)),)
     merged = len(set(table.sources)) > 1

@@ -38,7 +38,7 @@ class PointTable:
         What the ideal angles are: ``apparent`` (no known physics is missing), ``airless``
         (refraction is) or ``solartrak`` (refraction and the ephemeris difference are).
     utc_s : (n,) array
-        NaN where the instant is not known.
+        NaN where the instant is not known, or says nothing about the angles: on the Moon.
     ax1_deg, ax2_deg, err1_deg, err2_deg : (n,) array
         NaN only in rows that are not accepted.
     sigma_deg : (n,) array or None
@@ -56,6 +56,8 @@ class PointTable:
         What the reader found to report.
     heliostat : Heliostat or None
         Target and mirror, where all angles are those of a mirror's normal.
+    stamp_utc_s : (n,) array or None
+        When each row was taken, to be shown, where ``utc_s`` must not hold it; else ``None``.
     """
 
     geometry: str
@@ -78,6 +80,7 @@ class PointTable:
     sources: tuple[str, ...]
     warnings: tuple[str, ...] = ()
     heliostat: Heliostat | None = None
+    stamp_utc_s: FloatArray | None = None
 
     def __len__(self) -> int:
         return len(self.labels)
@@ -110,6 +113,7 @@ class PointTable:
             note=tuple(self.note[i] for i in order),
             labels=tuple(self.labels[i] for i in order),
             sources=tuple(self.sources[i] for i in order),
+            stamp_utc_s=None if self.stamp_utc_s is None else self.stamp_utc_s[chosen],
         )
 
     def accepted(self) -> "PointTable":
@@ -156,6 +160,9 @@ def table_of_points(
         sources=(source,) * len(found),
         warnings=warnings,
         heliostat=header.unit.heliostat,
+        stamp_utc_s=_column([_stamp(p, header) for p in found])
+        if header.target == "moon"
+        else None,
     )
 
 
@@ -210,6 +217,9 @@ def merge_tables(tables: Sequence[PointTable]) -> PointTable:
         labels=tuple(label for t in tables for label in t.labels),
         sources=tuple(source for t in tables for source in t.sources),
         warnings=tuple(warnings),
+        stamp_utc_s=np.concatenate(
+            [t.utc_s if t.stamp_utc_s is None else t.stamp_utc_s for t in tables]
+        ),
     )
 
 
@@ -256,6 +266,10 @@ def _instant(point: PointRecord, header: Header) -> float | None:
     if header.target == "moon":
         # What compares instants and angles compares them with the Sun.
         return None
+    return _stamp(point, header)
+
+
+def _stamp(point: PointRecord, header: Header) -> float | None:
     if point.read_utc is not None:
         return parse_utc(point.read_utc)
     # The time of an import says nothing about when its points were taken.
