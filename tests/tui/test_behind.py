@@ -1,13 +1,16 @@
 """What is seen behind a dialog is what Textual itself would draw, and follows what changes."""
 
+import importlib
+
 import pytest
+import textual._context
 from procedure_bench import LARGE, SMALL, bench, until, workstation
 from rich.segment import Segment
-from textual._context import visible_screen_stack
 from textual.renderables.background_screen import BackgroundScreen
 from textual.screen import Screen
 from textual.visual import RichVisual, Visual
 
+from solarcal.tui import behind as behind_module
 from solarcal.tui.dialogs.link import LinkDialog
 from solarcal.tui.palette import Palette
 from solarcal.tui.workstation.screen import WorkstationScreen
@@ -16,7 +19,7 @@ from solarcal.tui.workstation.screen import WorkstationScreen
 def textuals_own(screen: Screen) -> list[list[Segment]]:
     """Each line as Textual would draw it, with its colours."""
     behind = screen.app.screen_stack[-2]
-    visible_screen_stack.set(list(screen.app.screen_stack[:-2]))
+    textual._context.visible_screen_stack.set(list(screen.app.screen_stack[:-2]))
     picture = BackgroundScreen(behind, screen.styles.background)
     width, height = screen.size
     strips = Visual.to_strips(
@@ -93,3 +96,27 @@ async def test_a_dialog_behind_a_dialog_and_a_screen_that_lets_through_are_drawn
         await pilot.pause()
         assert drawn(app.screen) == textuals_own(app.screen)
         assert "Last over the line" in words(app.screen)
+
+
+async def test_a_textual_without_what_is_used_of_it_draws_by_itself(monkeypatch):
+    """A name that is away, and one that means something else; the screen is the same, slower."""
+    known = textual._context.visible_screen_stack
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await app.push_screen(WorkstationScreen())
+        await app.push_screen(LinkDialog())
+        await pilot.pause()
+        assert behind_module.draw_behind(app.screen)
+        monkeypatch.setattr(behind_module, "visible_screen_stack", object())
+        app.screen.refresh()
+        assert not behind_module.draw_behind(app.screen)
+        monkeypatch.delattr(textual._context, "visible_screen_stack")
+        importlib.reload(behind_module)
+        app.screen.refresh()
+        assert not behind_module.draw_behind(app.screen)
+        app.screen_stack[-2].query_one("#log").say("the wind has risen")
+        await until(pilot, lambda: "the wind has risen" in words(app.screen))
+        monkeypatch.setattr(textual._context, "visible_screen_stack", known, raising=False)
+        assert drawn(app.screen) == textuals_own(app.screen)
+        importlib.reload(behind_module)
+        assert behind_module.draw_behind(app.screen)

@@ -3,6 +3,9 @@
 Textual draws all of it anew, by way of rich's console, for every cell of it that changes. While a
 dialog is open that is each status of the unit and each look at the spot, and took longer than the
 rest of the program. The picture is the same; ``tests/tui/test_behind.py`` compares the two.
+
+For that it uses names that Textual keeps to itself. A release of Textual without one of them, or
+with another meaning of it, draws all of the screen itself, slower.
 """
 
 from functools import lru_cache
@@ -10,15 +13,31 @@ from typing import Any
 
 from rich.segment import Segment
 from rich.style import Style
-from textual._context import visible_screen_stack
 from textual.color import Color
 from textual.geometry import Region
 from textual.screen import Screen
 from textual.strip import Strip
 
+try:
+    from textual._context import visible_screen_stack
+except ImportError:
+    TEXTUAL_AS_KNOWN = False
+else:
+    TEXTUAL_AS_KNOWN = True
+
 
 def draw_behind(screen: Screen[Any]) -> bool:
-    """In place of a screen's ``_render_content``; whether there is another one behind it."""
+    """In place of a screen's ``_render_content``; ``False`` where Textual has to draw it."""
+    if not TEXTUAL_AS_KNOWN:
+        return False
+    try:
+        return _draw_changed(screen)
+    except (AttributeError, TypeError, ValueError) as error:
+        screen.log.warning(f"drawn by Textual itself: {error!r}")
+        return False
+
+
+def _draw_changed(screen: Screen[Any]) -> bool:
     stack, tint = screen.app.screen_stack, screen.styles.background
     if screen not in stack[1:] or tint.a == 1.0:
         return False
