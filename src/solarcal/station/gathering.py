@@ -57,6 +57,10 @@ class Gathered:
         return round(float(np.median(differences)), 3)
 
 
+GATHERING_S = (READINGS - 1) * READING_INTERVAL_S
+"""How long a gathering takes."""
+
+
 def gather(station: "StationCore", progress: Callable[[float], None] | None = None) -> Gathered:
     """Read the unit a few times while it tracks; refuse when what it says does not hang together.
 

@@ -405,7 +405,11 @@ class SunOffsetDialog(PacedDialog):
             self._drive = DriveWatch()
             return ""
         self._drive.at(status.unit_utc_s, to_go)
-        return f"Driving to the Sun: {to_go:.0f} deg to go{self._drive.words()}."
+        if view.aim is None:
+            where = "to the Sun"
+        else:
+            where = "behind the Sun" if any(view.aim.behind) else "to the aim"
+        return f"Driving {where}: {to_go:.0f} deg to go{self._drive.words()}."
 
     def _warn(self, view: JogView) -> None:
         """Say once what the technician has to know of the side the axes came from."""
@@ -434,7 +438,12 @@ class SunOffsetDialog(PacedDialog):
         if warning and warning != self._warned:
             self.say(warning, "warning")
         elif self._warned and not warning and view.aim is not None:
-            self.say("Both axes came from behind. Centre the spot, then Enter.", "good")
+            if view.spot is not None and not view.spot.visible:
+                self.say(
+                    "Both axes came from behind, but no spot is on the plate: t goes to the Sun."
+                )
+            else:
+                self.say("Both axes came from behind. Centre the spot, then Enter.", "good")
         self._warned = warning
 
     def _reference_first(self) -> str:

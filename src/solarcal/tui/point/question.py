@@ -6,6 +6,7 @@ from textual.content import Content
 
 from solarcal.report.blocks import columns, number
 from solarcal.session.records import Answers, CheckRecord, PointRecord
+from solarcal.station.gathering import GATHERING_S, READING_INTERVAL_S, READINGS
 from solarcal.station.point_judgement import PointJudgement
 from solarcal.station.question_evidence import Fact
 from solarcal.station.state import QUESTIONS
@@ -45,10 +46,11 @@ class Gathering(Words):
     """
 
     def at(self, fraction: float) -> None:
+        left_s = min(GATHERING_S, (1.0 - fraction) * READINGS * READING_INTERVAL_S)
         self.update(
             Content.assemble(
                 ("GATHERING  ", "bold $accent"),
-                f"{progress_bar(fraction)}\n\n",
+                f"{progress_bar(fraction)}, about {left_s:.0f} s to go\n\n",
                 "Keys are held for a few seconds. Touch nothing. STOP works.",
             )
         )

@@ -79,7 +79,7 @@ def _clocks(header: Header, live: LiveView, sun: SunNow | None) -> list[list[Par
     if live.laptop_utc_s is None:
         return [["UTC     -"], ["Local   -"]]
     utc = format_utc(live.laptop_utc_s, 0)
-    local = clock_text(live.laptop_utc_s - 3600.0 * header.unit.zone_west_h)
+    local = format_utc(live.laptop_utc_s - 3600.0 * header.unit.zone_west_h, 0)[11:19]
     solar = clock_text(sun.solar_time_h * 3600.0) if sun is not None else "-"
     difference: list[Part] = []
     if live.unit_minus_laptop_s is not None:
