@@ -15,7 +15,7 @@ from procedure_bench import (
 )
 from textual._compositor import Compositor
 
-from solarcal.report.blocks import Table, table_lines
+from solarcal.report.blocks import Table, lines_of
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.point.opened import PointScreen
 from solarcal.tui.widgets.plot import ExploredPlot
@@ -228,7 +228,7 @@ async def test_a_remark_is_folded_to_the_pane_and_is_no_row(size):
     async with app.run_test(size=size) as pilot:
         lines = ChosenLines()
         await app.screen.mount(lines)
-        lines.show(table_lines(table, 10_000), pinned=2)
+        lines.show(lines_of(table, width=10_000), pinned=2)
         await settled_text(pilot, 3)
         assert remark in " ".join(" ".join(lines.lines).split())
         width = lines.scrollable_content_region.width

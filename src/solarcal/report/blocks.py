@@ -172,9 +172,9 @@ def text_of(*blocks: Block) -> str:
     return "\n".join(lines_of(*blocks))
 
 
-def lines_of(*blocks: Block) -> list[str]:
-    """The same as lines of at most 80 columns, but for tables whose cells need more."""
-    return [line for block in blocks for line in _lines(block)]
+def lines_of(*blocks: Block, width: int = LINE_WIDTH) -> list[str]:
+    """The same as lines of at most so many columns, but for tables whose cells need more."""
+    return [line for block in blocks for line in _lines(block, width)]
 
 
 def section_text(title: str, *blocks: Block) -> str:
@@ -199,24 +199,28 @@ def plain_text(certificate: Certificate) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _lines(block: Block) -> list[str]:
+def _lines(block: Block, width: int) -> list[str]:
     match block:
         case Prose():
-            return [line for text in block.paragraphs for line in wrapped(printable(text)) or [""]]
+            return [
+                line
+                for text in block.paragraphs
+                for line in wrapped(printable(text), width=width) or [""]
+            ]
         case Facts():
             names = [printable(name) for name, _ in block.rows]
-            width = max(map(len, names), default=0) + 2
+            column = max(map(len, names), default=0) + 2
             lines = []
             for name, (_, value) in zip(names, block.rows, strict=True):
-                lines += wrapped(f"{name:<{width}}{printable(value)}", hang=width)
+                lines += wrapped(f"{name:<{column}}{printable(value)}", hang=column, width=width)
             return lines
         case Table():
-            return table_lines(block)
+            return _table_lines(block, width)
         case Sentences():
             return [
                 line
                 for sentence in block.sentences
-                for line in wrapped(f"- {printable(sentence)}", hang=2)
+                for line in wrapped(f"- {printable(sentence)}", hang=2, width=width)
             ]
         case Figure():
             return [printable(block.caption), *block.text.split("\n")]
@@ -229,7 +233,7 @@ def _lines(block: Block) -> list[str]:
             ][1:]  # fmt: skip
 
 
-def table_lines(table: Table, width: int = LINE_WIDTH) -> list[str]:
+def _table_lines(table: Table, width: int) -> list[str]:
     """Headings, a rule, rows; groups above their rows, remarks, broken at ``width``, below."""
     rows = [[printable(cell) for cell in row] for row in table.rows]
     head, rule, *body = columns([printable(text) for text in table.headings], rows, table.align)

@@ -1,4 +1,4 @@
-"""Numpy and what stands on it are imported by one thread at a time.
+"""Numpy and the modules that need it are imported by one thread at a time.
 
 Numpy's modules import each other in a circle. Two threads that begin at once can each wait for a
 module the other has half made; Python then hands out the half, the import fails, and numpy cannot

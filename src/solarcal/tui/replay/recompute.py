@@ -108,7 +108,7 @@ class RecomputeScreen(StationScreen):
         )
         yield Static("", id="file", markup=False)
         with Container(id="found"):
-            yield TextLines(id="table", wrap=True)
+            yield TextLines(id="table")
             yield ExploredPlot(id="plot")
         yield NoticeLine()
         yield ActionFooter(
@@ -131,6 +131,7 @@ class RecomputeScreen(StationScreen):
 
     def on_resize(self, event: Resize) -> None:
         self.set_class(self.app.size.height >= HIGH, "-high")
+        self._list()
 
     # -- keys --------------------------------------------------------------------------------
 
@@ -169,8 +170,13 @@ class RecomputeScreen(StationScreen):
             return
         self._shown = found
         self._name_file()
-        self.query_one(TextLines).show(_lines(found))
+        self._list()
         self._draw()
+
+    def _list(self) -> None:
+        if self._shown is not None:
+            # The scrollbar takes a column.
+            self.query_one(TextLines).show(_lines(self._shown, self.app.size.width - 1))
 
     def _name_file(self, doing: str = "") -> None:
         if not self._files:
@@ -193,20 +199,25 @@ class RecomputeScreen(StationScreen):
         self.query_one(ExploredPlot).show_view(draw, count)
 
 
-def _lines(found: Recomputed) -> tuple[str, ...]:
+def _lines(found: Recomputed, width: int) -> tuple[str, ...]:
     said = [*found.warnings, *([found.trouble] if found.trouble else [])]
     # The file is named above; its folder would push what is wrong with it off the screen.
     lines = [
-        line for text in said for line in wrapped(text.replace(str(found.path), found.path.name))
+        line
+        for text in said
+        for line in wrapped(text.replace(str(found.path), found.path.name), width=width)
     ]
     if found.solution is not None:
-        lines += lines_of(coefficients_table(found.solution), *fit_summary(found.solution))
+        summary = fit_summary(found.solution)
+        lines += lines_of(coefficients_table(found.solution), *summary, width=width)
         if isinstance(found.solution, MechanismSolution) and found.session is not None:
             circle = found.session.header.bolt_circle
-            lines += lines_of(*shims_blocks(*base_and_shims(found.solution, circle)))
+            shims = shims_blocks(*base_and_shims(found.solution, circle))
+            lines += lines_of(*shims, width=width)
     if found.session is not None:
         if found.solution is None and not found.trouble:
             lines.append(f"{len(found.session.accepted)} accepted points: too few for a fit.")
         lines.append("")
-        lines += lines_of(*points_table(found.session.header, found.session.points, found.solution))
+        points = points_table(found.session.header, found.session.points, found.solution)
+        lines += lines_of(*points, width=width)
     return tuple(lines)

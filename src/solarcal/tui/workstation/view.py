@@ -18,7 +18,7 @@ from textual.widgets import Static
 from solarcal.model.analysis import Analysis
 from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.model.fit import Solution
-from solarcal.report.blocks import Sentences, Table, lines_of, table_lines
+from solarcal.report.blocks import Sentences, lines_of
 from solarcal.report.forecast_map import forecast_map
 from solarcal.report.plots import convergence_plot, error_plot, residual_plot, sky_map
 from solarcal.report.scales import View
@@ -217,14 +217,9 @@ class WorkstationView(Vertical):
         self._shown = shown
         self._version += 1
         self.query_one(CoefficientsPane).show_fit(session, self._solution, self._judgement)
-        table = [
-            line
-            for block in points_table(session.header, session.points, self._solution)
-            # A remark is folded to the pane, whatever its width.
-            for line in (
-                table_lines(block, ENDLESS) if isinstance(block, Table) else lines_of(block)
-            )
-        ]
+        points = points_table(session.header, session.points, self._solution)
+        # A remark is folded to the pane, whatever its width.
+        table = lines_of(*points, width=ENDLESS)
         # The table's heading and rule stay in view.
         self.query_one("#points", ChosenLines).show(table, pinned=2 if len(table) > 2 else 0)
         self.query_one("#checks", TextLines).show(check_lines(session))
