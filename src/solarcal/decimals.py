@@ -73,6 +73,12 @@ def between(low: float, high: float) -> str:
     return f"between {low:g} and {high:g}"
 
 
+def shortest(value: float) -> str:
+    """Digits that read back as the same number, without ``.0``."""
+    plain = f"{value:g}"
+    return plain if float(plain) == value else repr(value)
+
+
 def shortened(text: str) -> str:
     """A text quoted in an error, not longer than a line has room for."""
     return repr(text if len(text) <= 30 else text[:27] + "...")

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import TypeVar
 
-from solarcal.decimals import decimal
+from solarcal.decimals import decimal, shortest
 from solarcal.errors import ConfigurationError, harmless
 from solarcal.mount_description import MountDescription
 from solarcal.profiles import NAME, Profile, parse_coefficients
@@ -82,7 +82,7 @@ def form_texts(profile: Profile) -> dict[str, str]:
         "lean_north_deg": repr(lean.lean_north_deg) if lean else "",
         "lean_east_deg": repr(lean.lean_east_deg) if lean else "",
         "lean_sigma_deg": repr(lean.sigma_deg) if lean else "",
-        "last_coefficients": " ".join(map(repr, profile.last_coefficients or ())),
+        "last_coefficients": " ".join(map(shortest, profile.last_coefficients or ())),
         "bolt_circle": profile.bolt_circle.words() if profile.bolt_circle else "",
         **_mount_texts(profile.mount),
     }

@@ -82,7 +82,7 @@ def checked_coefficients(values: Sequence[float]) -> Six:
         Not six, or one that is no tracker's.
     """
     if len(values) != len(_MOST):
-        raise ConfigurationError(f"{len(values)} numbers where P1 to P6 are six")
+        raise ConfigurationError(f"{len(values)} of the six numbers P1 to P6")
     for value, (name, most) in zip(values, _MOST.items(), strict=True):
         if not abs(value) <= most:
             raise ConfigurationError(f"{name} {value:+g} is not {between(-most, most)}")

@@ -5,7 +5,7 @@ from datetime import date
 
 import msgspec
 
-from solarcal.decimals import between, decimal, shortened, whole
+from solarcal.decimals import between, decimal, shortened, shortest, whole
 from solarcal.errors import ConfigurationError
 from solarcal.timescale import SECONDS_PER_SUN_DEG, parse_utc
 
@@ -110,8 +110,8 @@ class BoltCircle(msgspec.Struct, frozen=True):
 
     def words(self) -> str:
         """As ``parse_bolt_circle`` reads it."""
-        first = f",{self.first_bolt_bearing_deg!r}" if self.first_bolt_bearing_deg else ""
-        return f"{self.diameter_mm!r},{self.bolts}{first}"
+        first = f",{shortest(self.first_bolt_bearing_deg)}" if self.first_bolt_bearing_deg else ""
+        return f"{shortest(self.diameter_mm)},{self.bolts}{first}"
 
 
 def parse_bolt_circle(text: str) -> BoltCircle:

@@ -431,7 +431,7 @@ def test_the_last_coefficients_are_an_option_and_the_prior_is_reported(day, tmp_
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["--last-coefficients", "0.3 0.2"], "2 numbers where P1 to P6 are six"),
+        (["--last-coefficients", "0.3 0.2"], "2 of the six numbers P1 to P6"),
         (["--last-coefficients", "0 0 0 0 1 0"], "P5 +1 is not between -0.05 and 0.05"),
         (["--last-coefficients", "no.json"], "give the six numbers P1 to P6, or an existing file"),
         (["--last-coefficients", LAST, "--method", "linear"], "the method linear has no prior"),

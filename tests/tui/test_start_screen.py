@@ -188,6 +188,22 @@ async def test_the_profile_form_saves_what_it_shows():
     assert load_settings().profile == "Tijeras"
 
 
+async def test_the_arrow_keys_go_from_field_to_field_and_the_view_follows():
+    app = app_with()
+    async with app.run_test(size=(80, 24)) as pilot:
+        await pilot.press("e")
+        await shows(pilot, "Site, unit and operator")
+        fields = list(form_texts(Profile()))
+        await pilot.press(*["down"] * fields.index("bolt_circle"))
+        await pilot.press(*"400,4")
+        await shows(pilot, "400,4")
+        assert app.screen.query_one("#bolt_circle", Input).value == "400,4"
+        await pilot.press("up", *"0.3")
+        assert app.screen.query_one("#last_coefficients", Input).value == "0.3"
+        await pilot.press("ctrl+w")
+        await shows(pilot, "1 of the six numbers P1 to P6")
+
+
 async def test_a_wrong_field_is_named_marked_and_nothing_is_saved():
     app = app_with()
     async with app.run_test(size=(80, 24)) as pilot:

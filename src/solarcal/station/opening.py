@@ -103,7 +103,7 @@ def open_line(
             rule=profile.rule(SYNCHRONISED_S if emulated else clock_sigma_s()),
             inclinometer=None if emulated else profile.inclinometer,
             last_coefficients=choice.last_coefficients if emulated else profile.last_coefficients,
-            bolt_circle=None if emulated else profile.bolt_circle,
+            bolt_circle=profile.bolt_circle,
         )
         identity = station.connect()
         if choice.offers_unfinished and not choice.session and output is None:

@@ -16,6 +16,10 @@ from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine
 
 
+class _Rows(VerticalScroll, inherit_bindings=False):
+    """Scrolls to the field with the focus: the arrow keys go to the next one."""
+
+
 class ProfileScreen(StationModal[bool]):
     """One row a field; Ctrl+W or Enter in the last field saves, Escape changes nothing."""
 
@@ -41,7 +45,7 @@ class ProfileScreen(StationModal[bool]):
 
     def compose(self) -> ComposeResult:
         yield HeadLine(id="title")
-        with VerticalScroll(can_focus=False):
+        with _Rows(can_focus=False):
             names = profile_names()
             if len(names) > 1:
                 yield Select(

@@ -6,6 +6,7 @@ from textual.content import Content
 
 from solarcal.model.analysis import Analysis
 from solarcal.model.fit import Solution
+from solarcal.model.prior import Prior
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.report.judgement import STATE_WORDS, shim_sentence
 from solarcal.session.records import FitRecord
@@ -55,10 +56,13 @@ class CoefficientsPane(TextLines):
 def coefficient_lines(session: SessionView, solution: Solution | None) -> list[list[Part]]:
     """The pane's lines as parts with styles."""
     if solution is None:
+        last = session.header.last_coefficients
+        prior = "" if last is None else f"prior: {Prior.of_last_coefficients(last).words()}"
         return [
             [("P1..P6", "bold"), "  as soon as a point is accepted"],
             ["In force in the unit at the start:"],
             *_in_force(session),
+            [prior],
         ]
     values = solution.coefficients().as_tuple()
     sigmas = solution.sigma_coefficients()
