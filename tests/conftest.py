@@ -1,8 +1,11 @@
 """For all tests: the same cases every time, nobody waits for the medium or a second thread."""
 
 import gc
+import itertools
 import os
+import socket
 import sys
+from collections.abc import Callable
 
 import hypothesis
 import pytest
@@ -33,6 +36,30 @@ def no_waiting_for_the_medium():
     patched.setattr(os, "fsync", lambda descriptor: None)
     yield
     patched.undo()
+
+
+@pytest.fixture(scope="session")
+def free_port() -> Callable[[], int]:
+    """Gives ports for servers that must be told theirs, each port once.
+
+    They lie below those that the system gives to whoever asks for any: between the look and the
+    server's own binding no other test's connection can have taken one, and a client that knocks
+    before the server listens cannot be connected to itself.
+    """
+    candidates = itertools.count(os.getpid() * 61)
+
+    def port() -> int:
+        for candidate in itertools.islice(candidates, 1000):
+            number = 20_000 + candidate % 10_000
+            with socket.socket() as one:
+                try:
+                    one.bind(("127.0.0.1", number))
+                except OSError:
+                    continue
+                return number
+        raise AssertionError("no port is free between 20000 and 30000")
+
+    return port
 
 
 def pytest_collection_finish() -> None:

@@ -7,10 +7,9 @@ import json
 import os
 import re
 import shutil
-import socket
 import subprocess
 import sys
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from pathlib import Path
 
 import aiohttp
@@ -25,14 +24,8 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 STYLE = re.compile(r"\x1b\[[0-9;?]*[a-zA-Z]")
 
 
-def free_port() -> int:
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return int(one.getsockname()[1])
-
-
 @pytest.fixture
-def page(tmp_path: Path) -> Iterator[str]:
+def page(tmp_path: Path, free_port: Callable[[], int]) -> Iterator[str]:
     """The address of a served workstation."""
     (tmp_path / "sessions").mkdir()
     shutil.copy(SESSION, tmp_path / "sessions")
@@ -105,10 +98,11 @@ def test_a_page_offers_saved_sessions_and_no_unit(page):
 
 
 @contextlib.asynccontextmanager
-async def browser(address: str, folder: Path) -> AsyncIterator[aiohttp.ClientWebSocketResponse]:
+async def browser(
+    address: str, folder: Path, port: int
+) -> AsyncIterator[aiohttp.ClientWebSocketResponse]:
     """A real Chromium at ``address``, and the socket that its debugger listens on."""
     assert CHROMIUM is not None
-    port = free_port()
     process = await asyncio.create_subprocess_exec(
         CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
         f"--user-data-dir={folder}", f"--remote-debugging-port={port}", "--window-size=1200,800",
@@ -155,10 +149,10 @@ async def shown_until(wanted: str, devtools: aiohttp.ClientWebSocketResponse) ->
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
-def test_in_a_real_browser_keys_act(page, tmp_path):
+def test_in_a_real_browser_keys_act(page, tmp_path, free_port):
     async def all_of_it() -> None:
         await fetched(page)
-        async with browser(page, tmp_path / "chromium") as devtools:
+        async with browser(page, tmp_path / "chromium", free_port()) as devtools:
             await shown_until(SESSION.name, devtools)
             focus = "document.querySelector('.xterm-helper-textarea').focus()"
             await answered(devtools, 3, "Runtime.evaluate", expression=focus)

@@ -43,11 +43,10 @@ PATIENCE = 600
 
 
 class Server:
-    """A rotctld of our own, on a port of this machine that is free."""
+    """A rotctld of our own."""
 
-    def __init__(self):
-        with socket.create_server(("127.0.0.1", 0)) as free:
-            self.port = free.getsockname()[1]
+    def __init__(self, port):
+        self.port = port
         self.address = f"127.0.0.1:{self.port}"
         self._process = None
         self.start()
@@ -58,10 +57,11 @@ class Server:
             command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         )
         for _ in range(PATIENCE):
+            assert self._process.poll() is None, "rotctld ended by itself"
             try:
-                socket.create_connection(("127.0.0.1", self.port), timeout=1.0).close()
+                self.say("+\\get_pos")
                 return
-            except OSError:
+            except ConnectionRefusedError:
                 SystemClock().wait(0.05)
         raise AssertionError("rotctld does not listen")
 
@@ -70,23 +70,28 @@ class Server:
         self._process.wait()
 
     def say(self, *lines):
-        """What rotctld itself answers, line by line."""
-        with socket.create_connection(("127.0.0.1", self.port), timeout=10.0) as line:
-            stream = line.makefile("rw", encoding="ascii", newline="\n")
+        """What rotctld itself answers, line by line; it has ended the connection afterwards."""
+        with socket.create_connection(("127.0.0.1", self.port), timeout=10.0) as connection:
+            stream = connection.makefile("rw", encoding="ascii", newline="\n")
             answers = []
             for text in lines:
                 stream.write(text + "\n")
                 stream.flush()
                 answer = []
                 while not answer or not answer[-1].startswith("RPRT"):
-                    answer.append(stream.readline().rstrip("\n"))
+                    line = stream.readline()
+                    assert line, f"rotctld hung up on {text}"
+                    answer.append(line.rstrip("\n"))
                 answers.append(answer)
+            stream.write("q\n")
+            stream.flush()
+            assert stream.read() == ""
             return answers
 
 
 @pytest.fixture
-def server():
-    running = Server()
+def server(free_port):
+    running = Server(free_port())
     yield running
     running.stop()
 
