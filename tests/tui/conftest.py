@@ -4,6 +4,53 @@ import asyncio
 import inspect
 
 import pytest
+import textual.app
+import textual.pilot
+from textual.app import App
+
+
+@pytest.fixture(scope="session", autouse=True)
+def paints_are_counted():
+    """`app.paints`: so that a test looks at a screen again only when it has changed."""
+    display = App._display
+
+    def counting(app, screen, renderable):
+        app.paints = getattr(app, "paints", 0) + 1
+        display(app, screen, renderable)
+
+    patched = pytest.MonkeyPatch()
+    patched.setattr(App, "_display", counting)
+    yield
+    patched.undo()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def keys_wait_for_messages():
+    """A key pressed by a test is dealt with when the event loop has nothing more to run.
+
+    Textual's own tests wait until the processor has been idle for a fiftieth of a second, which
+    with a busy second worker never comes, and otherwise is most of what a test takes.
+    """
+
+    async def nothing_to_run(min_sleep: float = 0.0, max_sleep: float = 1.0) -> None:
+        loop, idle = asyncio.get_running_loop(), 0
+        for _ in range(100_000):
+            await asyncio.sleep(0)
+            idle = 0 if loop._ready else idle + 1
+            if idle == 3:
+                return
+        raise AssertionError("the event loop never comes to rest")
+
+    async def nothing_to_paint(min_sleep: float = 0.0, max_sleep: float = 1.0) -> None:
+        """Layout and painting follow a message by a sixtieth of a second."""
+        await asyncio.sleep(1 / 50)
+        await nothing_to_run()
+
+    patched = pytest.MonkeyPatch()
+    patched.setattr(textual.app, "wait_for_idle", nothing_to_run)
+    patched.setattr(textual.pilot, "wait_for_idle", nothing_to_paint)
+    yield
+    patched.undo()
 
 
 @pytest.fixture(autouse=True)

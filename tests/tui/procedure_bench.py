@@ -162,20 +162,41 @@ async def until(pilot: Pilot[int], true: Callable[[], object]) -> None:
 
 
 async def shows(pilot: Pilot[int], *words: str) -> None:
-    await until(pilot, lambda: all(word in screen_words(pilot.app) for word in words))
+    app, painted = pilot.app, -1
+
+    def shown() -> bool:
+        """Looked at again only when something was painted since."""
+        nonlocal painted
+        if painted == paints(app):
+            return False
+        painted = paints(app)
+        shown_words = screen_words(app)
+        return all(word in shown_words for word in words)
+
+    try:
+        await until(pilot, shown)
+    except AssertionError:
+        # What is drawn without being painted is of no use to anybody, but tells what is wrong.
+        raise AssertionError(f"{words} in vain; the screen shows:\n{screen_text(app)}") from None
 
 
 async def settled_text(pilot: Pilot[int], turns: int = 10) -> str:
-    """The screen's text once nothing in it changes any more: layout follows words by a turn."""
-    before, same = "", 0
+    """The screen's text once nothing is painted any more: layout follows words by a turn."""
+    app = pilot.app
+    before, same = paints(app), 0
     for _ in range(PATIENCE):
         await pilot.pause(0.02)
-        now = screen_text(pilot.app)
+        now = paints(app)
         same = same + 1 if now == before else 0
         if same == turns:
-            return now
+            return screen_text(app)
         before = now
-    raise AssertionError(f"never at rest:\n{before}")
+    raise AssertionError(f"never at rest:\n{screen_text(app)}")
+
+
+def paints(app: object) -> int:
+    """How often the app has painted its screen, all of it or a part; counted by conftest."""
+    return getattr(app, "paints", 0)
 
 
 def screen_text(app: object) -> str:

@@ -35,12 +35,14 @@ def morning() -> Station:
 @on_loop
 async def test_stopped_before_the_first_reference_check_the_day_can_begin() -> None:
     station = morning()
-    async with workstation(station) as (_, pilot):
+    async with workstation(station) as (app, pilot):
+        below = app.screen
         await pilot.press("s")
         await until(pilot, lambda: station.poll().mode is Mode.STOP)
         await pilot.press("f6")
         await shows(pilot, "has no reference", "reference check [F5]")
         await pilot.press("escape")
+        await until(pilot, lambda: app.screen is below)
         await pilot.press("f5")
         await shows(pilot, "is stopped", "Start lets it go")
         await pilot.press("enter")

@@ -115,8 +115,10 @@ async def test_going_through_the_kinds_of_plot_draws_each_once(station, monkeypa
 async def test_an_emulators_time_keeps_its_keys_where_no_plot_has_the_focus(station):
     async with workstation(station, SMALL) as (app, pilot):
         view = await on_workstation(app, pilot)
-        await pilot.press("1", "plus")
-        await until(pilot, lambda: app.emulated_speed != 0.0)
+        await pilot.press("1")
+        await until(pilot, lambda: app.emulated_speed == 0.0)
+        await pilot.press("plus")
+        await until(pilot, lambda: station.tracker.emulation.speed() != 0.0)
         assert view.query_one("#plot", ExploredPlot).view.zoom == 1.0
         station.tracker.emulation.set_speed(0.0)
 
@@ -168,6 +170,7 @@ async def test_every_line_of_the_checks_is_reached_by_keys_at_80x24(station):
         await pilot.press("5")
         pane = view.query_one("#checks")
         await until(pilot, lambda: app.focused is pane)
+        await settled_text(pilot, 3)
         last = next(line for line in reversed(pane.lines) if line.strip()).strip()
         if pane.below:
             await shows(pilot, f"▼ {pane.below} more")
