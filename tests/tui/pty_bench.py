@@ -122,6 +122,8 @@ class Terminal:
         columns, rows = size
         self.screen = pyte.Screen(columns, rows)
         self._stream = pyte.ByteStream(self.screen)
+        self._text: str | None = None
+        self._words: str | None = None
         master, slave = pty.openpty()
         fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
         self._process = subprocess.Popen(
@@ -150,16 +152,22 @@ class Terminal:
             # The program has ended and its terminal with it.
             return False
         self._stream.feed(KITTY.sub(b"", data))
+        self._text = self._words = None
         return True
 
     def text(self) -> str:
-        return "\n".join(line.rstrip() for line in self.screen.display)
+        # Put together cell by cell, which costs more than drawing: once for each drawing.
+        if self._text is None:
+            self._text = "\n".join(line.rstrip() for line in self.screen.display)
+        return self._text
 
     def words(self) -> str:
-        text = self.text()
-        for frame in "┃│╭╮╰╯─━┏┓┗┛▌▐":
-            text = text.replace(frame, " ")
-        return " ".join(text.split())
+        if self._words is None:
+            text = self.text()
+            for frame in "┃│╭╮╰╯─━┏┓┗┛▌▐":
+                text = text.replace(frame, " ")
+            self._words = " ".join(text.split())
+        return self._words
 
     def until(self, true: Callable[[], object], what: str = "") -> None:
         if not self.within(PATIENCE_S, true):
