@@ -15,7 +15,7 @@ from solarcal.session.journal import Journal
 from solarcal.session.reader import read_session
 from solarcal.site import BoltCircle, Inclinometer
 from solarcal.station.analysing import analyse_files, analyse_session, read_files
-from solarcal.station.fitting import prior_of, solve
+from solarcal.station.fitting import last_doubts, prior_of, solve
 from solarcal.station.procedure import Station
 from solarcal.station.state import view_session
 from solarcal.station.technician import AutomaticTechnician, Schedule
@@ -100,3 +100,14 @@ def test_a_replay_fits_and_judges_with_the_last_coefficients_of_the_header(tmp_p
     wrong = analyse_files(files, last_coefficients=Coefficients(P1=-6.0))
     assert wrong.solution.prior == DEFAULT_PRIOR
     assert [f.kind for f in wrong.findings if f.direct][-1] == "last_coefficients"
+
+
+def test_last_coefficients_the_points_contradict_are_reported_wherever_the_fit_is_shown(tmp_path):
+    near = (0.27, -0.3, 0.5, 0.2, 0.0007, -0.0001)
+    live, view = replayed_after_one_point(tmp_path / "near.jsonl", last_coefficients=near)
+    assert last_doubts(view, live) == ()
+    far = (-6.0, 0.0, 6.0, 0.0, 0.0, 0.0)
+    live, view = replayed_after_one_point(tmp_path / "far.jsonl", last_coefficients=far)
+    assert live.prior == DEFAULT_PRIOR
+    (sentence,) = last_doubts(view, live)
+    assert sentence in analyse_session(view).verdict.reasons

@@ -62,6 +62,7 @@ def run(args: argparse.Namespace) -> int:
             driver=driver,
             baudrate=args.baudrate or profile.baudrate,
             offers_unfinished=True,
+            last_coefficients=last,
         )
     elif args.scenario:
         choice = Choice(scenario=args.scenario, last_coefficients=last)

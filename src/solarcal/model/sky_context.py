@@ -21,7 +21,7 @@ from solarcal.optics.aiming import Heliostat
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun.appendix_a import horizontal_deg
 from solarcal.sun.ephemeris import SiteEphemeris
-from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S, SUN_YEARS, sun_known
+from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S, SUN_YEARS
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray
@@ -223,7 +223,8 @@ def true_points(points: PointSet, context: SkyContext) -> TruePoints:
                 f"point {label} has no time, so where the Sun really stood is not known; "
                 "give utc or say ideal=airless"
             )
-        if not (known := sun_known(points.utc_s)).all():
+        known = (points.utc_s >= FIRST_UTC_S) & (points.utc_s < LAST_UTC_S)
+        if not known.all():
             raise FitError(
                 f"point {points.labels[int(np.argmin(known))]} is dated outside {SUN_YEARS}, the "
                 "years of the controller's Sun, so where the Sun really stood is not known; "

@@ -135,6 +135,18 @@ def solve(session: SessionView, method: str = DEFAULT_METHOD) -> Solution | None
     return solve_table(session.table, method, header=session.header)
 
 
+def last_doubts(session: SessionView, solution: Solution | None) -> tuple[str, ...]:
+    """Sentences on last coefficients of the session that its fit did not use."""
+    header = session.header
+    used = not isinstance(solution, MechanismSolution) or solution.prior.last is not None
+    if header.last_coefficients is None or used:
+        return ()
+    points = point_set(session.table)
+    context = sky_context(session.table, header, points)
+    _, found = chosen_prior(points, context, header, DEFAULT_METHOD)
+    return tuple(finding.sentence for finding in found)
+
+
 def fewest_points(method: str) -> int:
     """``linear`` needs three points; with a prior, one says something."""
     return 1 if method == "robust" else FEWEST_POINTS

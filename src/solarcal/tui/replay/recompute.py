@@ -23,7 +23,7 @@ from solarcal.report.blocks import lines_of, wrapped
 from solarcal.report.judgement import coefficients_table, fit_summary, shims_blocks
 from solarcal.report.tables import points_table
 from solarcal.session.reader import read_session
-from solarcal.station.fitting import solve
+from solarcal.station.fitting import last_doubts, solve
 from solarcal.station.state import SessionView, view_session
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
@@ -68,11 +68,12 @@ def recompute(path: Path) -> Recomputed:
         trouble, solution = "", None
         try:
             solution = solve(session)
+            doubts = last_doubts(session, solution)
         except FitError as error:
-            trouble = str(error)
+            trouble, doubts = str(error), ()
     except SolarcalError as error:
         return Recomputed(path, trouble=str(error))
-    return Recomputed(path, session, solution, trouble, read.warnings)
+    return Recomputed(path, session, solution, trouble, (*read.warnings, *doubts))
 
 
 class RecomputeScreen(StationScreen):
