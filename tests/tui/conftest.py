@@ -1,4 +1,4 @@
-"""Every test of the screens has a config and a sessions folder of its own."""
+"""Every test of the screens has folders and a terminal of its own."""
 
 import asyncio
 import inspect
@@ -58,6 +58,7 @@ def own_folders(tmp_path, monkeypatch):
     monkeypatch.setenv("SOLARCAL_CONFIG", str(tmp_path / "config"))
     monkeypatch.setenv("SOLARCAL_SESSIONS", str(tmp_path / "sessions"))
     monkeypatch.setenv("SOLARCAL_UNITS", str(tmp_path / "units"))
+    monkeypatch.setenv("TERM", "xterm-256color")
     monkeypatch.delenv("NO_COLOR", raising=False)
 
 

@@ -13,6 +13,7 @@ from procedure_bench import (
     until,
     workstation,
 )
+from rich.console import COLOR_SYSTEMS
 from textual._compositor import Compositor
 
 from solarcal.report.blocks import Table, lines_of
@@ -21,7 +22,7 @@ from solarcal.tui.point.opened import PointScreen
 from solarcal.tui.widgets.plot import ExploredPlot
 from solarcal.tui.widgets.text_lines import ChosenLines
 from solarcal.tui.workstation.screen import WorkstationScreen
-from solarcal.tui.workstation.view import WorkstationView
+from solarcal.tui.workstation.view import PLOTS, WorkstationView
 
 SIZES = [pytest.param(SMALL, id="80x24"), pytest.param(LARGE, id="140x45")]
 
@@ -156,7 +157,10 @@ async def test_a_point_is_struck_out_and_restored_where_it_is_looked_at(tmp_path
         await on_workstation(app, pilot)
         await pilot.press("2", "enter")
         await until(pilot, lambda: isinstance(app.screen, PointScreen))
-        await pilot.press("x", *"cloud", "enter")
+        await pilot.press("x")
+        # The sentence needs more than a row, and has it.
+        await shows(pilot, "Why is this point struck out?", "F12 or ^S stops.")
+        await pilot.press(*"cloud", "enter")
         await shows(pilot, "STRUCK OUT")
         assert len(station.session.accepted) == 2
         await pilot.press("x", *"clear", "enter")
@@ -187,6 +191,8 @@ async def test_after_a_stored_point_the_parameters_then_the_plot_come_up(tmp_pat
     take_points(station, 2, 40.0)
     async with workstation(station, LARGE) as (app, pilot):
         view = await on_workstation(app, pilot)
+        coefficients = view.query_one("#coefficients")
+        coefficients.scroll_end(animate=False)
         cable.emulator.advance(1800.0)
         await pilot.press("f6")
         await shows(pilot, "Set here")
@@ -206,6 +212,7 @@ async def test_after_a_stored_point_the_parameters_then_the_plot_come_up(tmp_pat
         await pilot.press("y")
         await shows(pilot, "Any key: the error plot")
         assert view.tab == "coefficients"
+        await until(pilot, lambda: coefficients.scroll_offset.y == 0)
         await pilot.press("space")
         await shows(
             pilot, "on the curve of the fit before it", f"record {station.session.points[-1].seq}"
@@ -220,6 +227,17 @@ async def test_a_reason_without_room_is_not_cut(station):
         await shows(pilot, "CONTINUE")
         rows = screen_text(app).split("\n")[2:5]
         assert not any("…" in row for row in rows)
+
+
+@pytest.mark.parametrize(("colours", "glyph"), [("standard", "▒"), ("256", "▀")])
+async def test_in_16_colours_the_forecast_map_has_glyphs(station, monkeypatch, colours, glyph):
+    """Two of its shades of grey are one colour there."""
+    async with workstation(station, SMALL) as (app, pilot):
+        monkeypatch.setattr(app.console, "_color_system", COLOR_SYSTEMS[colours])
+        view = await on_workstation(app, pilot)
+        view.plot = PLOTS.index("forecast")
+        await pilot.press("4")
+        await shows(pilot, "error, deg rms", glyph)
 
 
 @pytest.mark.parametrize("size", SIZES)

@@ -13,6 +13,7 @@ from procedure_bench import (
     on_loop,
     screen_text,
     screen_words,
+    settled_text,
     shows,
     take_points,
     until,
@@ -310,6 +311,12 @@ async def test_a_lost_link_is_said_in_a_dialog_and_nothing_typed_is_lost() -> No
         cable.pulled = True
         await shows(pilot, "LINK LOST")
         assert "half a sent" in screen_words(app)
+        # One that is opened meanwhile begins with that too, not with its own first words.
+        app.push_screen(ClockDialog())
+        await shows(pilot, "Clocks", "LINK LOST")
+        await settled_text(pilot, 3)
+        assert "LINK LOST" in screen_words(app)
+        await pilot.press("escape")
         cable.pulled = False
         app.station_worker().reconnect_now()
         await shows(pilot, "The link is back", "half a sent")

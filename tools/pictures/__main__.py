@@ -23,6 +23,8 @@ def main() -> int:
             # Relative, so that no picture shows a folder of the computer it was made on.
             os.chdir(home)
             os.environ |= {"SOLARCAL_SESSIONS": "sessions", "SOLARCAL_CONFIG": "config"}
+            # The colours of that one, wherever they are drawn.
+            os.environ["TERM"] = "xterm-256color"
             sessions = Path("sessions")
             sessions.mkdir()
             svg = asyncio.run(SCENES[name](sessions))

@@ -78,6 +78,7 @@ class View:
     cursor : index of the point whose values are read, ``None`` for none.
     follows : whether the window is centred on the cursor's point.
     fine : curves in braille, 2 x 4 dots a character, instead of one character a step.
+    shades : the terminal has more than 16 colours: shades of grey differ.
     """
 
     zoom: float = 1.0
@@ -86,6 +87,7 @@ class View:
     cursor: int | None = None
     follows: bool = False
     fine: bool = False
+    shades: bool = True
 
     def windows(
         self,

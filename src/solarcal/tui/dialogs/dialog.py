@@ -142,6 +142,8 @@ class Dialog(StationModal[None]):
         self._ready = True
         self._show_speed()
         self.show_state(self.workstation.state)
+        # After the first words of the dialog itself.
+        self.call_later(self._say_if_lost)
 
     def stop_label(self) -> str:
         """What the STOP button says: where this program cannot stop a unit, that."""
@@ -243,17 +245,24 @@ class Dialog(StationModal[None]):
             return
         lost = state.live.link is LinkState.LOST
         if lost and not self._lost:
-            self.say(
-                f"LINK LOST: {state.live.link_message}. It reconnects automatically; "
-                "your entries are kept.",
-                "error",
-            )
+            self._say_lost(state)
             self.link_lost()
         elif self._lost and not lost:
             self.say("The link is back; the unit was read again.", "good")
             self.link_restored()
         self._lost = lost
         self.state_changed(state)
+
+    def _say_lost(self, state: StationState) -> None:
+        self.say(
+            f"LINK LOST: {state.live.link_message}. It reconnects automatically; "
+            "your entries are kept.",
+            "error",
+        )
+
+    def _say_if_lost(self) -> None:
+        if self._lost:
+            self._say_lost(self.workstation.state)
 
     def state_changed(self, state: StationState) -> None:
         """The station's newest state."""

@@ -26,7 +26,7 @@ from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, NoticeLine
-from solarcal.tui.widgets.plot import AnsiPlot, fine_characters
+from solarcal.tui.widgets.plot import AnsiPlot, fine_characters, shades_differ
 from solarcal.tui.widgets.words import Words
 
 if TYPE_CHECKING:
@@ -230,6 +230,7 @@ class ComparisonScreen(StationScreen):
         word = "SIGNED OFF" if proof.signed_off else "NOT SIGNED OFF"
         self.query_one("#proof", Words).update(f"■ {word}: {proof.reason}.")
         fine, tolerance = fine_characters(self.app.console.encoding), session.header.tolerance_deg
+        shades = shades_differ(self.app.console.color_system)
         errors = before_and_after(session, judged.solution, upload)
         reach_deg = error_reach(*errors)
         heads = (
@@ -241,7 +242,7 @@ class ComparisonScreen(StationScreen):
                 f"{head}\nyear: 95 % {year.year_p95_deg:.3f} deg, rms {year.year_rms_deg:.3f}"
             )
             self.query_one(f"#{side}-year", AnsiPlot).show(
-                partial(forecast_map, year, tolerance_deg=tolerance, fine=fine)
+                partial(forecast_map, year, tolerance_deg=tolerance, fine=fine and shades)
             )
             self.query_one(f"#{side}-errors", AnsiPlot).show(
                 partial(error_plot, data, view=View(fine=fine), reach_deg=reach_deg)

@@ -66,6 +66,7 @@ class LogLine(HeadLine):
     LogLine.-error, LogLine.-warning, LogLine.-information {
         text-style: bold; height: auto; max-height: 4; text-wrap: wrap; text-overflow: fold;
     }
+    LogLine.-long { height: auto; max-height: 4; text-wrap: wrap; text-overflow: fold; }
     LogLine.-error { background: $error; color: $background; }
     LogLine.-warning { background: $warning; color: $background; }
     """
@@ -74,6 +75,9 @@ class LogLine(HeadLine):
         super().__init__(id=id)
         self._said: tuple[str, bool] = ("", False)
         self._notices: list[tuple[SeverityLevel, str]] = []
+
+    def on_resize(self) -> None:
+        self._show_newest()
 
     def say(self, sentence: str, *, error: bool = False) -> None:
         self._said = (sentence, error)
@@ -99,6 +103,8 @@ class LogLine(HeadLine):
         tone = worst or ("error" if error else None)
         for severity in SEVERITIES:
             self.set_class(severity == tone, f"-{severity}")
+        # What needs more than a row has it: nothing that is said is cut.
+        self.set_class(tone is None and len(sentence) >= self.app.size.width - 2, "-long")
         self._shown = None
         if worst is not None:
             # The newest first: where there is no room for all, they are the ones to read.
@@ -107,6 +113,8 @@ class LogLine(HeadLine):
         elif error:
             # An error is worth more than one row.
             self.update(Content(f"! {sentence}"))
+        elif self.has_class("-long"):
+            self.update(Content(sentence))
         else:
             self.show([sentence])
 

@@ -126,6 +126,11 @@ def fine_characters(encoding: str | None) -> bool:
     return (encoding or "").lower().replace("-", "") in ("utf8", "utf16", "utf32")
 
 
+def shades_differ(color_system: str | None) -> bool:
+    """Whether shades of grey differ; in 16 colours two of the forecast map's are one."""
+    return color_system != "standard"
+
+
 class ExploredPlot(AnsiPlot, can_focus=True):
     """A plot that zooms, pans and reads its points by keys.
 
@@ -167,12 +172,13 @@ class ExploredPlot(AnsiPlot, can_focus=True):
     def show_view(self, draw: DrawView, points: int, what: object = None) -> None:
         """Draw this from now on, of as much as is looked at."""
         fine = fine_characters(self.app.console.encoding)
+        shades = shades_differ(self.app.console.color_system)
         self._points = points
         if (cursor := self.view.cursor) is not None and cursor >= points:
             self.view = replace(self.view, cursor=None, follows=False)
         self.show(
             lambda width, height, colour, theme: draw(
-                width, height, colour, theme, replace(self.view, fine=fine)
+                width, height, colour, theme, replace(self.view, fine=fine, shades=shades)
             ),
             what,
         )

@@ -263,6 +263,8 @@ class WorkstationView(Vertical):
         self._review = pane == "plot"
         self.tab = pane
         if not self._review or self._session is None:
+            # From the top: the coefficients with what changed.
+            self.query_one(CoefficientsPane).scroll_home(animate=False)
             return
         self.plot = 0
         self._show_plots()
@@ -368,7 +370,7 @@ def drawing(
                 colour,
                 theme,
                 session.header.tolerance_deg,
-                view.fine,
+                view.fine and view.shades,
             )
             if judgement is not None
             else "The forecast of the year comes with the first point."
