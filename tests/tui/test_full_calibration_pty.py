@@ -8,7 +8,11 @@ from pty_bench import (
     CTRL_F9,
     ENTER,
     ESC,
+    F6,
     F8,
+    F10,
+    RIGHT,
+    UP,
     EmulatorProcess,
     Terminal,
     in_real_time,
@@ -83,6 +87,7 @@ def test_a_whole_calibration_by_the_manuals_keys(tmp_path: Path) -> None:
 
         set_sun_offset(terminal)
         take_point(terminal, "c")
+        look_around(terminal)
 
         terminal.press(CTRL_F9)
         terminal.shows("RECOMPUTE", "day.jsonl")
@@ -119,6 +124,43 @@ def test_a_whole_calibration_by_the_manuals_keys(tmp_path: Path) -> None:
     finally:
         terminal.close()
         emulator.kill()
+
+
+def look_around(terminal: Terminal) -> None:
+    """Before and after, a point, the clocks and the large digits, opened and left by their keys."""
+    terminal.press("e")
+    terminal.shows("The certificate of this session", "Before and after")
+    terminal.press("v")
+    terminal.shows("BEFORE, as found", "AFTER, as uploaded", "day of the year across")
+    terminal.press("v")
+    terminal.shows("BEFORE, as found", "apparent solar time, h")
+    terminal.press(ESC)
+    terminal.shows("LINK OK")
+
+    terminal.press("2", UP, ENTER)
+    terminal.shows(f"Point {POINTS - 1} of {POINTS}", "Leverage", "Without it")
+    terminal.press(RIGHT)
+    terminal.shows(f"Point {POINTS} of {POINTS}")
+    terminal.press("x")
+    terminal.shows("Why is this point struck out?", "F12 or ^S stops.")
+    terminal.press(ESC)
+    terminal.shows_no("Reason:")
+    terminal.press(ESC)
+    terminal.shows("LINK OK")
+
+    terminal.press(F10, "m")
+    terminal.shows("Unit - laptop", "Last set", "Signal - laptop")
+    terminal.press(ESC)
+    terminal.shows_no("Clocks")
+
+    terminal.press(F6)
+    terminal.shows("Set Sun Offset", "Arrow keys jog")
+    terminal.press("B")
+    terminal.shows("still to move", "axis 1, deg")
+    terminal.press("B")
+    terminal.shows("off ideal")
+    terminal.press(ESC)
+    terminal.shows_no("Set Sun Offset")
 
 
 @pytest.mark.slow

@@ -202,9 +202,10 @@ def _what(record: Record) -> str:
             told = f"check point {record.status}"
             return told + (f": {left:.4f} deg left on the sky" if left is not None else "")
         case FitRecord():
-            values = " ".join(f"{p:+.4f}" for p in record.coefficients.as_tuple()[:4])
+            # As much as a row of 80 columns holds behind time and number.
+            values = " ".join(f"{p:+.3f}" for p in record.coefficients.as_tuple()[:4])
             those = f"{record.points} point{'s' if record.points > 1 else ''}"
-            return f"fit of {those}: P1..P4 {values} (rms {record.sky_rms_deg:.4f})"
+            return f"fit, {those}, rms {record.sky_rms_deg:.3f}: P1..4 {values}"
         case UploadRecord():
             kind = "rollback" if record.rollback else "upload"
             if record.failure:

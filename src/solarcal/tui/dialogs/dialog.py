@@ -296,6 +296,10 @@ def open_dialog(app: Workstation, dialog: Dialog) -> None:
         app.push_screen(dialog)
 
 
+SPEED_KNOWN_FROM = 0.02
+"""Share of the way; before it the axes still gather speed, and an hour is foretold for seconds."""
+
+
 class DriveWatch:
     """How far a drive is and how long it still takes, from one look to the next."""
 
@@ -312,7 +316,7 @@ class DriveWatch:
         driven_deg = whole_deg - to_go_deg
         self.fraction = driven_deg / whole_deg if whole_deg > 0.0 else 1.0
         self.left_s = None
-        if driven_deg > 0.0 and utc_s > since_s:
+        if driven_deg > SPEED_KNOWN_FROM * whole_deg and utc_s > since_s:
             self.left_s = to_go_deg * (utc_s - since_s) / driven_deg
 
     def words(self) -> str:
