@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TypedDict, Unpack, cast
+from typing import Unpack, cast
 
 from solarcal.errors import ConfigurationError
+from solarcal.session.interchange.csv_head import UnitFillIn
 from solarcal.session.interchange.csv_points import read_points_csv, write_points_csv
 from solarcal.session.interchange.paint import PaintFiles, paint_files, paint_table
 from solarcal.session.interchange.pmfit import read_pmfit
@@ -24,19 +25,8 @@ from solarcal.session.reader import read_session
 _NOT_OF_A_UNIT = ("offsets", "heliostat", "tower", "spot")
 
 
-class UnitFillIn(TypedDict, total=False):
-    """What the command line knows of the unit and a file may lack."""
-
-    geometry: str | None
-    latitude_deg: float | None
-    longitude_deg: float | None
-    elevation_m: float | None
-    unit: str | None
-    ideal: str | None
-
-
 class FillIn(UnitFillIn, total=False):
-    """The same, what the numbers of a solaris-pointing file are, and what PAINT records need."""
+    """``UnitFillIn``, what the numbers of an offsets file are, and what PAINT records need."""
 
     offsets: str | None
     heliostat: str | Path | None

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from solarcal.errors import ConfigurationError, InputFileError
-from solarcal.session.interchange.csv_head import complete_head
+from solarcal.session.interchange.csv_head import UnitFillIn, complete_head
 from solarcal.session.points import PointTable
 from solarcal.units import FloatArray, wrap_deg
 
@@ -181,25 +181,25 @@ def altaz_table(
     lines: Sequence[int],
     *,
     keys: dict[str, str | float],
-    options: dict[str, str | float | None],
+    fill_in: UnitFillIn,
     format_name: str,
     warnings: Sequence[str] = (),
 ) -> PointTable:
     """The points table of alt-azimuth rows. Masked rows have the status ``rejected``.
 
-    The branch is centred on 0, south of the equator on 180. ``options`` fill what ``keys`` of the
-    file leave out.
+    The branch is centred on 0, south of the equator on 180. ``fill_in`` fills what ``keys`` of
+    the file leave out.
 
     Raises
     ------
     ConfigurationError
         Another geometry than azel is asked for.
     """
-    if options.get("geometry") not in (None, "azel"):
+    if fill_in.get("geometry") not in (None, "azel"):
         raise ConfigurationError(
-            f"{path}: {format_name} files are of geometry azel, not {options['geometry']}"
+            f"{path}: {format_name} files are of geometry azel, not {fill_in['geometry']}"
         )
-    head = complete_head({"geometry": "azel", **keys}, path, options)
+    head = complete_head({"geometry": "azel", **keys}, path, fill_in)
     n = len(lines)
     columns: FloatArray = np.array(rows, dtype=np.float64).reshape(n, 4).T
     azimuth, elevation, azimuth_encoder, elevation_encoder = columns

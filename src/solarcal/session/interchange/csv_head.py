@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, TypedDict
 
 from solarcal.decimals import decimal
 from solarcal.errors import ConfigurationError, InputFileError, one_line
@@ -26,6 +27,28 @@ SEPARATOR_LINE = re.compile(r"sep=([,;|\t])", re.IGNORECASE)
 KEYS = ("geometry", "unit", "ideal", "target", "mirror", *NUMBER_KEYS)
 
 
+class UnitFillIn(TypedDict, total=False):
+    """What the command line knows of the unit and a file may lack."""
+
+    geometry: str | None
+    latitude_deg: float | None
+    longitude_deg: float | None
+    elevation_m: float | None
+    unit: str | None
+    ideal: str | None
+
+
+_FILLED = {
+    "geometry": "geometry",
+    "lat_deg": "latitude_deg",
+    "lon_deg": "longitude_deg",
+    "elevation_m": "elevation_m",
+    "unit": "unit",
+    "ideal": "ideal",
+}
+"""Key of a file -> what fills it in."""
+
+
 @dataclass(frozen=True, slots=True)
 class Head:
     """Unit and site of a points file, options filled in."""
@@ -44,15 +67,9 @@ class Head:
 def read_head(
     text: str,
     path: str | Path,
-    *,
-    geometry: str | None,
-    latitude_deg: float | None,
-    longitude_deg: float | None,
-    elevation_m: float | None,
-    unit: str | None,
-    ideal: str | None = None,
+    fill_in: UnitFillIn,
 ) -> Head:
-    """The ``# key=value`` lines before the header line, completed by the options.
+    """The ``# key=value`` lines before the header line, completed by ``fill_in``.
 
     Raises
     ------
@@ -67,18 +84,7 @@ def read_head(
         if bare and not bare.startswith("#"):
             break
         take_key(written, bare.lstrip("# \t"), f"{path}:{number}")
-    return complete_head(
-        written,
-        path,
-        {
-            "geometry": geometry,
-            "lat_deg": latitude_deg,
-            "lon_deg": longitude_deg,
-            "elevation_m": elevation_m,
-            "unit": unit,
-            "ideal": ideal,
-        },
-    )
+    return complete_head(written, path, fill_in)
 
 
 def without_separator_line(text: str) -> tuple[str, str]:
@@ -112,10 +118,11 @@ def take_key(written: dict[str, str | float], text: str, where: str) -> None:
 
 
 def complete_head(
-    written: dict[str, str | float], path: str | Path, options: Mapping[str, str | float | None]
+    written: Mapping[str, str | float], path: str | Path, fill_in: UnitFillIn
 ) -> Head:
-    """The file's own word first, then the options, then the defaults."""
-    pairs = [(key, written.get(key), option) for key, option in options.items()]
+    """The file's own word first, then ``fill_in``, then the defaults."""
+    supplied: Mapping[str, Any] = fill_in
+    pairs = [(key, written.get(key), supplied.get(name)) for key, name in _FILLED.items()]
     warnings = [w for key, own, option in pairs if (w := fill(key, path, own, option))]
     known = {key: own if own is not None else option for key, own, option in pairs}
     geometry = known["geometry"]

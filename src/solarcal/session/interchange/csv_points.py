@@ -9,7 +9,7 @@ import io
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import TypeVar, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from solarcal.errors import ConfigurationError, InputFileError, harmless
 from solarcal.input_files import read_text, write_text
 from solarcal.session.interchange.csv_head import (
+    UnitFillIn,
     head_lines,
     instant_text,
     read_head,
@@ -38,17 +39,8 @@ TAB = "\t"
 Value = TypeVar("Value")
 
 
-def read_points_csv(
-    path: str | Path,
-    *,
-    geometry: str | None = None,
-    latitude_deg: float | None = None,
-    longitude_deg: float | None = None,
-    elevation_m: float | None = None,
-    unit: str | None = None,
-    ideal: str | None = None,
-) -> PointTable:
-    """Read a points CSV; the arguments fill what its ``# key=value`` lines leave out.
+def read_points_csv(path: str | Path, **fill_in: Unpack[UnitFillIn]) -> PointTable:
+    """Read a points CSV; ``fill_in`` fills what its ``# key=value`` lines leave out.
 
     Columns it does not know are ignored. AX1 is brought onto the branch.
 
@@ -60,16 +52,7 @@ def read_points_csv(
     text, separator = without_separator_line(read_text(path))
     if not text.strip():
         raise InputFileError(f"{path} is empty: a header line {','.join(REQUIRED_COLUMNS)} comes")
-    head = read_head(
-        text,
-        path,
-        geometry=geometry,
-        latitude_deg=latitude_deg,
-        longitude_deg=longitude_deg,
-        elevation_m=elevation_m,
-        unit=unit,
-        ideal=ideal,
-    )
+    head = read_head(text, path, fill_in)
     sheet = read_sheet(text, path, REQUIRED_COLUMNS, OPTIONAL_COLUMNS, separator)
     status = sheet.convert("status", _status_of)
     accepted = np.array([s == "accepted" for s in status], dtype=bool)

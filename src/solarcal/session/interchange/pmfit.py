@@ -10,6 +10,7 @@ No comments and no END line; a fifth number of a row is passed over.
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Unpack
 
 from solarcal.errors import InputFileError
 from solarcal.input_files import read_text
@@ -22,30 +23,22 @@ from solarcal.session.interchange.altaz import (
     possible,
     refuse_radians,
 )
+from solarcal.session.interchange.csv_head import UnitFillIn
 from solarcal.session.points import PointTable
 from solarcal.units import FloatArray
 
 _COLUMNS = (4, 5)
 
 
-def read_pmfit(
-    path: str | Path,
-    *,
-    geometry: str | None = None,
-    latitude_deg: float | None = None,
-    longitude_deg: float | None = None,
-    elevation_m: float | None = None,
-    unit: str | None = None,
-    ideal: str | None = None,
-) -> PointTable:
-    """Read a PMFIT file of an altazimuth mount; the arguments fill what it does not hold.
+def read_pmfit(path: str | Path, **fill_in: Unpack[UnitFillIn]) -> PointTable:
+    """Read a PMFIT file of an altazimuth mount; ``fill_in`` fills what it does not hold.
 
     Raises
     ------
     InputFileError
         An equatorial mount, a latitude or a row that is none (named by line), radians.
     ConfigurationError
-        ``geometry`` is given and not ``azel``.
+        The geometry is given and not ``azel``.
     """
     lines = [
         (number, line.strip())
@@ -77,14 +70,7 @@ def read_pmfit(
         [False] * len(rows),
         [number for number, _ in lines[3:]],
         keys={"lat_deg": numbers[0]},
-        options={
-            "geometry": geometry,
-            "lat_deg": latitude_deg,
-            "lon_deg": longitude_deg,
-            "elevation_m": elevation_m,
-            "unit": unit,
-            "ideal": ideal,
-        },
+        fill_in=fill_in,
         format_name="PMFIT altazimuth",
     )
 

@@ -12,13 +12,13 @@ negative of observed minus solar.
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Unpack
 
 import numpy as np
 
 from solarcal.errors import InputFileError
 from solarcal.input_files import read_text
-from solarcal.session.interchange.csv_head import complete_head
+from solarcal.session.interchange.csv_head import UnitFillIn, complete_head
 from solarcal.session.interchange.csv_points import TAB, Sheet, read_sheet
 from solarcal.session.points import PointTable
 from solarcal.units import RAD_PER_DEG, FloatArray, wrap_deg
@@ -38,15 +38,7 @@ _HIGHEST_DEG = 89.9
 
 
 def read_solar_offsets(
-    path: str | Path,
-    *,
-    geometry: str | None = None,
-    latitude_deg: float | None = None,
-    longitude_deg: float | None = None,
-    elevation_m: float | None = None,
-    unit: str | None = None,
-    ideal: str | None = None,
-    offsets: str | None = None,
+    path: str | Path, *, offsets: str | None = None, **fill_in: Unpack[UnitFillIn]
 ) -> PointTable:
     """Read an offsets file.
 
@@ -85,18 +77,8 @@ def read_solar_offsets(
     if "observed" in metadata.get("azimuth", ""):
         azimuth, elevation = azimuth - plain_az, elevation - offset_el
     keys = _site_keys(metadata, path)
-    head = complete_head(
-        {"geometry": "azel", **keys},
-        path,
-        {
-            "geometry": geometry,
-            "lat_deg": latitude_deg,
-            "lon_deg": longitude_deg,
-            "elevation_m": elevation_m,
-            "unit": unit or metadata.get("location"),
-            "ideal": ideal,
-        },
-    )
+    fill_in["unit"] = fill_in.get("unit") or metadata.get("location")
+    head = complete_head({"geometry": "azel", **keys}, path, fill_in)
     n = len(whole)
     if not whole.all():
         warnings.append(

@@ -15,6 +15,7 @@ import re
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 
@@ -31,7 +32,7 @@ from solarcal.session.interchange.altaz import (
     refuse_radians,
     sexagesimal_row,
 )
-from solarcal.session.interchange.csv_head import head_lines, take_key
+from solarcal.session.interchange.csv_head import UnitFillIn, head_lines, take_key
 from solarcal.session.points import PointTable
 from solarcal.units import FloatArray
 
@@ -46,19 +47,10 @@ _EARLIEST_YEAR = 1900.0
 _DECIMALS = 10
 
 
-def read_tpoint(
-    path: str | Path,
-    *,
-    geometry: str | None = None,
-    latitude_deg: float | None = None,
-    longitude_deg: float | None = None,
-    elevation_m: float | None = None,
-    unit: str | None = None,
-    ideal: str | None = None,
-) -> PointTable:
+def read_tpoint(path: str | Path, **fill_in: Unpack[UnitFillIn]) -> PointTable:
     """Read an ALTAZ pointing file. Masked observations have the status ``rejected``.
 
-    The arguments fill what is missing.
+    ``fill_in`` fills what is missing.
 
     Raises
     ------
@@ -66,7 +58,7 @@ def read_tpoint(
         A short line, a bad number, a layout of columns that is not certain (all named by line),
         radians, or another mount than ALTAZ.
     ConfigurationError
-        ``geometry`` is given and not ``azel``.
+        The geometry is given and not ``azel``.
     """
     reading = _Reading(str(path))
     for number, line in enumerate(read_text(path).splitlines(), start=1):
@@ -79,14 +71,7 @@ def read_tpoint(
         reading.masked,
         reading.lines,
         keys=reading.keys,
-        options={
-            "geometry": geometry,
-            "lat_deg": latitude_deg,
-            "lon_deg": longitude_deg,
-            "elevation_m": elevation_m,
-            "unit": unit,
-            "ideal": ideal,
-        },
+        fill_in=fill_in,
         format_name="TPOINT ALTAZ",
         warnings=reading.warnings,
     )
