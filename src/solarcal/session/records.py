@@ -248,6 +248,11 @@ class UploadBegun(_Record, frozen=True, kw_only=True, tag="upload_begun"):
     forced: str = ""
     rollback: bool = False
 
+    def outcome(self, seq: int, utc: str, *, verified: bool, failure: str = "") -> "UploadRecord":
+        """The record of how it ended."""
+        fields = msgspec.structs.asdict(self) | {"seq": seq, "utc": utc}
+        return UploadRecord(**fields, verified=verified, failure=failure)
+
 
 class UploadRecord(_Record, frozen=True, kw_only=True, tag="upload"):
     """Old and new P and O, and whether the unit read back exactly the new ones.

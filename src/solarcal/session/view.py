@@ -161,16 +161,9 @@ def _uploads(records: tuple[Record, ...], live: set[int]) -> tuple[UploadRecord,
 
 
 def _unfinished(begun: UploadBegun) -> UploadRecord:
-    return UploadRecord(
-        seq=begun.seq,
-        utc=begun.utc,
-        old_coefficients=begun.old_coefficients,
-        old_offsets=begun.old_offsets,
-        new_coefficients=begun.new_coefficients,
-        new_offsets=begun.new_offsets,
+    return begun.outcome(
+        begun.seq,
+        begun.utc,
         verified=False,
-        method=begun.method,
-        forced=begun.forced,
-        rollback=begun.rollback,
         failure="no outcome was recorded; the unit may hold the old numbers or the new",
     )

@@ -418,19 +418,7 @@ class Station(StationCore):
         self, begun: UploadBegun, *, verified: bool, failure: str = ""
     ) -> UploadRecord:
         return self._record(
-            lambda seq, utc: UploadRecord(
-                seq=seq,
-                utc=utc,
-                old_coefficients=begun.old_coefficients,
-                old_offsets=begun.old_offsets,
-                new_coefficients=begun.new_coefficients,
-                new_offsets=begun.new_offsets,
-                verified=verified,
-                method=begun.method,
-                forced=begun.forced,
-                rollback=begun.rollback,
-                failure=failure,
-            )
+            lambda seq, utc: begun.outcome(seq, utc, verified=verified, failure=failure)
         )
 
     def upload_again(self) -> UploadRecord:
