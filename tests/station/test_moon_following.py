@@ -18,7 +18,7 @@ from solarcal.session.points_only import read_points_only
 from solarcal.session.view import read_view
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.fitting import solve
-from solarcal.station.moon_following import follow_moon
+from solarcal.station.moon_following import MoonFollower
 from solarcal.station.procedure import Station
 from solarcal.station.sensor_following import FollowPlan
 from solarcal.unit.tracker import Mode, Spot
@@ -53,7 +53,9 @@ def emulation_of(station: Station):  # type: ignore[no-untyped-def]
 def test_points_on_the_moon_show_the_mechanism_that_the_sun_would(scenario: str) -> None:
     """At each the axes stand, to a centring, where the true mechanism sees that direction."""
     station, emulator = moonlit(scenario)
-    done = follow_moon(station, emulation_of(station).spot, FollowPlan(5, 40.0), commanded=True)
+    done = MoonFollower(station, emulation_of(station).spot).follow(
+        FollowPlan(5, 40.0), commanded=True
+    )
     assert done.stopped == ""
     assert len(done.points) == 5
     true = emulator.scenario.truth.mechanism()
@@ -76,7 +78,7 @@ def test_points_on_the_moon_show_the_mechanism_that_the_sun_would(scenario: str)
 def test_the_unit_keeps_its_offsets_and_its_sun() -> None:
     station, _ = moonlit()
     before = station.tracker.stored()
-    follow_moon(station, emulation_of(station).spot, FollowPlan(1), commanded=True)
+    MoonFollower(station, emulation_of(station).spot).follow(FollowPlan(1), commanded=True)
     assert station.tracker.stored() == before
     status = station.poll()
     # The Sun is below the horizon, the axes are on the Moon.
@@ -88,19 +90,21 @@ def test_it_starts_only_on_command_and_only_in_a_session_for_the_moon() -> None:
     station, _ = moonlit()
     look = emulation_of(station).spot
     with pytest.raises(ProcedureRefused, match="command"):
-        follow_moon(station, look, FollowPlan(1), commanded=False)
+        MoonFollower(station, look).follow(FollowPlan(1), commanded=False)
     with pytest.raises(ProcedureRefused, match="points on the Moon"):
         station.begin_point()
     sunny, _ = emulated_station()
     sunny.initialise(confirmed=True)
     with pytest.raises(ProcedureRefused, match="points on the Sun"):
-        follow_moon(sunny, look, FollowPlan(1), commanded=True)
+        MoonFollower(sunny, look).follow(FollowPlan(1), commanded=True)
     assert sunny.session.points == ()
 
 
 def test_clouds_stop_the_unit_and_no_point_is_kept() -> None:
     station, _ = moonlit()
-    done = follow_moon(station, lambda: Spot(False, 0.0, 0.0), FollowPlan(2), commanded=True)
+    done = MoonFollower(station, lambda: Spot(False, 0.0, 0.0)).follow(
+        FollowPlan(2), commanded=True
+    )
     assert "no Moon" in done.stopped
     assert station.poll().mode is Mode.STOP
     assert station.session.points == ()
@@ -115,7 +119,7 @@ def test_a_thin_moon_is_refused_before_anything_moves() -> None:
     night.initialise(confirmed=True)
     before = night.poll()
     with pytest.raises(ProcedureRefused, match="too thin"):
-        follow_moon(night, emulation_of(night).spot, FollowPlan(1), commanded=True)
+        MoonFollower(night, emulation_of(night).spot).follow(FollowPlan(1), commanded=True)
     after = night.poll()
     assert (after.reading1_deg, after.reading2_deg) == (before.reading1_deg, before.reading2_deg)
 

@@ -12,7 +12,7 @@ from solarcal.cli import run_command
 from solarcal.errors import ProcedureRefused
 from solarcal.session.records import Note
 from solarcal.station.procedure import Station
-from solarcal.station.sensor_following import FollowPlan, follow_sensor
+from solarcal.station.sensor_following import FollowPlan, SensorFollower
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.unit.tracker import Mode, Spot
 
@@ -40,7 +40,7 @@ def on_the_sun() -> tuple[Station, Callable[[], Spot]]:
 def test_points_take_themselves(scenario: str) -> None:
     """Each is the technician's kind of point, and as good: its error is the mechanism's."""
     station, look = ready(scenario)
-    done = follow_sensor(station, look, FollowPlan(5, 40.0), commanded=True)
+    done = SensorFollower(station, look).follow(FollowPlan(5, 40.0), commanded=True)
     assert done.stopped == ""
     assert len(done.points) == 5
     accepted = station.session.accepted
@@ -58,7 +58,7 @@ def test_it_starts_only_on_explicit_command() -> None:
     station, look = ready()
     before = station.poll()
     with pytest.raises(ProcedureRefused, match="command"):
-        follow_sensor(station, look, FollowPlan(1), commanded=False)
+        SensorFollower(station, look).follow(FollowPlan(1), commanded=False)
     assert station.poll().offsets == before.offsets
     assert station.session.points == ()
 
@@ -66,12 +66,12 @@ def test_it_starts_only_on_explicit_command() -> None:
 def test_what_a_point_needs_is_asked_for_first() -> None:
     station, _ = emulated_station()
     with pytest.raises(ProcedureRefused, match="initialise"):
-        follow_sensor(station, lambda: Spot(False, 0.0, 0.0), FollowPlan(1), commanded=True)
+        SensorFollower(station, lambda: Spot(False, 0.0, 0.0)).follow(FollowPlan(1), commanded=True)
     station, look = ready()
     station.stop()
     station.clock.wait(3.0)
     with pytest.raises(ProcedureRefused, match="mode STOP"):
-        follow_sensor(station, look, FollowPlan(1), commanded=True)
+        SensorFollower(station, look).follow(FollowPlan(1), commanded=True)
 
 
 @pytest.mark.parametrize("flipped", [0, 1])
@@ -89,7 +89,7 @@ def test_a_sensor_wired_the_wrong_way_round_is_noticed_and_the_unit_stopped(flip
     station.jog(start.reading1_deg + 0.1, start.reading2_deg + 0.1)
     station.clock.wait(3.0)
     station.track()
-    done = follow_sensor(station, wrong, FollowPlan(2), commanded=True)
+    done = SensorFollower(station, wrong).follow(FollowPlan(2), commanded=True)
     after = station.poll()
     assert done.points == ()
     assert "sign" in done.stopped
@@ -110,7 +110,7 @@ def test_without_sun_on_the_sensor_it_stops() -> None:
         looks += 1
         return look() if looks < 3 else Spot(False, 0.0, 0.0)
 
-    done = follow_sensor(station, clouding, FollowPlan(2), commanded=True)
+    done = SensorFollower(station, clouding).follow(FollowPlan(2), commanded=True)
     assert "no Sun" in done.stopped
     assert station.poll().mode is Mode.STOP
     assert station.session.accepted == ()
@@ -127,7 +127,7 @@ def test_a_stop_by_somebody_else_ends_it_without_a_point() -> None:
             station.stop()
         return look()
 
-    done = follow_sensor(station, watched, FollowPlan(2), commanded=True)
+    done = SensorFollower(station, watched).follow(FollowPlan(2), commanded=True)
     assert "mode STOP" in done.stopped
     assert station.poll().mode is Mode.STOP
     assert station.session.accepted == ()
@@ -137,7 +137,9 @@ def test_a_sensor_that_wants_too_much_is_not_followed() -> None:
     """A constant 0.5 deg to one side: after 2 deg on the sky it is taken for a mistake."""
     station, _ = on_the_sun()
     start = station.poll()
-    done = follow_sensor(station, lambda: Spot(True, 0.0, 0.5), FollowPlan(1), commanded=True)
+    done = SensorFollower(station, lambda: Spot(True, 0.0, 0.5)).follow(
+        FollowPlan(1), commanded=True
+    )
     assert "more than 2" in done.stopped
     assert abs(station.poll().reading2_deg - start.reading2_deg) < 3.0
 

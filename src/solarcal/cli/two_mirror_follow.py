@@ -53,9 +53,9 @@ def _followed(
     args: argparse.Namespace, tracker: "Tracker", name: str, noise_deg: float | None
 ) -> tuple[dict[str, Any], list[str]]:
     from solarcal.station.clocks import EmulatedClock
-    from solarcal.station.moon_following import follow_moon
+    from solarcal.station.moon_following import MoonFollower
     from solarcal.station.procedure import Station
-    from solarcal.station.sensor_following import FollowPlan, follow_sensor
+    from solarcal.station.sensor_following import FollowPlan, SensorFollower
     from solarcal.station.technician import AutomaticTechnician, Schedule
 
     plan = FollowPlan(args.points, args.every)
@@ -79,22 +79,18 @@ def _followed(
     )
     station.connect()
     path = station.open_session(journal_creator(args.output, name)).path
+    kind: type[SensorFollower]
     if args.target == "moon":
         station.set_unit_clock()
         station.ref_check()
         station.initialise(confirmed=True)
-        take = follow_moon
+        kind = MoonFollower
     else:
         AutomaticTechnician(station, emulation.spot, Schedule(), say=say).prepare()
-        take = follow_sensor
-    followed = take(
-        station,
-        emulation.spot,
-        plan,
-        commanded=True,
-        sensor_sigma_deg=0.02 if noise_deg is None else noise_deg,
-        say=say,
-    )
+        kind = SensorFollower
+    sigma_deg = 0.02 if noise_deg is None else noise_deg
+    follower = kind(station, emulation.spot, sensor_sigma_deg=sigma_deg, say=say)
+    followed = follower.follow(plan, commanded=True)
     taken = len(followed.points)
     lines = [f"{taken} points by the sun sensor"]
     if followed.stopped:

@@ -6,7 +6,7 @@ the Moon's own apparent place, computed here. Its errors are of the same mechani
 such points serve for the Sun.
 """
 
-from collections.abc import Callable
+from functools import cached_property
 
 import msgspec
 
@@ -19,43 +19,20 @@ from solarcal.station.point_judgement import judge_point
 from solarcal.station.procedure import Station
 from solarcal.station.sensor_following import (
     LONGEST_SLEW_S,
-    Followed,
-    FollowPlan,
     SensorDoubt,
     SensorFollower,
-    follow_plan,
     on_sky_deg,
 )
 from solarcal.sun.moon import MoonLight
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY, format_utc
-from solarcal.unit.tracker import Spot, Status
+from solarcal.unit.tracker import Status
 from solarcal.units import wrap_deg
 
 WATCH_S = 60.0
 RATE_OVER_S = 30.0
 
 Pair = tuple[float, float]
-
-
-def follow_moon(
-    station: Station,
-    look: Callable[[], Spot],
-    plan: FollowPlan,
-    *,
-    commanded: bool,
-    sensor_sigma_deg: float = 0.02,
-    say: Callable[[str], None] = lambda sentence: None,
-) -> Followed:
-    """Take points on the Moon until the plan is done, it is low, or a doubt arises.
-
-    Parameters and errors as ``sensor_following.follow_sensor``; the unit need not track, and the
-    session is one of points on the Moon.
-    """
-    if station.session.header.target != "moon":
-        raise ProcedureRefused("this session holds points on the Sun; start one for the Moon")
-    follower = _MoonFollower(station, look, sensor_sigma_deg, say)
-    return follow_plan(station, follower, plan, commanded=commanded, say=say)
 
 
 class MoonPlace:
@@ -123,23 +100,22 @@ class MoonJog(SunOffsetJog):
         return self._poll(), self.station.clock.utc_s()
 
 
-class _MoonFollower(SensorFollower):
-    """The sensor's eye and the jogging hand, on the Moon."""
+class MoonFollower(SensorFollower):
+    """The sensor's eye and the jogging hand, on the Moon; the unit need not track.
+
+    The session is one of points on the Moon.
+    """
 
     light = "Moon"
 
-    def __init__(
-        self,
-        station: Station,
-        look: Callable[[], Spot],
-        sensor_sigma_deg: float,
-        say: Callable[[str], None],
-    ) -> None:
-        super().__init__(station, look, sensor_sigma_deg, say)
-        self._place = MoonPlace(station)
+    @cached_property
+    def _place(self) -> MoonPlace:
+        return MoonPlace(self._station)
 
     def demand_ready(self) -> None:
         """The laptop's clock is the Moon's; and it must be lit enough to be followed."""
+        if self._station.session.header.target != "moon":
+            raise ProcedureRefused("this session holds points on the Sun; start one for the Moon")
         utc_s = self._station.clock.utc_s()
         if not self._place.bright_enough(utc_s):
             raise ProcedureRefused("the Moon is too thin to be followed; wait for a fuller one")

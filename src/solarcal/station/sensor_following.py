@@ -63,67 +63,6 @@ class SensorDoubt(ProcedureRefused):
     """Something is not as it should be; the unit is to be stopped."""
 
 
-def follow_sensor(
-    station: Station,
-    look: Callable[[], Spot],
-    plan: FollowPlan,
-    *,
-    commanded: bool,
-    sensor_sigma_deg: float = 0.02,
-    say: Callable[[str], None] = lambda sentence: None,
-) -> Followed:
-    """Take points by the sun sensor until the plan is done, the Sun is low, or a doubt arises.
-
-    Parameters
-    ----------
-    station : connected, session initialised, a complete reference check in it, the unit tracking.
-    look : what the sensor shows now: by how much each axis must move, axis degrees.
-    commanded : whether the technician asked for it in so many words; nothing else starts it.
-    sensor_sigma_deg : noise of one look, one sigma per axis on the sky.
-
-    Raises
-    ------
-    ProcedureRefused
-        It was not asked for, or the station is not ready for points.
-    LinkError
-        The line was lost.
-    """
-    follower = SensorFollower(station, look, sensor_sigma_deg, say)
-    return follow_plan(station, follower, plan, commanded=commanded, say=say)
-
-
-def follow_plan(
-    station: Station,
-    follower: "SensorFollower",
-    plan: FollowPlan,
-    *,
-    commanded: bool,
-    say: Callable[[str], None],
-) -> Followed:
-    """Let a follower take the points of a plan; see ``follow_sensor``."""
-    _demand_ready(station, commanded)
-    follower.demand_ready()
-    light = follower.light
-    station.note(
-        f"following the {light} by the sun sensor from here: {plan.points} points, "
-        f"every {plan.every_min:g} min"
-    )
-    taken: list[PointRecord] = []
-    slot_utc_s = station.clock.utc_s()
-    while len(taken) < plan.points:
-        station.clock.wait(max(0.0, round(slot_utc_s - station.clock.utc_s(), 3)))
-        slot_utc_s += 60.0 * plan.every_min
-        if follower.elevation_deg() < LEAST_ELEVATION_DEG:
-            say(f"the {light} is below {LEAST_ELEVATION_DEG:g} deg: no more points")
-            break
-        try:
-            taken.append(follower.take_point())
-        except ProcedureRefused as doubt:
-            return Followed(tuple(taken), follower.stop(str(doubt)))
-    station.note(f"following the sun sensor ended with {len(taken)} points")
-    return Followed(tuple(taken))
-
-
 def _demand_ready(station: Station, commanded: bool) -> None:
     if not commanded:
         raise ProcedureRefused(
@@ -137,7 +76,14 @@ def _demand_ready(station: Station, commanded: bool) -> None:
 
 
 class SensorFollower:
-    """The sensor's eye and the jogging hand, for one station."""
+    """The sensor's eye and the jogging hand, for one station.
+
+    Parameters
+    ----------
+    station : connected, session initialised, a complete reference check in it, the unit tracking.
+    look : what the sensor shows now: by how much each axis must move, axis degrees.
+    sensor_sigma_deg : noise of one look, one sigma per axis on the sky.
+    """
 
     light = "Sun"
 
@@ -145,8 +91,9 @@ class SensorFollower:
         self,
         station: Station,
         look: Callable[[], Spot],
-        sensor_sigma_deg: float,
-        say: Callable[[str], None],
+        *,
+        sensor_sigma_deg: float = 0.02,
+        say: Callable[[str], None] = lambda sentence: None,
     ) -> None:
         self._station = station
         self._look = look
@@ -156,6 +103,40 @@ class SensorFollower:
         self._watcher = AutomaticTechnician(
             station, look, Schedule(), eye_sigma_deg=sensor_sigma_deg, say=say
         )
+
+    def follow(self, plan: FollowPlan, *, commanded: bool) -> Followed:
+        """Take points by the sensor until the plan is done, the light is low, or a doubt arises.
+
+        ``commanded``: whether the technician asked for it in so many words; nothing else starts it.
+
+        Raises
+        ------
+        ProcedureRefused
+            It was not asked for, or the station is not ready for points.
+        LinkError
+            The line was lost.
+        """
+        station = self._station
+        _demand_ready(station, commanded)
+        self.demand_ready()
+        station.note(
+            f"following the {self.light} by the sun sensor from here: {plan.points} points, "
+            f"every {plan.every_min:g} min"
+        )
+        taken: list[PointRecord] = []
+        slot_utc_s = station.clock.utc_s()
+        while len(taken) < plan.points:
+            station.clock.wait(max(0.0, round(slot_utc_s - station.clock.utc_s(), 3)))
+            slot_utc_s += 60.0 * plan.every_min
+            if self.elevation_deg() < LEAST_ELEVATION_DEG:
+                self._say(f"the {self.light} is below {LEAST_ELEVATION_DEG:g} deg: no more points")
+                break
+            try:
+                taken.append(self.take_point())
+            except ProcedureRefused as doubt:
+                return Followed(tuple(taken), self.stop(str(doubt)))
+        station.note(f"following the sun sensor ended with {len(taken)} points")
+        return Followed(tuple(taken))
 
     def demand_ready(self) -> None:
         """Raises ``ProcedureRefused`` where the unit is not where points can begin."""
