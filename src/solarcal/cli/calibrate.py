@@ -15,7 +15,7 @@ from solarcal.cli.fit import (
     last_coefficients,
     rule_changes,
 )
-from solarcal.cli.output import print_json, say
+from solarcal.cli.output import add_json_option, print_json, say
 from solarcal.cli.unit_options import (
     PORT_HELP,
     add_driver_options,
@@ -58,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--resume", type=Path, metavar="FILE",
         help="go on with a session that broke off, with the unit it was taken on",
     )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+    add_json_option(parser)
 
 
 def add_emulator_arguments(parser: argparse.ArgumentParser) -> None:

@@ -13,7 +13,7 @@ from solarcal.cli.calibrate import (
     start_utc_s,
 )
 from solarcal.cli.fit import last_coefficients
-from solarcal.cli.output import print_json, say
+from solarcal.cli.output import add_json_option, print_json, say
 from solarcal.cli.run import has_terminal, run_workstation
 from solarcal.config import Choice, file_stem
 from solarcal.decimals import speed_option
@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", type=Path, metavar="FILE", help="the session file to write"
     )
     parser.add_argument("--headless", action="store_true", help="no screen, even in a terminal")
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+    add_json_option(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from solarcal.cli.output import print_json
+from solarcal.cli.output import add_json_option, print_json
 from solarcal.decimals import decimal, number_option, shortened
 from solarcal.errors import ConfigurationError
 from solarcal.report.blocks import section_text
@@ -14,18 +14,14 @@ if TYPE_CHECKING:
     from solarcal.mount.formula import Six
     from solarcal.session.interchange import FillIn
     from solarcal.site import BoltCircle
-    from solarcal.station.analysing import Beforehand, RuleChanges, UnitFiles
+    from solarcal.station.analysing import Judging, RuleChanges, UnitFiles
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("files", nargs="+", type=Path, metavar="FILE")
-    add_method_option(parser)
-    add_last_option(parser)
+    add_judging_arguments(parser)
     parser.add_argument(
         "--terms", metavar="P1,P2,...", help="which error terms; default the six coefficients"
     )
-    add_rule_options(parser)
-    add_point_options(parser)
     parser.add_argument(
         "--compare", type=Path, metavar="MODEL.mod", help="a published TPOINT model beside the fit"
     )
@@ -39,7 +35,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--require", choices=("done",), help="leave with 1 unless this is the verdict"
     )
     parser.add_argument("--plot", action="store_true", help="the error plot against solar time too")
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+
+
+def add_judging_arguments(parser: argparse.ArgumentParser) -> None:
+    """Files, and all that has to do with judging them: see ``judging``."""
+    parser.add_argument("files", nargs="+", type=Path, metavar="FILE")
+    add_method_option(parser)
+    add_last_option(parser)
+    add_rule_options(parser)
+    add_point_options(parser)
+    add_json_option(parser)
 
 
 def add_method_option(parser: argparse.ArgumentParser) -> None:
@@ -116,14 +121,16 @@ def last_coefficients(args: argparse.Namespace, geometry: str | None = None) -> 
     return checked_coefficients(found.coefficients.as_tuple())
 
 
-def beforehand(args: argparse.Namespace, files: "UnitFiles") -> "Beforehand":
-    """The values of both options for files, where the command has them."""
+def judging(args: argparse.Namespace, files: "UnitFiles") -> "Judging":
+    """The values of ``add_judging_arguments`` for these files."""
     from solarcal.mount.formula import Coefficients
 
     last = last_coefficients(args, files.table.geometry)
     return {
+        "method": args.method,
         "last_coefficients": None if last is None else Coefficients(*last),
         "bolt_circle": getattr(args, "bolt_circle", None),
+        **rule_changes(args),
     }
 
 
@@ -264,13 +271,7 @@ def run(args: argparse.Namespace) -> int:
     terms = fitted_terms(args.terms, args.method, model)
     if terms is not None and args.last_coefficients is not None:
         raise ConfigurationError("--last-coefficients: terms of your own choice have no prior")
-    judged = analyse_files(
-        files,
-        method=args.method,
-        terms=terms,
-        **beforehand(args, files),
-        **rule_changes(args),
-    )
+    judged = analyse_files(files, terms=terms, **judging(args, files))
     comparison = None if model is None else compared(judged.solution, model)
     beams = beam_residuals(args.files, fill_in(args), judged.solution)
     if args.write_model is not None:

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from solarcal.cli.output import print_json, say
+from solarcal.cli.output import add_json_option, print_json, say
 from solarcal.decimals import whole_option
 from solarcal.report.blocks import columns, number
 
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="how many to list; 0: all; default 20",
     )
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+    add_json_option(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -3,40 +3,21 @@
 import argparse
 import shutil
 import sys
-from pathlib import Path
 
-from solarcal.cli.fit import (
-    add_last_option,
-    add_method_option,
-    add_point_options,
-    add_rule_options,
-    beforehand,
-    fill_in,
-    rule_changes,
-)
+from solarcal.cli.fit import add_judging_arguments, fill_in, judging
 from solarcal.cli.output import print_json, say
 from solarcal.report.blocks import text_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("files", nargs="+", type=Path, metavar="FILE")
-    add_method_option(parser)
-    add_last_option(parser)
-    add_rule_options(parser)
-    add_point_options(parser)
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+    add_judging_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     from solarcal.station.analysing import analyse_files, read_files
 
     files = read_files(args.files, fill_in(args))
-    judged = analyse_files(
-        files,
-        method=args.method,
-        **beforehand(args, files),
-        **rule_changes(args),
-    )
+    judged = analyse_files(files, **judging(args, files))
     judgement = judged.of_the_controller()
     if args.json:
         from solarcal.station.documents import forecast_document

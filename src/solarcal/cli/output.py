@@ -1,5 +1,6 @@
 """How commands print: one JSON document, or text."""
 
+import argparse
 import json
 import shutil
 import sys
@@ -10,6 +11,10 @@ if TYPE_CHECKING:
 
 TALLEST_CHART = 30
 """Rows of a drawing that takes a whole screen."""
+
+
+def add_json_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
 
 
 def plain(value: Any) -> Any:

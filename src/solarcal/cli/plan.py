@@ -2,17 +2,8 @@
 
 import argparse
 import re
-from pathlib import Path
 
-from solarcal.cli.fit import (
-    add_last_option,
-    add_method_option,
-    add_point_options,
-    add_rule_options,
-    beforehand,
-    fill_in,
-    rule_changes,
-)
+from solarcal.cli.fit import add_judging_arguments, fill_in, judging
 from solarcal.cli.output import print_json, say
 from solarcal.decimals import whole_option
 from solarcal.errors import ConfigurationError
@@ -23,7 +14,7 @@ _CLOCK = re.compile(r"([01]?[0-9]|2[0-3]):([0-5][0-9])")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("files", nargs="+", type=Path, metavar="FILE")
+    add_judging_arguments(parser)
     parser.add_argument(
         "--at",
         metavar="ISO",
@@ -40,11 +31,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="HH:MM-HH:MM",
         help="no point can be taken then, UTC: cloud, lunch (repeatable)",
     )
-    add_method_option(parser)
-    add_last_option(parser)
-    add_rule_options(parser)
-    add_point_options(parser)
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -70,9 +56,7 @@ def run(args: argparse.Namespace) -> int:
         )
     judged = analyse_files(
         files,
-        method=args.method,
-        **beforehand(args, files),
-        **rule_changes(args),
+        **judging(args, files),
         at_utc_s=at_utc_s,
         until_utc_s=next_time(args.until, at_utc_s, "--until") if args.until else None,
         points_left=args.points,

@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from solarcal.cli.output import print_json
+from solarcal.cli.output import add_json_option, print_json
 from solarcal.config import config_dir, load_keymap, load_settings, sessions_dir
 from solarcal.errors import SolarcalError
 from solarcal.profiles import load_profile, profile_names
@@ -197,7 +197,7 @@ def plots() -> Check:
 
 def add_doctor_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command."""
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+    add_json_option(parser)
 
 
 def run_doctor(args: argparse.Namespace) -> int:
@@ -217,7 +217,7 @@ def run_doctor(args: argparse.Namespace) -> int:
 
 
 def add_ports_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="one JSON document")
+    add_json_option(parser)
 
 
 def run_ports(args: argparse.Namespace) -> int:

@@ -3,22 +3,13 @@
 import argparse
 from pathlib import Path
 
-from solarcal.cli.fit import (
-    add_bolt_option,
-    add_last_option,
-    add_method_option,
-    add_point_options,
-    add_rule_options,
-    beforehand,
-    fill_in,
-    rule_changes,
-)
+from solarcal.cli.fit import add_bolt_option, add_judging_arguments, fill_in, judging
 from solarcal.cli.output import print_json, say
 from solarcal.errors import ConfigurationError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("files", nargs="+", type=Path, metavar="FILE")
+    add_judging_arguments(parser)
     parser.add_argument(
         "-o",
         "--output",
@@ -33,12 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="beside the first a zip for the office: certificate, files, profile, checksums",
     )
-    add_method_option(parser)
-    add_last_option(parser)
     add_bolt_option(parser)
-    add_rule_options(parser)
-    add_point_options(parser)
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -54,9 +40,7 @@ def run(args: argparse.Namespace) -> int:
         fill_in(args),
         args.output,
         zip_too=args.zip,
-        method=args.method,
-        known=lambda files: beforehand(args, files),
-        **rule_changes(args),
+        judging=lambda files: judging(args, files),
     )
     after, judged = issued.after, issued.judged
     judgement = judged.of_the_controller()

@@ -7,7 +7,7 @@ The JSON document: ``scenarios`` (``name``, ``summary``, ``start_utc``, ``settin
 import argparse
 from typing import Any
 
-from solarcal.cli.output import print_json
+from solarcal.cli.output import add_json_option, print_json
 from solarcal.timescale import format_utc
 
 
@@ -16,7 +16,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "scenario", nargs="?", metavar="NAME|FILE", help="show this one with all its keys"
     )
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+    add_json_option(parser)
 
 
 def run(args: argparse.Namespace) -> int:

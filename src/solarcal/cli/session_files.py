@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from solarcal.cli.fit import add_point_options, fill_in
-from solarcal.cli.output import print_json, say
+from solarcal.cli.output import add_json_option, print_json, say
 from solarcal.decimals import whole_option
 from solarcal.errors import ConfigurationError
 from solarcal.timescale import SystemClock, format_utc
@@ -14,7 +14,7 @@ def add_import_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("source", metavar="IN", help="points .csv, TPOINT .dat or session .jsonl")
     parser.add_argument("target", metavar="OUT.jsonl", help="the new session file")
     add_point_options(parser)
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+    add_json_option(parser)
 
 
 def run_import(args: argparse.Namespace) -> int:
@@ -54,7 +54,7 @@ def add_export_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("source", metavar="IN.jsonl", help="session file (.csv and .dat work too)")
     parser.add_argument("target", metavar="OUT", help="points .csv, or TPOINT .dat (azel only)")
     parser.add_argument("--replace", action="store_true", help="write over a file that is there")
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+    add_json_option(parser)
 
 
 def run_export(args: argparse.Namespace) -> int:
@@ -92,7 +92,7 @@ def run_export(args: argparse.Namespace) -> int:
 def add_note_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", help="session file (.jsonl)")
     parser.add_argument("text", metavar="TEXT", help="the remark")
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+    add_json_option(parser)
 
 
 def run_note(args: argparse.Namespace) -> int:
@@ -119,7 +119,7 @@ def add_void_arguments(parser: argparse.ArgumentParser) -> None:
         "seq", metavar="SEQ", type=whole_option(), help="sequence number of the record"
     )
     parser.add_argument("--reason", metavar="TEXT", required=True, help="why; written to the file")
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+    add_json_option(parser)
 
 
 def run_void(args: argparse.Namespace) -> int:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from solarcal.cli.instrument import add_options, answer, texts_of
-from solarcal.cli.output import print_json, say, terminal_size
+from solarcal.cli.output import add_json_option, print_json, say, terminal_size
 from solarcal.cli.two_mirror_follow import add_follow_arguments, follow
 from solarcal.decimals import whole_option
 from solarcal.errors import ConfigurationError
@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     def kind(name: str, help_line: str) -> argparse.ArgumentParser:
         one = kinds.add_parser(name, help=help_line, description=help_line)
-        one.add_argument("--json", action="store_true", help="one JSON document on stdout")
+        add_json_option(one)
         return one
 
     for name, help_line in _INSTRUMENTS.items():

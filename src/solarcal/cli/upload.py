@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from solarcal.cli.fit import add_method_option
-from solarcal.cli.output import print_json, say
+from solarcal.cli.output import add_json_option, print_json, say
 from solarcal.cli.unit_options import add_unit_options, asked_tracker, port_words
 from solarcal.config import sessions_dir
 from solarcal.errors import ConfigurationError, ProcedureRefused
@@ -16,7 +16,7 @@ def add_upload_arguments(parser: argparse.ArgumentParser) -> None:
     add_unit_options(parser)
     add_method_option(parser)
     add_force_option(parser)
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+    add_json_option(parser)
 
 
 def add_force_option(parser: argparse.ArgumentParser) -> None:
@@ -100,7 +100,7 @@ def add_rollback_arguments(parser: argparse.ArgumentParser) -> None:
         help="session file with the upload; default: the newest one in the sessions folder",
     )
     add_unit_options(parser)
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout")
+    add_json_option(parser)
 
 
 def run_rollback(args: argparse.Namespace) -> int:

@@ -13,7 +13,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import Unpack
 
 import msgspec
 import numpy as np
@@ -39,9 +38,8 @@ from solarcal.session.interchange import FillIn
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header
 from solarcal.station.analysing import (
-    Beforehand,
     FileAnalysis,
-    RuleChanges,
+    Judging,
     UnitFiles,
     analyse_files,
     read_files,
@@ -184,17 +182,12 @@ def issue(
     outputs: Sequence[Path],
     *,
     zip_too: bool,
-    method: str | None = None,
-    known: Callable[[UnitFiles], Beforehand] = lambda files: {
-        "last_coefficients": None,
-        "bolt_circle": None,
-    },
-    **changes: Unpack[RuleChanges],
+    judging: Callable[[UnitFiles], Judging] = lambda files: {},
 ) -> Issued:
     """Judge files and write the certificate in the format of each output's ending.
 
-    The zip stands beside the first output and holds it. ``known``: last coefficients and bolt
-    circle for the files read; by default those of the session.
+    The zip stands beside the first output and holds it. ``judging``: how, for the files
+    read.
 
     Raises
     ------
@@ -203,12 +196,7 @@ def issue(
     """
     sources = read_sources(files)
     read = read_files(files, fill_in)
-    judged = analyse_files(
-        read,
-        method=method,
-        **known(read),
-        **changes,
-    )
+    judged = analyse_files(read, **judging(read))
     if read_sources(files) != sources:
         raise ConfigurationError(
             "a session was written to meanwhile; the certificate would not match its checksum: "

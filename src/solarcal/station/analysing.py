@@ -80,9 +80,10 @@ class RuleChanges(TypedDict, total=False):
     unmodelled: Mapping[str, float] | None
 
 
-class Beforehand(TypedDict):
-    """What is known instead of what a session's header knows; None: the header's."""
+class Judging(RuleChanges, total=False):
+    """How to judge files, and what is known instead of what their header knows; None: as it is."""
 
+    method: str | None
     last_coefficients: Coefficients | None
     bolt_circle: BoltCircle | None
 
