@@ -3,8 +3,9 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from direct_line import OrderedLine
 from solarcal.emulator.emulation import Emulator
-from solarcal.emulator.line_faults import FaultyLine, LineFaults
+from solarcal.emulator.line_faults import LineFaults
 from solarcal.emulator.scenario import load_scenario
 from solarcal.errors import LinkError, ProcedureRefused
 from solarcal.mount.formula import Coefficients
@@ -24,12 +25,12 @@ SCENARIO = "tijeras-azel"
 MOST_TRIES = 40
 
 
-def faulty_line(faults: LineFaults | None = None, seed: int = 0, *settings: str) -> FaultyLine:
+def faulty_line(faults: LineFaults | None = None, seed: int = 0, *settings: str) -> OrderedLine:
     emulator = Emulator(load_scenario(SCENARIO, list(settings)), seed=3)
-    return FaultyLine(emulator, faults, seed=seed)
+    return OrderedLine(emulator, faults, seed=seed)
 
 
-def calibrated(line: FaultyLine, path: Path, points: int = 4) -> tuple[Calibration, bytes]:
+def calibrated(line: OrderedLine, path: Path, points: int = 4) -> tuple[Calibration, bytes]:
     """The whole headless procedure over this line, and the session file it left."""
     done = calibrate(
         SolarTrakUnit(line.connect),
@@ -50,7 +51,7 @@ class PersistentTechnician:
 
     def __init__(
         self,
-        line: FaultyLine,
+        line: OrderedLine,
         path: Path,
         trouble: Callable[[str], None],
         create: Callable[[Path, Header], Journal] = Journal.create,

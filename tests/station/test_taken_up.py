@@ -4,9 +4,10 @@ from functools import partial
 
 import pytest
 
+from direct_line import OrderedLine
 from solarcal.cli import run_command
 from solarcal.emulator.emulation import Emulator
-from solarcal.emulator.line_faults import FaultyLine, LineFaults
+from solarcal.emulator.line_faults import LineFaults
 from solarcal.emulator.scenario import load_scenario
 from solarcal.errors import LinkError, ProcedureRefused
 from solarcal.session.journal import Journal
@@ -53,7 +54,7 @@ def interrupted_after(points, path, emulator):
         if path.exists() and len(accepted(path)) == points:
             raise KeyboardInterrupt
 
-    unit = SolarTrakUnit(FaultyLine(emulator).connect)
+    unit = SolarTrakUnit(OrderedLine(emulator).connect)
     with pytest.raises(KeyboardInterrupt):
         calibrate(unit, lambda header: Journal.create(path, header), SCHEDULE, say=say)
 
@@ -63,7 +64,7 @@ def test_an_ended_calibration_is_taken_up_where_it_stood(tmp_path):
     interrupted_after(2, path, emulator)
     before = read_session(path).records
     done = calibrate(
-        SolarTrakUnit(FaultyLine(emulator).connect), Journal.memory, SCHEDULE, resume=path
+        SolarTrakUnit(OrderedLine(emulator).connect), Journal.memory, SCHEDULE, resume=path
     )
     assert done.completed
     assert done.path == path
@@ -79,10 +80,10 @@ def test_a_finished_session_and_another_unit_are_refused(tmp_path):
     interrupted_after(2, path, emulator)
     with pytest.raises(ProcedureRefused, match="belongs to unit SOLARTRAK-EMU 0001"):
         calibrate(
-            SolarTrakUnit(FaultyLine(emulated("0002")).connect),
+            SolarTrakUnit(OrderedLine(emulated("0002")).connect),
             Journal.memory, SCHEDULE, resume=path,
         )  # fmt: skip
-    unit = SolarTrakUnit(FaultyLine(emulator).connect)
+    unit = SolarTrakUnit(OrderedLine(emulator).connect)
     calibrate(unit, Journal.memory, SCHEDULE, resume=path)
     with pytest.raises(ProcedureRefused, match=r"is finished \(calibration finished\)"):
         calibrate(unit, Journal.memory, SCHEDULE, resume=path)
@@ -91,7 +92,7 @@ def test_a_finished_session_and_another_unit_are_refused(tmp_path):
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_line_that_hangs_up_again_and_again_costs_no_point(tmp_path, seed):
     path = tmp_path / "day.jsonl"
-    line = FaultyLine(emulated(), LineFaults(hung_up=0.01), seed=seed)
+    line = OrderedLine(emulated(), LineFaults(hung_up=0.01), seed=seed)
     done = calibrate(
         SolarTrakUnit(line.connect), lambda header: Journal.create(path, header), SCHEDULE,
         pauses=Pauses(),
@@ -104,7 +105,7 @@ def test_a_line_that_hangs_up_again_and_again_costs_no_point(tmp_path, seed):
 
 
 def test_a_line_that_stays_away_is_given_up_and_the_session_can_be_gone_on_with(tmp_path):
-    path, line, pauses = tmp_path / "day.jsonl", FaultyLine(emulated()), Pauses()
+    path, line, pauses = tmp_path / "day.jsonl", OrderedLine(emulated()), Pauses()
     pulled = False
 
     def connect():

@@ -1,18 +1,15 @@
 """A line that goes wrong on purpose, between a station and an emulated unit.
 
-It stands where the emulator stands: behind an ``InProcessLink``-like link of its own (``connect``),
-or behind a server (``serve_pty``, ``serve_tcp``). What goes wrong follows from the seed and from
-the bytes that passed, never from the time of day.
+It stands where the emulator stands, behind a server (``serve_pty``, ``serve_tcp``). What goes wrong
+follows from the seed and from the bytes that passed, never from the time of day.
 """
 
-from collections import deque
 from dataclasses import dataclass, fields
 
 import numpy as np
 
 from solarcal.emulator.emulation import Emulator
-from solarcal.errors import ConfigurationError, LinkError
-from solarcal.unit.frames import LineBuffer
+from solarcal.errors import ConfigurationError
 
 MOST_BABBLE_BYTES = 2000
 """Length of the longest burst of noise put before a reply: eight times the longest frame."""
@@ -96,10 +93,6 @@ class FaultyLine:
         """How many pieces of the stream the station has sent so far."""
         self._random = np.random.default_rng(seed)
         self._held = bytearray()
-        self._hang_up_in: int | None = None
-        self._delivered = False
-
-    # -- a unit's end, as the servers know it ------------------------------------------------
 
     def handle_input(self, data: bytes) -> list[bytes]:
         """What comes back over the line for a piece of the stream; ``HungUp`` ends it."""
@@ -123,34 +116,6 @@ class FaultyLine:
     def link_lost(self) -> None:
         """The station is gone. What the line still holds of old replies, it keeps."""
         self.emulator.link_lost()
-
-    # -- a station's end in this process -----------------------------------------------------
-
-    def connect(self) -> "FaultyLink":
-        """A connection over this line; any number, one after the other."""
-        return FaultyLink(self)
-
-    def hang_up(self, after_frames: int = 0, *, delivered: bool = False) -> None:
-        """Break the connection at the frame that follows ``after_frames`` more.
-
-        ``delivered``: the unit still gets that frame and acts on it; its reply is lost.
-        """
-        self._hang_up_in, self._delivered = after_frames, delivered
-
-    def breaks_at(self, data: bytes) -> bool:
-        """Whether the connection breaks with this frame; delivers the frame where that was said."""
-        if self._hang_up_in is None:
-            return False
-        self._hang_up_in -= 1
-        if self._hang_up_in >= 0:
-            return False
-        self._hang_up_in = None
-        self.damages += 1
-        if self._delivered:
-            # Buffers on the way may keep a reply for whoever connects next.
-            for reply in self.emulator.handle_input(data):
-                self._held += reply
-        return True
 
     # -- what goes wrong ---------------------------------------------------------------------
 
@@ -200,42 +165,3 @@ class FaultyLine:
         length = int(self._random.integers(1, MOST_BABBLE_BYTES + 1))
         noise: bytes = self._random.integers(0, 0x100, length, dtype=np.uint8).tobytes()
         return noise.replace(b"\n", b"?")
-
-
-class FaultyLink:
-    """A ``Link`` over a ``FaultyLine``, without a wire: silence is known at once."""
-
-    def __init__(self, line: FaultyLine) -> None:
-        self._line = line
-        self._buffer = LineBuffer()
-        self._lines: deque[bytes] = deque()
-        self._lost = ""
-
-    def write(self, data: bytes) -> None:
-        if self._lost:
-            raise LinkError(self._lost)
-        if self._line.breaks_at(data):
-            self._end("the line to the emulator was lost")
-            raise LinkError(self._lost)
-        try:
-            pieces = self._line.handle_input(data)
-        except HungUp:
-            self._end("the line to the emulator was lost")
-            raise LinkError(self._lost) from None
-        for piece in pieces:
-            self._lines.extend(self._buffer.feed(piece))
-
-    def read_line(self, timeout_s: float) -> bytes | None:
-        if self._lines:
-            return self._lines.popleft()
-        if self._lost:
-            raise LinkError(self._lost)
-        return None
-
-    def close(self) -> None:
-        self._end("the line to the emulator is closed")
-
-    def _end(self, reason: str) -> None:
-        if not self._lost:
-            self._lost = reason
-            self._line.link_lost()
