@@ -8,8 +8,9 @@ import pytest
 
 from solarcal.cli import run_command
 from solarcal.site import Site
-from solarcal.sun.moon import MoonLight, geocentric_moon, moon_day, moon_position
+from solarcal.sun.moon import MoonLight, geocentric_au, moon_day, moon_position
 from solarcal.sun.position import sun_position
+from solarcal.sun.precise import EarthMotion, Frame, Instants
 from solarcal.timescale import parse_utc
 
 # Astronomical Algorithms, examples 47.a and 48.a: 1992 April 12, 0h TD (58.184 s after UTC).
@@ -17,11 +18,13 @@ EXAMPLE_UTC_S = parse_utc("1992-04-12") - 58.184
 
 
 def test_the_place_is_that_of_the_worked_example() -> None:
-    moon = geocentric_moon(np.array(EXAMPLE_UTC_S))
-    x, y, z = moon.direction
+    instants = Instants.of_utc(np.array(EXAMPLE_UTC_S))
+    place_au = geocentric_au(instants, Frame.of(instants, EarthMotion.at(instants)))
+    distance_au = np.linalg.norm(place_au)
+    x, y, z = place_au / distance_au
     assert np.degrees(np.arctan2(y, x)) == pytest.approx(134.688470, abs=20.0 / 3600.0)
     assert np.degrees(np.arcsin(z)) == pytest.approx(13.768368, abs=10.0 / 3600.0)
-    assert float(moon.distance_au) * 149597870.7 == pytest.approx(368409.7, abs=30.0)
+    assert float(distance_au) * 149597870.7 == pytest.approx(368409.7, abs=30.0)
 
 
 def test_the_phase_is_that_of_the_worked_example() -> None:

@@ -3,7 +3,7 @@
 Live sessions, replays, files, certificates and screens all come through ``analyse``.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,7 +24,6 @@ from solarcal.model.points import PointSet
 from solarcal.model.prior import Prior
 from solarcal.model.sky_context import SkyContext
 from solarcal.model.solution import Solution
-from solarcal.model.terms import CONTROLLER_TERMS
 from solarcal.model.verdict import Verdict, assess, conclude
 from solarcal.site import BoltCircle
 from solarcal.stopping_rule import (
@@ -75,7 +74,6 @@ def analyse(
     *,
     method: str = DEFAULT_METHOD,
     prior: Prior = DEFAULT_PRIOR,
-    terms: Iterable[str] = CONTROLLER_TERMS,
     solution: Solution | None = None,
     rule: StoppingRule = DEFAULT_RULE,
     until_utc_s: float | None = None,
@@ -93,7 +91,7 @@ def analyse(
         What the records say beside the points.
     at_utc_s
         The moment to plan from; None: nothing is planned.
-    method, prior, terms
+    method, prior
         As in ``fit``.
     solution
         The fit, where it is made already (merged sessions).
@@ -110,7 +108,7 @@ def analyse(
         Points that allow no fit.
     """
     if solution is None:
-        solution = fit(points, context, method=method, prior=prior, terms=terms)
+        solution = fit(points, context, method=method, prior=prior)
     expected = forecast(solution, context, rule=rule)
     findings = findings_of(
         solution, context, evidence, prior=prior, tolerance_deg=rule.tolerance_deg

@@ -83,9 +83,9 @@ class Prior(msgspec.Struct, frozen=True):
         return Prior(tuple(means), tuple(sigmas), self.widths, self.last)  # type: ignore[arg-type]
 
     @classmethod
-    def of_last_coefficients(cls, last: Coefficients, sigmas: Six = SINCE_LAST) -> "Prior":
-        """About what the unit held last; ``sigmas`` is how far it may have moved since."""
-        return cls(last.as_tuple(), sigmas, PLAIN, last)
+    def of_last_coefficients(cls, last: Coefficients) -> "Prior":
+        """About what the unit held last."""
+        return cls(last.as_tuple(), SINCE_LAST, PLAIN, last)
 
     def words(self) -> str:
         """What it is about, in one clause."""

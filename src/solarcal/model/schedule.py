@@ -118,17 +118,14 @@ def greedy(
     *,
     until_s: float = np.inf,
     least_gain: float = _LEAST_GAIN,
-    floor: float = 0.0,
 ) -> tuple[list[int], list[FloatArray]]:
     """Best slots one after the other, and the covariance after each.
 
-    Stops at ``most`` points, when no slot is free, or when the best one lowers the mean square
-    (plus ``floor``, what points cannot change) by less than the part ``least_gain``.
+    Stops at ``most`` points, when no slot is free, or when the best one lowers the mean square by
+    less than the part ``least_gain``.
     """
     ends_s = np.array([until_s])
-    (only,) = greedy_for_each(
-        slots, covariance, weight, most, ends_s, least_gain=least_gain, floor=floor
-    )
+    (only,) = greedy_for_each(slots, covariance, weight, most, ends_s, least_gain=least_gain)
     return only
 
 
@@ -142,7 +139,10 @@ def greedy_for_each(
     least_gain: float = _LEAST_GAIN,
     floor: float = 0.0,
 ) -> list[tuple[list[int], list[FloatArray]]]:
-    """``greedy`` for every end (e,) at which the schedule could be over, side by side."""
+    """``greedy`` for every end (e,) at which the schedule could be over, side by side.
+
+    ``floor``: the part of the mean square that points cannot change.
+    """
     schedules: list[tuple[list[int], list[FloatArray]]] = [([], []) for _ in ends_s]
     free = slots.utc_s <= ends_s[:, np.newaxis]
     left = np.broadcast_to(covariance, (len(ends_s), *covariance.shape)).copy()

@@ -91,7 +91,6 @@ class SkyContext(msgspec.Struct, frozen=True):
         limits: Limits | None = None,
         ideal: Ideal = "apparent",
         weather: Weather | None = None,
-        refraction: str = "hughes",
         heliostat: Heliostat | None = None,
     ) -> "SkyContext":
         """The context of these points, in the year of the first dated one.
@@ -112,7 +111,7 @@ class SkyContext(msgspec.Struct, frozen=True):
             first_s = float(np.nanmin(points.utc_s))
             year = str(np.datetime64(int(first_s), "s").astype("datetime64[Y]")) + "-01-01"
             year = min(max(year, _FIRST_YEAR), _LAST_YEAR)
-        return cls(site, points.geometry, limits, ideal, weather, refraction, year, heliostat)
+        return cls(site, points.geometry, limits, ideal, weather, year=year, heliostat=heliostat)
 
     def true_axes_deg(
         self, azimuth_deg: FloatArray, zenith_deg: FloatArray

@@ -278,11 +278,11 @@ def stopping_rule(
     )
 
 
-def stamp_findings(table: PointTable, tolerance_deg: float = TOLERANCE_DEG) -> tuple[Finding, ...]:
+def stamp_findings(table: PointTable) -> tuple[Finding, ...]:
     """Whether stamps and ideal angles of a table agree, before anything is fitted."""
     if table.site is None or not table.count("accepted"):
         return ()
-    return stamp_evidence(table, sky_context(table), tolerance_deg)
+    return stamp_evidence(table, sky_context(table), TOLERANCE_DEG)
 
 
 def solve_merged(

@@ -1,6 +1,6 @@
 """From a session's points to a solution, the same way live, in replay and from files."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import cast
 
 import msgspec
@@ -16,7 +16,7 @@ from solarcal.model.points import PointSet
 from solarcal.model.prior import Prior
 from solarcal.model.sky_context import Ideal, SkyContext
 from solarcal.model.terms import LEAN_PRIOR_DEG
-from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients
+from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header
@@ -118,14 +118,13 @@ def sky_context(
 def solve_table(
     table: PointTable,
     method: str = DEFAULT_METHOD,
-    terms: Sequence[str] = COEFFICIENT_NAMES,
     header: Header | None = None,
 ) -> Solution:
     """Fit the accepted points of a table; ``header`` is that of the session they come from."""
     points = point_set(table)
     context = sky_context(table, header, points)
     prior, _ = chosen_prior(points, context, header, method)
-    return fit(points, context, method=method, prior=prior, terms=terms)
+    return fit(points, context, method=method, prior=prior)
 
 
 def solve(session: SessionView, method: str = DEFAULT_METHOD) -> Solution | None:

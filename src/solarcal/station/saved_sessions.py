@@ -46,9 +46,9 @@ class SavedSession:
         return f"{name}  {self.points} point{plural}, last {self.last_utc[:16]}Z"
 
 
-def saved_sessions(folder: Path | None = None) -> list[SavedSession]:
+def saved_sessions() -> list[SavedSession]:
     """The newest session files, newest first."""
-    folder = folder or sessions_dir()
+    folder = sessions_dir()
     if not folder.is_dir():
         return []
     files = [(path.stat().st_mtime, path) for path in folder.glob("*.jsonl")]

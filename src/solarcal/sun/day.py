@@ -97,15 +97,13 @@ def day_events(
     )
 
 
-def daylight(
-    site: Site, utc_s: float, min_elevation_deg: float, *, dut1_s: float = 0.0
-) -> tuple[float, float] | None:
+def daylight(site: Site, utc_s: float, min_elevation_deg: float) -> tuple[float, float] | None:
     """When the Sun is above an airless elevation about the transit nearest to an instant.
 
     POSIX UTC seconds of the first and last moment, at most the solar day from midnight to
     midnight; None where the Sun does not get so high.
     """
-    return day_events(utc_s, site, altitude_deg=min_elevation_deg, dut1_s=dut1_s).span_utc_s
+    return day_events(utc_s, site, altitude_deg=min_elevation_deg).span_utc_s
 
 
 def noaa_day_events(

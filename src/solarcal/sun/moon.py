@@ -72,11 +72,6 @@ class MoonPosition:
         )
 
 
-def geocentric_moon(utc_s: FloatArray, dut1_s: float = 0.0) -> TrueSun:
-    """Apparent place from the Earth's centre, true equator and equinox of date."""
-    return _moon(Instants.of_utc(np.asarray(utc_s, dtype=np.float64), dut1_s), None)
-
-
 def moon_position(utc_s: FloatArray | float, site: Site, dut1_s: float = 0.0) -> MoonPosition:
     """The Moon from a site at POSIX UTC seconds."""
     instants = Instants.of_utc(np.asarray(utc_s, dtype=np.float64), dut1_s)
@@ -207,13 +202,16 @@ def _enu(azimuth_deg: FloatArray, zenith_deg: FloatArray) -> FloatArray:
     return np.stack((sine * np.sin(azimuth), sine * np.cos(azimuth), np.cos(zenith)), axis=-1)
 
 
-def _moon(instants: Instants, site: Site | None) -> TrueSun:
-    whole, part = instants.tt
+def _moon(instants: Instants, site: Site) -> TrueSun:
     frame = Frame.of(instants, EarthMotion.at(instants))
-    geometric = erfa.moon98(whole, part)["p"]
-    light_days = np.linalg.norm(geometric, axis=-1) * _KM_PER_AU * 1e3 / erfa.CMPS / SECONDS_PER_DAY
-    towards = erfa.rxp(frame.to_true_equator, erfa.moon98(whole, part - light_days)["p"])
-    if site is not None:
-        towards = towards - observer_m(site, frame.sidereal_rad) / erfa.DAU
+    towards = geocentric_au(instants, frame) - observer_m(site, frame.sidereal_rad) / erfa.DAU
     distance = np.linalg.norm(towards, axis=-1)
     return TrueSun(towards / distance[..., np.newaxis], distance, frame.sidereal_rad)
+
+
+def geocentric_au(instants: Instants, frame: Frame) -> FloatArray:
+    """Apparent place from the Earth's centre, true equator and equinox of date, (..., 3)."""
+    whole, part = instants.tt
+    geometric = erfa.moon98(whole, part)["p"]
+    light_days = np.linalg.norm(geometric, axis=-1) * _KM_PER_AU * 1e3 / erfa.CMPS / SECONDS_PER_DAY
+    return np.asarray(erfa.rxp(frame.to_true_equator, erfa.moon98(whole, part - light_days)["p"]))

@@ -253,7 +253,7 @@ class ModelDifference:
 
 
 def compare_models(
-    first: str, second: str, site: Site, from_year: int, to_year: int, lowest_deg: float = 0.0
+    first: str, second: str, site: Site, from_year: int, to_year: int
 ) -> ModelDifference:
     """Both models from the start of one year to the end of another, every five hours.
 
@@ -268,9 +268,9 @@ def compare_models(
         )
     utc_s = np.arange(parse_utc(f"{from_year}-01-01"), parse_utc(f"{to_year + 1}-01-01"), EVERY_S)
     a, b = (sun_position(model, utc_s, site) for model in (first, second))
-    up = b.elevation_deg > lowest_deg
+    up = b.elevation_deg > 0.0
     if not up.any():
-        raise ConfigurationError(f"the Sun is never higher than {lowest_deg:g} deg there")
+        raise ConfigurationError("the Sun is never higher than 0 deg there")
     azimuth = np.asarray(wrap_deg(a.azimuth_deg - b.azimuth_deg))[up]
     return ModelDifference(
         utc_s=utc_s[up],

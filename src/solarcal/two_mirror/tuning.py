@@ -122,12 +122,12 @@ def _swing_deg(
     return np.array(errors)
 
 
-def _sun_rates_deg_s(
-    base: EulerBase, world: MirrorWorld, utc_s: float, span_s: float = RATE_SPAN_S
-) -> tuple[float, float]:
+def _sun_rates_deg_s(base: EulerBase, world: MirrorWorld, utc_s: float) -> tuple[float, float]:
     before = base.axes_deg(*world.sun_deg(utc_s))
-    after = base.axes_deg(*world.sun_deg(utc_s + span_s))
-    return math.remainder(after[0] - before[0], 360.0) / span_s, (after[1] - before[1]) / span_s
+    after = base.axes_deg(*world.sun_deg(utc_s + RATE_SPAN_S))
+    return math.remainder(after[0] - before[0], 360.0) / RATE_SPAN_S, (
+        after[1] - before[1]
+    ) / RATE_SPAN_S
 
 
 def _growth(swing_deg: FloatArray) -> float:

@@ -4,7 +4,7 @@ Only what direct evidence (clocks, counts, approach sides, read-outs) has not ex
 these tests. What the points cannot decide is reported as such, never found and never excluded.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import msgspec
 import numpy as np
@@ -45,7 +45,6 @@ def diagnose(
     *,
     losses: Sequence[Loss] = (),
     tolerance_deg: float = TOLERANCE_DEG,
-    clock: Callable[[float], str] = clock_utc,
 ) -> tuple[Finding, ...]:
     """Findings from the residuals, the certain ones first.
 
@@ -59,8 +58,6 @@ def diagnose(
         Counts known to have been missed: undone before anything is tested.
     tolerance_deg
         Against which an effect matters or does not.
-    clock
-        How an instant (POSIX UTC seconds) is written.
     """
     if losses:
         points, _ = undo_losses(solution.points, solution.context, solution.posterior.mean, losses)
@@ -68,7 +65,7 @@ def diagnose(
             points, solution.context, prior=solution.prior, use_prior=solution.method == "robust"
         )
     points = solution.points
-    doubtful = degeneracies(solution, clock)
+    doubtful = degeneracies(solution, clock_utc)
     if len(points) < FEWEST_POINTS:
         return (_too_few(len(points)), *doubtful)
     outliers = set(solution.outliers)

@@ -107,8 +107,8 @@ class UnitLock:
 class MemoryStore:
     """In this process only: for emulated units, and where something else keeps the record."""
 
-    def __init__(self, correction: StoredCorrection | None = None) -> None:
-        self._correction = correction or StoredCorrection()
+    def __init__(self) -> None:
+        self._correction = StoredCorrection()
 
     def load(self) -> StoredCorrection:
         return self._correction

@@ -59,22 +59,15 @@ class EasyCommRotator:
         Opens the line; called by every ``open``.
     where : str
         What messages call it: the port.
-    answer_s, boot_s : float
-        How long to wait for a reply; and for the first one after the port was opened.
     """
 
     def __init__(
         self,
         link_factory: Callable[[], Link],
         where: str,
-        *,
-        answer_s: float = ANSWER_S,
-        boot_s: float = BOOT_S,
     ) -> None:
         self.where = where
         self._link_factory = link_factory
-        self._answer_s = answer_s
-        self._boot_s = boot_s
         self._link: Link | None = None
         self._turn = threading.RLock()
         self._sending = threading.Lock()
@@ -158,7 +151,7 @@ class EasyCommRotator:
         """
         strays: list[bytes] = []
         for attempt in range(ASKED_AT_MOST):
-            wait_s = self._boot_s if first and attempt == 0 else self._answer_s
+            wait_s = BOOT_S if first and attempt == 0 else ANSWER_S
             found = self._one_position(wait_s, strays)
             if found is not None:
                 return found
@@ -172,7 +165,7 @@ class EasyCommRotator:
         raise self._gave_up(
             LinkError(
                 f"no answer from the rotator at {self.where} ({ASKED_AT_MOST} times, "
-                f"{self._answer_s:g} s each); check that it is on, the cable and the baud rate"
+                f"{ANSWER_S:g} s each); check that it is on, the cable and the baud rate"
             )
         )
 

@@ -75,16 +75,11 @@ class RotctldRotator:
         Opens the connection; called by every ``open``.
     where : str
         What messages call it: the address.
-    answer_s : float
-        How long to wait for a reply.
     """
 
-    def __init__(
-        self, link_factory: Callable[[], Link], where: str, *, answer_s: float = ANSWER_S
-    ) -> None:
+    def __init__(self, link_factory: Callable[[], Link], where: str) -> None:
         self.where = where
         self._link_factory = link_factory
-        self._answer_s = answer_s
         self._link: Link | None = None
         self._broken = f"the line to {where} is not open; connect first"
         self._turn = threading.RLock()
@@ -195,7 +190,7 @@ class RotctldRotator:
 
     def _await(self, waiting: _Waiting) -> None:
         """Whoever waits while no thread reads, reads for all."""
-        deadline = time.monotonic() + self._answer_s
+        deadline = time.monotonic() + ANSWER_S
         with self._state:
             while not waiting.done:
                 link = self._open_link()
@@ -236,7 +231,7 @@ class RotctldRotator:
     def _silence(self, waiting: _Waiting) -> str:
         return (
             f"no answer from rotctld at {self.where} to {waiting.reply.name} within "
-            f"{self._answer_s:g} s; check that it runs, and that the rotator is on"
+            f"{ANSWER_S:g} s; check that it runs, and that the rotator is on"
         )
 
     def _give_up(self, reason: str) -> str:
