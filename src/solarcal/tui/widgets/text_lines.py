@@ -71,10 +71,13 @@ class TextLines(ScrollView, can_focus=True):
             self._lay_out()
 
     def _lay_out(self) -> None:
-        width = self.scrollable_content_region.width
+        width, height = self.content_size
         lines = self._given
         if self._wrap and width > 0:
-            lines = tuple(part for line in lines for part in _folded(line, width))
+            lines = _all_folded(self._given, width)
+            if len(lines) > height:
+                # The scrollbar takes its column.
+                lines = _all_folded(self._given, width - self.scrollbar_size_vertical)
         self._lines = lines
         longest = 0 if self._wrap else max((_length(line) for line in lines), default=0)
         self.virtual_size = Size(longest, len(lines))
@@ -114,6 +117,10 @@ class TextLines(ScrollView, can_focus=True):
 
 def _length(line: Line) -> int:
     return len(line) if isinstance(line, str) else line.cell_length
+
+
+def _all_folded(lines: Sequence[Line], width: int) -> tuple[Line, ...]:
+    return tuple(part for line in lines for part in _folded(line, width))
 
 
 def _folded(line: Line, width: int) -> list[Line]:

@@ -7,7 +7,7 @@ from solarcal.station.question_evidence import ago_text
 from solarcal.station.state import LiveView, SessionView, StationState
 from solarcal.station.sun_path import SunNow, sun_now
 from solarcal.timescale import format_utc
-from solarcal.tui.widgets.words import Words
+from solarcal.tui.widgets.text_lines import TextLines
 from solarcal.unit.tracker import Status
 from solarcal.units import format_degrees
 
@@ -40,17 +40,21 @@ def clock_text(seconds: float) -> str:
     return f"{whole // 3600:02d}:{whole // 60 % 60:02d}:{whole % 60:02d}"
 
 
-class LivePane(Words):
-    """Fifteen lines; written anew with every status."""
+class LivePane(TextLines):
+    """Fifteen lines, written anew with every status; they scroll where a notice needs the room."""
 
     DEFAULT_CSS = """
-    LivePane { width: 1fr; height: 15; padding: 0 1; text-wrap: nowrap; }
+    LivePane { width: 1fr; height: 15; padding: 0 1; overflow-x: hidden; }
     """
 
+    def __init__(self, id: str | None = None, *, classes: str | None = None) -> None:
+        super().__init__(id, wrap=True, classes=classes)
+
     def show_state(self, state: StationState) -> None:
-        lines = live_lines(state)
-        # Static keeps its size: only the characters change, never the layout.
-        self.update(Content("\n").join(Content.assemble(*line) for line in lines), layout=False)
+        lines = [Content.assemble(*line) for line in live_lines(state)]
+        while lines and not lines[-1].plain.strip():
+            lines.pop()
+        self.show(lines)
 
 
 def live_lines(state: StationState) -> list[list[Part]]:
