@@ -21,7 +21,7 @@ from solarcal.station.point_judgement import (
 )
 from solarcal.station.state import SessionView, view_session
 from solarcal.station.technician import AutomaticTechnician, Schedule
-from solarcal.station.upload_proposal import propose_upload, too_few_points
+from solarcal.station.uploading import propose_upload, too_few_points
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ import solarcal.tui
 from solarcal.config import Choice
 from solarcal.errors import ConfigurationError
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.one_import import ONE_IMPORT
+from solarcal.tui.base import ONE_IMPORT
 
 FILES = sorted(Path(solarcal.tui.__path__[0]).rglob("*.py"))
 IMPORTS = (ast.Import, ast.ImportFrom)

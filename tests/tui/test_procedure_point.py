@@ -180,7 +180,7 @@ async def test_a_link_lost_at_a_question_aborts_the_attempt_and_says_so() -> Non
 async def test_after_an_upload_a_check_point_is_asked_for_and_judged() -> None:
     station, _ = bench()
     take_points(station, 4)
-    from solarcal.station.upload_proposal import propose_upload
+    from solarcal.station.uploading import propose_upload
 
     proposal = propose_upload(station.session, station.coefficients_in_force)
     assert proposal is not None

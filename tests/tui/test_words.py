@@ -5,7 +5,7 @@ from textual.containers import Vertical
 from textual.content import Content
 from textual.widgets import Static
 
-from solarcal.tui.widgets.words import Words
+from solarcal.tui.widgets.lines import Words
 
 
 class Page(App):

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from solarcal.model.cross_checks import LAST_POINTS, CrossChecks, cross_check
-from solarcal.model.evidence.weighing import weigh
+from solarcal.model.evidence.direct import weigh
 from solarcal.model.finding import Finding
 from solarcal.model.forecast import Forecast
 from solarcal.model.mechanism_solution import (

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from solarcal.station.jogging import JogView  # noqa: F401
     from solarcal.station.point_judgement import PointJudgement  # noqa: F401
     from solarcal.station.state import Attempt, SessionView, StationState  # noqa: F401
-    from solarcal.station.upload_proposal import UploadProposal  # noqa: F401
+    from solarcal.station.uploading import UploadProposal  # noqa: F401
     from solarcal.unit.tracker import Spot, Status  # noqa: F401
 
 Result = TypeVar("Result")

@@ -20,8 +20,7 @@ from solarcal.session.records import CheckRecord, PointRecord, UploadRecord
 from solarcal.station.centring import SunCentring
 from solarcal.station.fitting import solve
 from solarcal.station.procedure import Station
-from solarcal.station.upload_proposal import propose_upload
-from solarcal.station.uploading import refuse_doubtful
+from solarcal.station.uploading import propose_upload, refuse_doubtful
 from solarcal.sun.day import daylight
 from solarcal.timescale import SECONDS_PER_DAY, format_utc
 from solarcal.unit.conversation import NOT_REFERENCED

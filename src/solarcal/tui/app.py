@@ -18,7 +18,7 @@ from solarcal.config import Choice, Settings, save_settings
 from solarcal.errors import ConfigurationError, SolarcalError, harmless
 from solarcal.profiles import Profile
 from solarcal.station.news import StepFailed
-from solarcal.tui.base import ShowsNotices, StationModal, is_typed
+from solarcal.tui.base import ONE_IMPORT, ShowsNotices, StationModal, is_typed
 from solarcal.tui.keys import (
     ACTIONS,
     QUIT_EVERYWHERE,
@@ -28,7 +28,6 @@ from solarcal.tui.keys import (
     modified_f3,
 )
 from solarcal.tui.messages import FormAsked, LineFailed, LineNews, LineOpened, Told
-from solarcal.tui.one_import import ONE_IMPORT
 from solarcal.tui.palette import ActionProvider, OwnThemesFirst, Palette
 from solarcal.tui.start.screen import StartScreen
 from solarcal.tui.station_app import StationApp

@@ -1,5 +1,6 @@
 """What a screen may use of the program, what the program calls on a screen, and its STOP."""
 
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar, cast
@@ -29,6 +30,15 @@ if TYPE_CHECKING:
     from solarcal.tui.keys import Action
 
 Result = TypeVar("Result")
+
+ONE_IMPORT = threading.RLock()
+"""Held by whoever imports a module that needs numpy, on whichever thread.
+
+Numpy's modules import each other in a circle. Two threads that begin at once can each wait for a
+module the other has half made; Python then hands out the half, the import fails, and numpy cannot
+be imported a second time in the process. Nothing of it is imported before the first paint, so that
+the first threads, and the first key, would begin at once.
+"""
 
 
 class Workstation(Protocol):

@@ -11,9 +11,8 @@ from textual.command import CommandPalette, DiscoveryHit, Hit, Hits, Provider
 from textual.containers import Container, Horizontal
 from textual.theme import ThemeProvider
 
-from solarcal.tui.base import ShowsNotices, workstation_of
+from solarcal.tui.base import ONE_IMPORT, ShowsNotices, workstation_of
 from solarcal.tui.behind import draw_behind
-from solarcal.tui.one_import import ONE_IMPORT
 from solarcal.tui.themes import OWN_THEMES
 from solarcal.tui.widgets.footer import StopKey
 from solarcal.tui.widgets.lines import NoticeLine

@@ -19,9 +19,8 @@ from solarcal.station.news import (
     StateChanged,
     StepFailed,
 )
-from solarcal.tui.base import StationModal, StationScreen
+from solarcal.tui.base import ONE_IMPORT, StationModal, StationScreen
 from solarcal.tui.messages import FormAsked, LineFailed, LineNews, LineOpened, Told
-from solarcal.tui.one_import import ONE_IMPORT
 
 if TYPE_CHECKING:
     from solarcal.model.analysis import Analysis

@@ -16,8 +16,7 @@ from solarcal.station.procedure import Station
 from solarcal.station.state import SessionView
 from solarcal.station.typed.entry_forms import key_in_texts
 from solarcal.station.typed.field_book import BookClock, Entry, FieldBook
-from solarcal.station.upload_proposal import UploadProposal, propose_upload
-from solarcal.station.uploading import refuse_doubtful
+from solarcal.station.uploading import UploadProposal, propose_upload, refuse_doubtful
 from solarcal.stopping_rule import UNSYNCHRONISED_S
 
 Tell = Callable[[Record], None]

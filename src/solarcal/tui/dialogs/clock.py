@@ -16,8 +16,7 @@ from solarcal.station.state import StationState
 from solarcal.timescale import SECONDS_PER_SUN_DEG, format_utc
 from solarcal.tui.base import Workstation
 from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, open_dialog
-from solarcal.tui.widgets.lines import Field
-from solarcal.tui.widgets.words import Words
+from solarcal.tui.widgets.lines import Field, Words
 
 REACTION_SIGMA_S = 0.2
 """Of a person who presses a key at the pip."""

@@ -20,7 +20,7 @@ from solarcal.station.state import LinkState, StationState
 from solarcal.station.worker import StationWorker
 from solarcal.tui.base import StationModal, Workstation, is_typed
 from solarcal.tui.keys import shown_key
-from solarcal.tui.widgets.words import Words
+from solarcal.tui.widgets.lines import Words
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,7 @@ from solarcal.station.procedure import Station
 from solarcal.station.state import StationState
 from solarcal.tui.base import Workstation
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
-from solarcal.tui.widgets.lines import Field
-from solarcal.tui.widgets.words import Words
+from solarcal.tui.widgets.lines import Field, Words
 
 
 def open_screen(app: Workstation) -> None:

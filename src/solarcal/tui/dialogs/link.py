@@ -10,8 +10,8 @@ from solarcal.station.news import Progress, Reconnected
 from solarcal.station.state import LinkState, StationState
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
+from solarcal.tui.widgets.lines import Words
 from solarcal.tui.widgets.text_lines import TextLines
-from solarcal.tui.widgets.words import Words
 from solarcal.unit.tracker import Traced
 
 TRAFFIC_EVERY_S = 0.5

@@ -22,7 +22,7 @@ from solarcal.tui.dialogs.dialog import (
     open_dialog,
     progress_bar,
 )
-from solarcal.tui.widgets.words import Words
+from solarcal.tui.widgets.lines import Words
 from solarcal.unit.tracker import Mode, Status
 
 SHOWN_CHECKS = 5

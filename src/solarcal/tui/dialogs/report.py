@@ -25,9 +25,8 @@ from solarcal.station.state import SessionView, StationState
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
-from solarcal.tui.widgets.lines import HeadLine, NoticeLine
+from solarcal.tui.widgets.lines import HeadLine, NoticeLine, Words
 from solarcal.tui.widgets.plot import AnsiPlot, fine_characters, shades_differ
-from solarcal.tui.widgets.words import Words
 
 if TYPE_CHECKING:
     from solarcal.model.analysis import Analysis

@@ -23,8 +23,12 @@ from solarcal.station.news import (
 from solarcal.station.procedure import Station
 from solarcal.station.sign_off import sign_off
 from solarcal.station.state import SessionView, StationState
-from solarcal.station.upload_proposal import UploadProposal, propose_upload, too_few_points
-from solarcal.station.uploading import refuse_doubtful
+from solarcal.station.uploading import (
+    UploadProposal,
+    propose_upload,
+    refuse_doubtful,
+    too_few_points,
+)
 from solarcal.stopping_rule import percent
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog

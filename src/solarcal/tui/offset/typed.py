@@ -14,7 +14,7 @@ from solarcal.station.state import StationState
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey
 from solarcal.tui.offset.spot import SpotCalculator
-from solarcal.tui.widgets.words import Words
+from solarcal.tui.widgets.lines import Words
 
 
 class TypedOffsetDialog(Dialog):

@@ -16,9 +16,8 @@ from solarcal.station.state import StationState
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.plan.half_hours import HalfHours, half_hours, utc_clock
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
-from solarcal.tui.widgets.lines import HeadLine, NoticeLine
+from solarcal.tui.widgets.lines import HeadLine, NoticeLine, Words
 from solarcal.tui.widgets.text_lines import TextLines
-from solarcal.tui.widgets.words import Words
 
 
 def open_screen(app: Workstation) -> None:

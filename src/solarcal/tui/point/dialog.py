@@ -32,8 +32,7 @@ from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, open_dialog
 from solarcal.tui.dialogs.report import open_comparison, proven
 from solarcal.tui.point.question import Gathering, Question, check_result, point_result
-from solarcal.tui.widgets.lines import Field
-from solarcal.tui.widgets.words import Words
+from solarcal.tui.widgets.lines import Field, Words
 from solarcal.unit.tracker import Spot
 
 LOOK_EVERY_S = 2.0

@@ -11,7 +11,7 @@ from solarcal.station.point_judgement import PointJudgement
 from solarcal.station.question_evidence import Fact
 from solarcal.station.state import QUESTIONS
 from solarcal.tui.dialogs.dialog import progress_bar
-from solarcal.tui.widgets.words import Words
+from solarcal.tui.widgets.lines import Words
 
 
 class Question(Words):

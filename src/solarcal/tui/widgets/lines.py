@@ -1,4 +1,7 @@
-"""One-row widgets: title, file, log, a text field, and the row of a terminal too small."""
+"""Words written anew with every status; one-row widgets: title, file, log, a text field.
+
+And the row of a terminal too small.
+"""
 
 from functools import partial
 from typing import TYPE_CHECKING
@@ -11,13 +14,41 @@ from textual.widgets import Input, Label, Static
 
 from solarcal.decimals import decimal
 from solarcal.errors import ConfigurationError
-from solarcal.tui.widgets.words import Words
 
 if TYPE_CHECKING:
     from textual.geometry import Size
     from textual.notifications import SeverityLevel
+from textual.visual import VisualType
 
 Part = str | tuple[str, str] | Content
+
+
+class Words(Static):
+    """A ``Static`` as wide as its place. Words it has already cost nothing; others are drawn, and
+    only where they need more rows or fewer, the whole screen is laid out."""
+
+    def update(self, content: VisualType = "", *, layout: bool = True) -> None:
+        if _same(content, self.content):
+            return
+        rows = self._rows
+        super().update(content, layout=layout and not self.is_mounted)
+        if layout and self.is_mounted and (rows is None or rows != self._rows):
+            self.refresh(layout=True)
+
+    @property
+    def _rows(self) -> int | None:
+        """How many it needs, ``None`` where it is not in view; nought where they are fixed."""
+        height = self.styles.height
+        if height is not None and not height.is_auto:
+            return 0
+        width = self.size.width
+        return self.get_content_height(self.app.size, self.app.size, width) if width else None
+
+
+def _same(content: VisualType, before: VisualType) -> bool:
+    if isinstance(content, Content):
+        return isinstance(before, Content) and content.is_same(before)
+    return isinstance(content, str) and isinstance(before, str) and content == before
 
 
 class HeadLine(Words):

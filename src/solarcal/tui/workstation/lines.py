@@ -11,8 +11,7 @@ from solarcal.station.next_step import NextStep, countdown_text
 from solarcal.station.sign_off import sign_off
 from solarcal.station.state import LinkState, SessionView, StationState
 from solarcal.stopping_rule import percent
-from solarcal.tui.widgets.lines import HeadLine, Part
-from solarcal.tui.widgets.words import Words
+from solarcal.tui.widgets.lines import HeadLine, Part, Words
 
 
 class TitleLine(HeadLine):
