@@ -56,11 +56,15 @@ Run = Callable[[argparse.Namespace], int]
 _CALCULATORS = ("sun", "day", "year", "energy", "sunspot", "screwjack", "heliostat")
 _SHARED = {
     "doctor": "readiness",
+    "emulate": "emulate",
     "export": "session_files",
+    "forecast": "plan",
     "import": "session_files",
     "note": "session_files",
+    "plan": "plan",
     "ports": "readiness",
     "rollback": "upload",
+    "scenarios": "emulate",
     "upload": "upload",
     "void": "session_files",
 }

@@ -1,7 +1,11 @@
-"""``solarcal plan``: when to take the next points, and when today is worth stopping."""
+"""What the points come to: ``solarcal forecast``, how wrong the tracker will be over the year, and
+``solarcal plan``, when to take the next points, and when today is worth stopping.
+"""
 
 import argparse
 import re
+import shutil
+import sys
 
 from solarcal.cli.fit import add_judging_arguments, fill_in, judging
 from solarcal.cli.output import print_json, say
@@ -13,7 +17,46 @@ from solarcal.timescale import SECONDS_PER_DAY, SystemClock, parse_utc
 _CLOCK = re.compile(r"([01]?[0-9]|2[0-3]):([0-5][0-9])")
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def add_forecast_arguments(parser: argparse.ArgumentParser) -> None:
+    add_judging_arguments(parser)
+
+
+def run_forecast(args: argparse.Namespace) -> int:
+    from solarcal.station.analysing import analyse_files, read_files
+
+    files = read_files(args.files, fill_in(args))
+    judged = analyse_files(files, **judging(args, files))
+    judgement = judged.of_the_controller()
+    if args.json:
+        from solarcal.station.documents import forecast_document
+
+        print_json(forecast_document(args.files, judgement, judged.tolerance_deg))
+        return 0
+    from solarcal.report.forecast_map import forecast_map
+    from solarcal.report.judgement import forecast_facts, verdict_blocks
+
+    for warning in judged.warnings:
+        say(f"warning: {warning}")
+    width, height = shutil.get_terminal_size((80, 24))
+    drawn = forecast_map(
+        judgement.forecast,
+        max(40, min(width, 120)),
+        max(16, min(height - 2, 40)),
+        sys.stdout.isatty(),
+        tolerance_deg=judged.tolerance_deg,
+    )
+    parts = (
+        f"Expected error on the sky over the year, deg ({judged.solution.n_points} points, "
+        f"{judged.solution.method})",
+        text_of(forecast_facts(judgement.forecast, judged.tolerance_deg)),
+        drawn,
+        text_of(*verdict_blocks(judgement.verdict)),
+    )
+    print("\n\n".join(parts))
+    return 0
+
+
+def add_plan_arguments(parser: argparse.ArgumentParser) -> None:
     add_judging_arguments(parser)
     parser.add_argument(
         "--at",
@@ -33,7 +76,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def run(args: argparse.Namespace) -> int:
+def run_plan(args: argparse.Namespace) -> int:
     import numpy as np
 
     from solarcal.station.analysing import analyse_files, read_files
