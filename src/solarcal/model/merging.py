@@ -93,7 +93,7 @@ def merge_sessions(
         raise FitError("no session to merge; give at least one file")
     called = list(names) or [f"session {k + 1}" for k in range(len(parts))]
     parts = [_high_enough(p, context, name) for p, name in zip(parts, called, strict=True)]
-    joint = _joined(parts)
+    joint = PointSet.joined(parts)
     session = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
     solution = fit_exact(joint, context, prior=prior)
     nothing = np.zeros((len(parts) - 1, 4))
@@ -121,25 +121,6 @@ def _high_enough(points: PointSet, context: SkyContext, name: str) -> PointSet:
             f"{name} has no point above {LOWEST_ELEVATION_DEG:g} deg of elevation; leave it out"
         )
     return points if high.all() else points.subset(high)
-
-
-def _joined(parts: Sequence[PointSet]) -> PointSet:
-    def column(name: str) -> FloatArray:
-        return np.concatenate([getattr(part, name) for part in parts])
-
-    def optional(name: str) -> FloatArray | None:
-        return None if any(getattr(part, name) is None for part in parts) else column(name)
-
-    return PointSet(
-        geometry=parts[0].geometry,
-        ax1_deg=column("ax1_deg"),
-        ax2_deg=column("ax2_deg"),
-        err1_deg=column("err1_deg"),
-        err2_deg=column("err2_deg"),
-        sigma_deg=optional("sigma_deg"),
-        labels=tuple(label for part in parts for label in part.labels),
-        utc_s=optional("utc_s"),
-    )
 
 
 def _no_change(called: Sequence[str], weakest_deg: float) -> tuple[tuple[Finding, ...], str]:
@@ -246,16 +227,7 @@ def _as_the_last(
         change = now - np.stack(then.errors_deg(geometry, seen.ax1_deg, seen.ax2_deg))
         change[0] = wrap_deg(change[0])
         err += change * (session == k)
-    return PointSet(
-        geometry=geometry,
-        ax1_deg=points.ax1_deg,
-        ax2_deg=points.ax2_deg,
-        err1_deg=err[0],
-        err2_deg=err[1],
-        sigma_deg=points.sigma_deg,
-        labels=points.labels,
-        utc_s=points.utc_s,
-    )
+    return points.replace(err1_deg=err[0], err2_deg=err[1])
 
 
 def _widened(

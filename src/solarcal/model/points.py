@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,7 +75,7 @@ class PointSet:
     def __post_init__(self) -> None:
         keep = object.__setattr__
         n = None
-        for name in ("ax1_deg", "ax2_deg", "err1_deg", "err2_deg", "sigma_deg", "utc_s"):
+        for name in COLUMNS:
             values = getattr(self, name)
             if values is not None:
                 column = _column(values, name, n)
@@ -99,7 +99,7 @@ class PointSet:
         return tuple(self.labels[i] for i in np.flatnonzero(mask))
 
     def _refuse_unusable(self) -> None:
-        for name in ("ax1_deg", "ax2_deg", "err1_deg", "err2_deg", "sigma_deg"):
+        for name in (name for name in COLUMNS if name != "utc_s"):
             column = getattr(self, name)
             if column is not None:
                 self._refuse(~np.isfinite(column), f"{name} is {{}}, not a number", column)
@@ -141,16 +141,23 @@ class PointSet:
         # An empty list would come as floats, which index nothing.
         positions = np.asarray(indices, dtype=None if len(indices) else np.intp)
         chosen = np.arange(len(self))[positions]
-        return PointSet(
-            geometry=self.geometry,
-            ax1_deg=self.ax1_deg[chosen],
-            ax2_deg=self.ax2_deg[chosen],
-            err1_deg=self.err1_deg[chosen],
-            err2_deg=self.err2_deg[chosen],
-            sigma_deg=None if self.sigma_deg is None else self.sigma_deg[chosen],
-            labels=tuple(self.labels[i] for i in chosen),
-            utc_s=None if self.utc_s is None else self.utc_s[chosen],
-        )
+        given: dict[str, Any] = {name: getattr(self, name) for name in COLUMNS}
+        columns: dict[str, Any] = {
+            name: column if column is None else column[chosen] for name, column in given.items()
+        }
+        labels = tuple(self.labels[i] for i in chosen)
+        return PointSet(geometry=self.geometry, labels=labels, **columns)
+
+    @classmethod
+    def joined(cls, parts: "Sequence[PointSet]") -> "PointSet":
+        """The points of all, one after the other; columns that all of them have."""
+        columns: dict[str, Any] = dict.fromkeys(COLUMNS)
+        for name in COLUMNS:
+            given = [getattr(part, name) for part in parts]
+            if all(column is not None for column in given):
+                columns[name] = np.concatenate(given)
+        labels = tuple(label for part in parts for label in part.labels)
+        return cls(geometry=parts[0].geometry, labels=labels, **columns)
 
     def distinct(self) -> "PointSet":
         """The points with each that was given more than once, to the last digit, taken once.
@@ -212,6 +219,10 @@ class PointSet:
             f"the end of its branch at {end:g} deg; the two sides need a calibration of their own"
             for i in steps[:1]
         ]
+
+
+COLUMNS = ("ax1_deg", "ax2_deg", "err1_deg", "err2_deg", "sigma_deg", "utc_s")
+"""What a ``PointSet`` has one number of for each point, or for none."""
 
 
 def _points(labels: tuple[int, ...], most: int = 6) -> str:

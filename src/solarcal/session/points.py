@@ -5,6 +5,7 @@ Angles are degrees in the mount's native frame, AX1 on the branch; ``err = readi
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +18,19 @@ from solarcal.site import Site
 from solarcal.timescale import parse_utc
 from solarcal.units import FloatArray
 
+Column: TypeAlias = FloatArray | tuple[Any, ...] | None
+
 IDEALS = ("apparent", "airless", "solartrak")
 STATUSES = ("accepted", "aborted", "rejected")
 
 SITE_TOLERANCE_DEG = 0.01
+
+NUMBERS = {"sigma_deg": (1e-9, 90.0)}
+"""Numbers a point may have beside its angles, and between which limits.
+
+Each is a field of the record, a column of the table, of a points CSV and of the points a fit takes;
+a column without a number for every accepted point is None.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,12 +82,12 @@ class PointTable:
     ax2_deg: FloatArray
     err1_deg: FloatArray
     err2_deg: FloatArray
-    sigma_deg: FloatArray | None
     status: tuple[str, ...]
     approach: tuple[tuple[int, int], ...]
     note: tuple[str, ...]
     labels: tuple[int, ...]
     sources: tuple[str, ...]
+    sigma_deg: FloatArray | None = None
     warnings: tuple[str, ...] = ()
     heliostat: Heliostat | None = None
     stamp_utc_s: FloatArray | None = None
@@ -100,27 +110,33 @@ class PointTable:
         """The table of these rows only, in this order."""
         chosen = np.asarray(indices, dtype=np.intp)
         order = chosen.tolist()
-        return replace(
-            self,
-            utc_s=self.utc_s[chosen],
-            ax1_deg=self.ax1_deg[chosen],
-            ax2_deg=self.ax2_deg[chosen],
-            err1_deg=self.err1_deg[chosen],
-            err2_deg=self.err2_deg[chosen],
-            sigma_deg=None if self.sigma_deg is None else self.sigma_deg[chosen],
-            status=tuple(self.status[i] for i in order),
-            approach=tuple(self.approach[i] for i in order),
-            note=tuple(self.note[i] for i in order),
-            labels=tuple(self.labels[i] for i in order),
-            sources=tuple(self.sources[i] for i in order),
-            stamp_utc_s=None if self.stamp_utc_s is None else self.stamp_utc_s[chosen],
-        )
+
+        def of(column: Column) -> Any:
+            if column is None:
+                return None
+            if isinstance(column, tuple):
+                return tuple(column[i] for i in order)
+            return column[chosen]
+
+        return replace(self, **{name: of(getattr(self, name)) for name in COLUMNS})
 
     def accepted(self) -> "PointTable":
         """The rows that are fitted."""
         if self.count("accepted") == len(self.status):
             return self
         return self.rows([i for i, status in enumerate(self.status) if status == "accepted"])
+
+
+COLUMNS = (
+    "utc_s", "ax1_deg", "ax2_deg", "err1_deg", "err2_deg", *NUMBERS, "status", "approach", "note",
+    "labels", "sources", "stamp_utc_s",
+)  # fmt: skip
+"""What a ``PointTable`` has one of for each row."""
+
+
+def given_numbers(column: FloatArray, accepted: NDArray[np.bool_]) -> FloatArray | None:
+    """One of the ``NUMBERS``, or None where an accepted row has none."""
+    return None if np.isnan(column[accepted]).any() or np.isnan(column).all() else column
 
 
 def table_from_session(session: Session) -> PointTable:
@@ -135,7 +151,6 @@ def table_of_points(
     header: Header, found: Sequence[PointRecord], source: str = "", warnings: tuple[str, ...] = ()
 ) -> PointTable:
     """The same of points whose records are folded already."""
-    sigma = _column([p.sigma_deg for p in found])
     accepted = np.array([p.status == "accepted" for p in found], dtype=bool)
     ideal = np.array([_pair(p.ideal_deg) for p in found]).reshape(-1, 2)
     error = np.array([_pair(p.error_deg) for p in found]).reshape(-1, 2)
@@ -152,7 +167,6 @@ def table_of_points(
         ax2_deg=ideal[:, 1],
         err1_deg=error[:, 0],
         err2_deg=error[:, 1],
-        sigma_deg=None if np.isnan(sigma[accepted]).any() or np.isnan(sigma).all() else sigma,
         status=tuple(p.status for p in found),
         approach=tuple(p.approach or (0, 0) for p in found),
         note=tuple(p.reason for p in found),
@@ -163,6 +177,10 @@ def table_of_points(
         stamp_utc_s=_column([_stamp(p, header) for p in found])
         if header.target == "moon"
         else None,
+        **{
+            name: given_numbers(_column([getattr(p, name) for p in found]), accepted)
+            for name in NUMBERS
+        },
     )
 
 
@@ -196,30 +214,27 @@ def merge_tables(tables: Sequence[PointTable]) -> PointTable:
             raise InputFileError(f"{min(twice)} was given twice; each point counts once")
         seen |= here
         _require_same_unit(first, table)
-    given = [t.sigma_deg for t in tables]
-    sigmas = [s for s in given if s is not None]
     warnings = [text for t in tables for text in t.warnings]
-    if sigmas and len(sigmas) < len(given):
-        warnings.append("only some of the files give sigma_deg: the sigmas were not used")
+    columns: dict[str, Any] = {}
+    for name in COLUMNS:
+        given = [column for t in tables if (column := getattr(t, name)) is not None]
+        if len(given) < len(tables):
+            columns[name] = None
+            if name in NUMBERS and given:
+                warnings.append(f"only some of the files give {name}: it was not used")
+        elif isinstance(given[0], tuple):
+            columns[name] = tuple(cell for column in given for cell in column)
+        else:
+            columns[name] = np.concatenate(given)
+    columns["stamp_utc_s"] = np.concatenate(
+        [t.utc_s if t.stamp_utc_s is None else t.stamp_utc_s for t in tables]
+    )
     return replace(
         first,
         latitude_deg=next((t.latitude_deg for t in tables if t.latitude_deg is not None), None),
         longitude_deg=next((t.longitude_deg for t in tables if t.longitude_deg is not None), None),
-        utc_s=np.concatenate([t.utc_s for t in tables]),
-        ax1_deg=np.concatenate([t.ax1_deg for t in tables]),
-        ax2_deg=np.concatenate([t.ax2_deg for t in tables]),
-        err1_deg=np.concatenate([t.err1_deg for t in tables]),
-        err2_deg=np.concatenate([t.err2_deg for t in tables]),
-        sigma_deg=np.concatenate(sigmas) if len(sigmas) == len(given) else None,
-        status=tuple(s for t in tables for s in t.status),
-        approach=tuple(a for t in tables for a in t.approach),
-        note=tuple(n for t in tables for n in t.note),
-        labels=tuple(label for t in tables for label in t.labels),
-        sources=tuple(source for t in tables for source in t.sources),
         warnings=tuple(warnings),
-        stamp_utc_s=np.concatenate(
-            [t.utc_s if t.stamp_utc_s is None else t.stamp_utc_s for t in tables]
-        ),
+        **columns,
     )
 
 

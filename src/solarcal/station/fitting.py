@@ -18,7 +18,7 @@ from solarcal.model.sky_context import Ideal, SkyContext
 from solarcal.model.terms import LEAN_PRIOR_DEG
 from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import MountGeometry
-from solarcal.session.points import PointTable
+from solarcal.session.points import NUMBERS, PointTable
 from solarcal.session.records import Header
 from solarcal.session.view import SessionView
 from solarcal.sun.position import sun_known
@@ -81,9 +81,9 @@ def point_set(table: PointTable) -> PointSet:
         ax2_deg=used.ax2_deg,
         err1_deg=used.err1_deg,
         err2_deg=used.err2_deg,
-        sigma_deg=used.sigma_deg,
         labels=used.labels,
         utc_s=used.utc_s,
+        **{name: getattr(used, name) for name in NUMBERS},
     )
 
 

@@ -23,12 +23,12 @@ from solarcal.session.interchange.csv_head import (
     read_head,
     without_separator_line,
 )
-from solarcal.session.points import STATUSES, PointTable
+from solarcal.session.points import NUMBERS, STATUSES, PointTable, given_numbers
 from solarcal.timescale import parse_many_utc, parse_utc
 from solarcal.units import FloatArray, wrap_deg
 
 REQUIRED_COLUMNS = ("utc", "ax1_deg", "ax2_deg", "err1_deg", "err2_deg")
-OPTIONAL_COLUMNS = ("sigma_deg", "status", "approach1", "approach2", "note")
+OPTIONAL_COLUMNS = (*NUMBERS, "status", "approach1", "approach2", "note")
 
 _APPROACH = {"": 0, "0": 0, ".": 0, "1": 1, "+1": 1, "+": 1, "-1": -1, "-": -1}
 # Instants a tracker can have met; anything else is a slip of the keyboard.
@@ -59,14 +59,13 @@ def read_points_csv(path: str | Path, **fill_in: Unpack[UnitFillIn]) -> PointTab
     # Attempts that were given up may have nothing to show; accepted rows must be complete.
     may_lack = ~accepted
     may_lack_utc = may_lack | (head.ideal == "apparent")
-    sigma = sheet.numbers("sigma_deg", np.full(len(status), True), 1e-9, 90.0)
-    lacking = np.flatnonzero(np.isnan(sigma) & accepted)
-    if np.isnan(sigma).all():
-        given_sigma = None
-    elif len(lacking):
-        raise sheet.error(int(lacking[0]), "sigma_deg", "is empty, but other rows have one")
-    else:
-        given_sigma = sigma
+    numbers = {}
+    for name, (low, high) in NUMBERS.items():
+        column = sheet.numbers(name, np.full(len(status), True), low, high)
+        lacking = np.flatnonzero(np.isnan(column) & accepted)
+        if len(lacking) and not np.isnan(column).all():
+            raise sheet.error(int(lacking[0]), name, "is empty, but other rows have one")
+        numbers[name] = given_numbers(column, accepted)
     return PointTable(
         geometry=head.geometry,
         latitude_deg=head.latitude_deg,
@@ -80,7 +79,7 @@ def read_points_csv(path: str | Path, **fill_in: Unpack[UnitFillIn]) -> PointTab
         ax2_deg=sheet.numbers("ax2_deg", may_lack, 0.0, 180.0),
         err1_deg=sheet.numbers("err1_deg", may_lack, -180.0, 180.0),
         err2_deg=sheet.numbers("err2_deg", may_lack, -180.0, 180.0),
-        sigma_deg=given_sigma,
+        **numbers,
         status=tuple(status),
         approach=tuple(
             zip(
@@ -114,8 +113,9 @@ def write_points_csv(table: PointTable, path: str | Path) -> None:
         "err1_deg": _number_texts(table.err1_deg),
         "err2_deg": _number_texts(table.err2_deg),
     }
-    if table.sigma_deg is not None:
-        columns["sigma_deg"] = _number_texts(table.sigma_deg)
+    for name in NUMBERS:
+        if (column := getattr(table, name)) is not None:
+            columns[name] = _number_texts(column)
     columns["status"] = table.status
     if any(a != (0, 0) for a in table.approach):
         columns["approach1"] = (str(a) for a, _ in table.approach)

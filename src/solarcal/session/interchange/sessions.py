@@ -1,6 +1,7 @@
 """Imported points as a session file of their own."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from solarcal.mount.drive import RotaryDrive
 from solarcal.mount.limits import AxisLimits, Limits
 from solarcal.session.interchange.csv_head import instant_text
 from solarcal.session.journal import Journal
-from solarcal.session.points import PointTable
+from solarcal.session.points import NUMBERS, PointTable
 from solarcal.session.points_only import PointsOnly
 from solarcal.session.reader import Session
 from solarcal.session.records import (
@@ -24,6 +25,7 @@ from solarcal.session.records import (
 )
 from solarcal.site import Site
 from solarcal.timescale import format_utc
+from solarcal.units import FloatArray
 
 
 def session_from_table(table: PointTable, path: str | Path, *, utc_s: float) -> Session:
@@ -106,25 +108,29 @@ def points_only(table: PointTable) -> PointsOnly:
 
 def imported_points(table: PointTable, header: Header) -> list[PointRecord]:
     """One record per row. Which questions were asked is not known: the answers are null."""
-    sigma = np.full(len(table), np.nan) if table.sigma_deg is None else table.sigma_deg
+    numbers: dict[str, FloatArray] = {
+        name: column for name in NUMBERS if (column := getattr(table, name)) is not None
+    }
     columns = zip(
         table.utc_s.tolist(),
         table.ax1_deg.tolist(),
         table.ax2_deg.tolist(),
         table.err1_deg.tolist(),
         table.err2_deg.tolist(),
-        sigma.tolist(),
         table.status,
         table.approach,
         table.note,
         strict=True,
     )
     records = []
-    for seq, row in enumerate(columns, start=header.seq + 1):
-        utc_s, ax1, ax2, err1, err2, one_sigma, status, approach, note = row
+    for at, row in enumerate(columns):
+        utc_s, ax1, ax2, err1, err2, status, approach, note = row
+        own: dict[str, Any] = {
+            name: float(column[at]) for name, column in numbers.items() if not np.isnan(column[at])
+        }
         records.append(
             PointRecord(
-                seq=seq,
+                seq=header.seq + 1 + at,
                 utc=header.utc,
                 status=status,
                 answers=Answers(),
@@ -133,7 +139,7 @@ def imported_points(table: PointTable, header: Header) -> list[PointRecord]:
                 ideal_deg=None if np.isnan(ax1 + ax2) else (ax1, ax2),
                 error_deg=None if np.isnan(err1 + err2) else (err1, err2),
                 approach=None if approach == (0, 0) else approach,
-                sigma_deg=None if np.isnan(one_sigma) else one_sigma,
+                **own,
             )
         )
     return records
