@@ -118,13 +118,12 @@ def fit_mechanism(
         Axis degrees count on sky as they do at the start: weights that move with the place would
         have slopes of their own.
         """
-        _, _, sky = linearised(start)
-        place: list[FloatArray] = []
-        found: list[Linearised] = []
+        at_start, _, sky = linearised(start)
+        place, found = [start / unit], [at_start]
         root, prior_root = np.sqrt(np.repeat(weights, 2)), np.sqrt(pull)
 
         def at_place(scaled: FloatArray) -> Linearised:
-            if not place or not np.array_equal(place[0], scaled):
+            if not np.array_equal(place[0], scaled):
                 place[:], found[:] = [scaled.copy()], [linearised(scaled * unit, sky)[0]]
             return found[0]
 

@@ -168,22 +168,21 @@ class MechanismPosterior:
         """Draws (count, k), the same for the same posterior: mixture parts in proportion."""
         part = np.searchsorted(np.cumsum(self.weights), (np.arange(count) + 0.5) / count)
         part = np.minimum(part, len(self.weights) - 1)
-        factors = _factors(self.covariances)
         draws = standard_normals(count, seed, self.means.shape[1])
-        away: FloatArray = np.einsum("nij,nj->ni", factors[part], draws)
+        away = (self._factors[part] @ draws[..., np.newaxis])[..., 0]
         return self.means[part] + away
 
-
-def _factors(covariances: FloatArray) -> FloatArray:
-    """L with L L.T the covariance (q, 6, 6), also for one that is singular to rounding."""
-    scale = np.sqrt(np.einsum("qii->qi", covariances))
-    scale = np.where(scale > 0.0, scale, 1.0)
-    values, vectors = np.linalg.eigh(
-        covariances / (scale[:, :, np.newaxis] * scale[:, np.newaxis, :])
-    )
-    roots = np.sqrt(np.maximum(values, 0.0))[:, np.newaxis, :]
-    factors: FloatArray = scale[:, :, np.newaxis] * vectors * roots
-    return factors
+    @cached_property
+    def _factors(self) -> FloatArray:
+        """L with L L.T the covariance (q, k, k), also for one that is singular to rounding."""
+        scale = np.sqrt(np.einsum("qii->qi", self.covariances))
+        scale = np.where(scale > 0.0, scale, 1.0)
+        values, vectors = np.linalg.eigh(
+            self.covariances / (scale[:, :, np.newaxis] * scale[:, np.newaxis, :])
+        )
+        roots = np.sqrt(np.maximum(values, 0.0))[:, np.newaxis, :]
+        factors: FloatArray = scale[:, :, np.newaxis] * vectors * roots
+        return factors
 
 
 _drawn: dict[tuple[int, int, int], FloatArray] = {}
