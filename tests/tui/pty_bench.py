@@ -185,6 +185,9 @@ class Terminal:
     def shows(self, *words: str) -> None:
         self.until(lambda: all(word in self.words() for word in words), f"{words}")
 
+    def shows_one_of(self, *words: str) -> None:
+        self.until(lambda: any(word in self.words() for word in words), f"one of {words}")
+
     def shows_no(self, *words: str) -> None:
         """Gone for good: a screen half drawn anew lacks words that it will have again."""
 
