@@ -92,7 +92,7 @@ def test_a_finished_session_and_another_unit_are_refused(tmp_path):
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_line_that_hangs_up_again_and_again_costs_no_point(tmp_path, seed):
     path = tmp_path / "day.jsonl"
-    line = OrderedLine(emulated(), LineFaults(hung_up=0.01), seed=seed)
+    line = OrderedLine(emulated(), LineFaults(hung_up=0.02), seed=seed)
     done = calibrate(
         SolarTrakUnit(line.connect), lambda header: Journal.create(path, header), SCHEDULE,
         pauses=Pauses(),

@@ -316,7 +316,7 @@ def proven(tmp_path_factory):
 
 async def second_check(app, pilot, station, cable):
     """As a technician does it: offset, point, three times yes, store."""
-    cable.emulator.advance(1800.0)
+    station.tracker.emulation.advance(1800.0)
     await pilot.press("f6")
     await shows(pilot, "Set here")
     await pilot.press("enter")
@@ -330,7 +330,7 @@ async def second_check(app, pilot, station, cable):
     for _ in range(40):
         if "never fitted" in screen_text(app):
             break
-        cable.emulator.advance(1.0)
+        station.tracker.emulation.advance(1.0)
         await pilot.pause(0.05)
     await shows(pilot, "never fitted")
     await until(pilot, lambda: app.screen.offered("yes"))

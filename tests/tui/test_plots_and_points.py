@@ -187,13 +187,13 @@ async def test_every_line_of_the_checks_is_reached_by_keys_at_80x24(station):
 
 async def test_after_a_stored_point_the_parameters_then_the_plot_come_up(tmp_path):
     """On a wide screen from the third point on; any key that is no action's goes on."""
-    station, cable = bench(tmp_path / "two.jsonl", start="2026-06-03T13:30:00Z")
+    station, _ = bench(tmp_path / "two.jsonl", start="2026-06-03T13:30:00Z")
     take_points(station, 2, 40.0)
     async with workstation(station, LARGE) as (app, pilot):
         view = await on_workstation(app, pilot)
         coefficients = view.query_one("#coefficients")
         coefficients.scroll_end(animate=False)
-        cable.emulator.advance(1800.0)
+        station.tracker.emulation.advance(1800.0)
         await pilot.press("f6")
         await shows(pilot, "Set here")
         await pilot.press("enter")
@@ -205,7 +205,7 @@ async def test_after_a_stored_point_the_parameters_then_the_plot_come_up(tmp_pat
         for _ in range(40):
             if "Counts moved" in screen_text(app):
                 break
-            cable.emulator.advance(1.0)
+            station.tracker.emulation.advance(1.0)
             await pilot.pause(0.05)
         await shows(pilot, "Counts moved")
         await until(pilot, lambda: app.screen.offered("yes"))

@@ -151,8 +151,8 @@ async def test_a_running_check_shows_how_far_it_is_and_the_time_that_is_left() -
 @on_loop
 async def test_a_reference_check_that_runs_is_accelerated_from_its_dialog() -> None:
     """At x1 it takes a minute and a half; nobody waits for it here."""
-    station, cable = bench()
-    cable.emulator.set_speed(1.0)
+    station, _ = bench()
+    station.tracker.emulation.set_speed(1.0)
     async with workstation(station) as (app, pilot):
         await until(pilot, lambda: app.emulated_speed == 1.0)
         await pilot.press("f5")
@@ -239,8 +239,8 @@ async def test_the_clock_is_set_with_a_time_tick() -> None:
 
 @on_loop
 async def test_the_pip_of_a_full_minute_fills_the_fields() -> None:
-    station, cable = bench()
-    cable.emulator.advance(59.0 - station.clock.utc_s() % 60.0)
+    station, _ = bench()
+    station.tracker.emulation.advance(59.0 - station.clock.utc_s() % 60.0)
     async with workstation(station) as (_, pilot):
         await pilot.press("k")
         await shows(pilot, "full minute")

@@ -4,7 +4,6 @@ import re
 
 import pytest
 from procedure_bench import (
-    Cable,
     bench,
     on_loop,
     screen_words,
@@ -16,19 +15,20 @@ from procedure_bench import (
 )
 from textual.pilot import Pilot
 
+from solarcal.emulator.emulation import Emulator
 from solarcal.station.procedure import Station
 from solarcal.tui.offset.dialog import SunOffsetDialog
 from solarcal.tui.offset.spot import Sunspot
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
-from solarcal.unit.tracker import Mode, Spot
+from solarcal.unit.tracker import Emulation, Mode, Spot
 
 
-async def pass_time(pilot: Pilot[int], cable: Cable, seconds: float) -> None:
+async def pass_time(pilot: Pilot[int], time: Emulation | Emulator, seconds: float) -> None:
     """Emulated seconds, with a look of the dialog after each."""
     dialog = pilot.app.screen
     assert isinstance(dialog, SunOffsetDialog)
     for _ in range(int(seconds)):
-        cable.emulator.advance(1.0)
+        time.advance(1.0)
         seen = dialog._view
         await until(pilot, lambda seen=seen: dialog._view is not seen)
 
@@ -48,12 +48,12 @@ def standing(station: Station) -> tuple[float, float]:
 
 @on_loop
 async def test_arrows_jog_in_the_chosen_step_and_enter_sets_the_offset() -> None:
-    station, cable = bench()
+    station, _ = bench()
     async with workstation(station) as (_, pilot):
         await opened(pilot)
         before = standing(station)
         await pilot.press("5", "left", "left", "down")
-        await pass_time(pilot, cable, 5)
+        await pass_time(pilot, station.tracker.emulation, 5)
         after = standing(station)
         assert after[0] - before[0] == pytest.approx(-0.2, abs=0.02)
         assert after[1] - before[1] == pytest.approx(-0.1, abs=0.02)
@@ -67,26 +67,26 @@ async def test_arrows_jog_in_the_chosen_step_and_enter_sets_the_offset() -> None
 
 @on_loop
 async def test_going_backward_warns_until_b_has_gone_behind_and_forward() -> None:
-    station, cable = bench()
+    station, _ = bench()
     async with workstation(station) as (_, pilot):
         await opened(pilot)
         # The Sun goes towards smaller AX1 in the morning: right is backward.
         await pilot.press("5", "right")
-        await pass_time(pilot, cable, 4)
+        await pass_time(pilot, station.tracker.emulation, 4)
         await shows(pilot, "Axis 1 did NOT come from behind", "Press b")
         await pilot.press("b")
-        await pass_time(pilot, cable, 10)
+        await pass_time(pilot, station.tracker.emulation, 10)
         await shows(pilot, "Both axes came from behind")
 
 
 @on_loop
 async def test_escape_leaves_without_writing_and_the_unit_tracks_again() -> None:
-    station, cable = bench()
+    station, _ = bench()
     async with workstation(station) as (app, pilot):
         await opened(pilot)
         before = station.poll().offsets
         await pilot.press("left")
-        await pass_time(pilot, cable, 3)
+        await pass_time(pilot, station.tracker.emulation, 3)
         await pilot.press("escape")
         await until(pilot, lambda: len(app.screen_stack) == 1)
         assert station.session.sun_offsets == ()
@@ -96,16 +96,16 @@ async def test_escape_leaves_without_writing_and_the_unit_tracks_again() -> None
 
 @on_loop
 async def test_stop_ends_the_jog_and_arrows_do_not_move_a_stopped_unit() -> None:
-    station, cable = bench()
+    station, _ = bench()
     async with workstation(station) as (_, pilot):
         await opened(pilot)
         await pilot.press("8", "left")
-        await pass_time(pilot, cable, 1)
+        await pass_time(pilot, station.tracker.emulation, 1)
         await pilot.press("s")
         await until(pilot, lambda: station.state.live.status.mode is Mode.STOP)
         await pilot.press("left")
         await shows(pilot, "track first")
-        cable.emulator.advance(10.0)
+        station.tracker.emulation.advance(10.0)
         assert station.poll().moving == (0, 0)
         await pilot.press("t")
         await until(pilot, lambda: station.state.live.status.mode is Mode.TRACK)
@@ -114,23 +114,23 @@ async def test_stop_ends_the_jog_and_arrows_do_not_move_a_stopped_unit() -> None
 @on_loop
 async def test_far_from_the_sun_the_degrees_to_go_and_the_seconds_are_said() -> None:
     """After a reference check the axes stand at their switches, tens of degrees away."""
-    station, cable = unreferenced_bench()
+    station, _ = unreferenced_bench()
     station.ref_check()
     async with workstation(station) as (_, pilot):
         await pilot.press("f6")
         await shows(pilot, "press t, and it goes to its Sun")
         await pilot.press("t")
         await until(pilot, lambda: station.state.live.status.mode is Mode.TRACK)
-        await pass_time(pilot, cable, 3)
+        await pass_time(pilot, station.tracker.emulation, 3)
         found = re.search(
             r"Driving to the Sun: (\d+) deg to go, about (\d+) s", screen_words(pilot.app)
         )
         assert found is not None, screen_words(pilot.app)
         to_go, left_s = int(found[1]), int(found[2])
         assert to_go > 10
-        await pass_time(pilot, cable, 3)
+        await pass_time(pilot, station.tracker.emulation, 3)
         await shows(pilot, "deg to go, about")
-        await pass_time(pilot, cable, left_s)
+        await pass_time(pilot, station.tracker.emulation, left_s)
         await shows(pilot, "The axes have arrived.")
 
 
@@ -153,7 +153,7 @@ async def test_a_lost_link_stops_the_jog_and_nothing_moves_when_it_is_back() -> 
     async with workstation(station) as (app, pilot):
         await opened(pilot)
         await pilot.press("8", "left")
-        await pass_time(pilot, cable, 1)
+        await pass_time(pilot, cable.emulator, 1)
         cable.pulled = True
         await shows(pilot, "LINK LOST")
         cable.emulator.advance(20.0)
@@ -162,7 +162,7 @@ async def test_a_lost_link_stops_the_jog_and_nothing_moves_when_it_is_back() -> 
         await shows(pilot, "The link is back")
         first = station.poll()
         await until(pilot, lambda: "at rest" in screen_words(app))
-        cable.emulator.advance(20.0)
+        station.tracker.emulation.advance(20.0)
         assert station.poll().reading1_deg == first.reading1_deg
         assert first.mode is Mode.MANUAL
 
@@ -183,7 +183,7 @@ async def test_on_a_real_unit_the_calculator_turns_readings_into_jogs(
             await pilot.press(*text, "tab")
         await pilot.press("escape", "j")
         await shows(pilot, "axis 1 by +0.000, axis 2 by +0.050")
-        await pass_time(pilot, cable, 4)
+        await pass_time(pilot, cable.emulator, 4)
         after = standing(station)
         assert after[1] - before[1] == pytest.approx(0.05, abs=0.02)
 
@@ -253,14 +253,14 @@ async def test_a_held_arrow_grows_its_step_and_leaves_little_to_do_after_release
 
 @on_loop
 async def test_the_fit_brings_the_axes_near_the_sun_from_behind() -> None:
-    station, cable = bench(start="2026-06-03T13:30:00Z")
+    station, _ = bench(start="2026-06-03T13:30:00Z")
     take_points(station, 3, 40.0)
     async with workstation(station) as (app, pilot):
         await until(pilot, lambda: app.fit is not None and app.fit.solution is not None)
         await opened(pilot)
         await pilot.press("p")
         await shows(pilot, "from behind")
-        await pass_time(pilot, cable, 20)
+        await pass_time(pilot, station.tracker.emulation, 20)
         view = pilot.app.screen._view
         assert all(view.watch.from_behind)
         assert abs(view.spot.error2_deg) < 0.3

@@ -306,7 +306,7 @@ TIMES = "2026-06-21T16:00:00.000Z 2026-06-21T15:59:36.000Z"
 
 def test_the_emulators_own_requests():
     unit, link = connected(
-        ("0003 X TIME", f"0003 OK {TIMES} 0.000"),
+        ("0003 X TIME", f"0003 OK {TIMES} 60.000"),
         ("0004 X TIME", f"0004 OK {TIMES} 60.000"),
         ("0005 X ADVANCE 12.500000", f"0005 OK {TIMES}"),
         ("0006 X SPOT", "0006 OK 1 0.10000 -0.20000"),
@@ -321,6 +321,25 @@ def test_the_emulators_own_requests():
     assert emulation.spot() == Spot(True, 0.1, -0.2)
     assert emulation.truth() == Truth(Coefficients(P1=0.1, P5=0.0001), 0.01, 0.02, 0.03)
     emulation.fault("mute")
+    link.assert_finished()
+
+
+def test_a_time_that_only_advance_moves_is_asked_for_once():
+    later = "2026-06-21T16:00:12.500Z 2026-06-21T15:59:48.500Z"
+    unit, link = connected(
+        ("0003 X TIME", f"0003 OK {TIMES} 0.000"),
+        ("0004 X ADVANCE 12.500000", f"0004 OK {later}"),
+        ("0005 X SPEED 60.000", "0005 OK 60.000"),
+        ("0006 X TIME", f"0006 OK {later} 60.000"),
+        ("0007 X TIME", f"0007 OK {TIMES} 0.000"),
+    )
+    emulation = unit.emulation
+    assert [emulation.time()[0], emulation.speed()] == [1782057600.0, 0.0]
+    emulation.advance(12.5)
+    assert [unit.emulation.time()[0], emulation.speed()] == [1782057612.5, 0.0]
+    emulation.set_speed(60.0)
+    assert emulation.speed() == 60.0
+    assert [emulation.time()[0], emulation.speed()] == [1782057600.0, 0.0]
     link.assert_finished()
 
 

@@ -2,6 +2,7 @@
 
 import math
 import secrets
+import threading
 from collections.abc import Callable
 from typing import TypeVar
 
@@ -71,6 +72,8 @@ class SolarTrakUnit:
         self._identity: UnitIdentity | None = None
         self._zone_west_h: float | None = None
         self._decimals: tuple[int, int] | None = None
+        self.standing: tuple[float, float] | None = None
+        """True and laptop's time of an emulator at speed 0, which only ``advance`` moves."""
 
     @property
     def emulation(self) -> Emulation | None:
@@ -105,7 +108,7 @@ class SolarTrakUnit:
             self._last_seq = talk.last_seq
             talk.close()
         # Another unit may be on the line next time.
-        self._identity = self._zone_west_h = self._decimals = None
+        self._identity = self._zone_west_h = self._decimals = self.standing = None
 
     def site(self) -> UnitSite:
         answer = self._read("SITE", fields.site_from_fields, self._talk.ask("SITE"))
@@ -202,6 +205,11 @@ class SolarTrakUnit:
         return tuple(talk.recent.copy()) if talk is not None else ()
 
     @property
+    def turn(self) -> threading.RLock:
+        """Held while requests that belong together are made."""
+        return self._talk.turn
+
+    @property
     def _talk(self) -> Conversation:
         if self._conversation is None:
             raise LinkError(f"the line to {self._port} is not open; connect first")
@@ -272,7 +280,9 @@ class _SolarTrakEmulation:
     def set_speed(self, speed: float) -> float:
         if not 0.0 <= speed < math.inf:
             raise ConfigurationError(f"virtual time cannot run {speed} times as fast")
-        return self._ask("SPEED", fields.speed_from_fields, *fields.speed_to_fields(speed))
+        with self._unit.turn:
+            self._unit.standing = None
+            return self._ask("SPEED", fields.speed_from_fields, *fields.speed_to_fields(speed))
 
     def advance(self, seconds: float) -> tuple[float, float]:
         if not 0.0 <= seconds < math.inf:
@@ -281,9 +291,13 @@ class _SolarTrakEmulation:
         while times is None or seconds > 0.0:
             step_s = min(seconds, LONGEST_ADVANCE_S)
             seconds -= step_s
-            times = self._ask(
-                "ADVANCE", fields.times_from_fields, *fields.advance_to_fields(step_s)
-            )
+            with self._unit.turn:
+                stood, self._unit.standing = self._unit.standing, None
+                times = self._ask(
+                    "ADVANCE", fields.times_from_fields, *fields.advance_to_fields(step_s)
+                )
+                if stood is not None:
+                    self._unit.standing = times
         return times
 
     def spot(self) -> Spot:
@@ -299,7 +313,14 @@ class _SolarTrakEmulation:
         self._ask("FAULT", lambda answer: fields.expect(answer, "name"), name)
 
     def _times(self) -> tuple[tuple[float, float], float]:
-        return self._ask("TIME", fields.times_and_speed_from_fields)
+        """True and laptop's time, and the speed; asked for again only where they may be others."""
+        with self._unit.turn:
+            if self._unit.standing is not None:
+                return self._unit.standing, 0.0
+            times, speed = self._ask("TIME", fields.times_and_speed_from_fields)
+            if speed == 0.0:
+                self._unit.standing = times
+            return times, speed
 
     def _ask(self, verb: str, reader: Callable[[tuple[str, ...]], T], *arguments: str) -> T:
         return self._unit.ask_emulator(verb, reader, *arguments)
