@@ -28,7 +28,7 @@ ONE_PERCENT = [
     LineFaults(flipped=0.004, dropped=0.003, doubled=0.003),
 ]
 PIECES = [
-    LineFaults(halved=0.02),
+    LineFaults(halved=0.03),
     LineFaults(silent=0.03),
     LineFaults(delayed=0.2),
     LineFaults(babbled=0.2),
@@ -220,7 +220,7 @@ def test_a_unit_that_reboots_again_and_again_is_referenced_anew_and_no_point_is_
     completed, reboots, checks = 0, 0, 0
     given_up: list[str] = []
     for seed in (2, 3, 5):
-        line = faulty_line(LineFaults(rebooted=0.002), seed)
+        line = faulty_line(LineFaults(rebooted=0.003), seed)
         path = tmp_path / f"{seed}.jsonl"
         try:
             done, _ = calibrated(line, path)
