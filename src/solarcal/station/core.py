@@ -42,7 +42,7 @@ from solarcal.station.state import (
     StationState,
     view_session,
 )
-from solarcal.station.typed.forms import ReadByHand, TypedAnswer
+from solarcal.station.typed.forms import TypedAnswer
 from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule
 from solarcal.sun import sun_position
 from solarcal.timescale import Clock, format_utc
@@ -114,8 +114,8 @@ class StationCore:
         self._restored_serial = ""
         self._losses = 0
         self._flapping = False
-        if isinstance(tracker, ReadByHand):
-            tracker.listen(self._take_down)
+        if tracker.display is not None:
+            tracker.display.listen(self._take_down)
 
     # -- state out ---------------------------------------------------------------------------
 

@@ -25,10 +25,9 @@ from solarcal.session.records import Answers, CheckRecord, PointRecord, SunOffse
 from solarcal.station import guards
 from solarcal.station.fitting import solve
 from solarcal.station.state import SessionView
-from solarcal.station.typed.forms import ReadByHand
 from solarcal.sun import sun_position
 from solarcal.timescale import format_utc, parse_utc
-from solarcal.unit.tracker import Status
+from solarcal.unit.tracker import Status, TypedDisplay
 
 if TYPE_CHECKING:
     from solarcal.station.core import StationCore
@@ -69,8 +68,8 @@ def gather(station: "StationCore", progress: Callable[[float], None] | None = No
     ProcedureRefused
         The unit does not track, its offsets changed while gathering, or its Sun differs.
     """
-    if isinstance(station.tracker, ReadByHand):
-        return _read_by_hand(station, station.tracker, progress)
+    if station.tracker.display is not None:
+        return _read_off(station, station.tracker.display, progress)
     statuses: list[Status] = []
     times: list[float] = []
     for index in range(READINGS):
@@ -97,11 +96,11 @@ def gather(station: "StationCore", progress: Callable[[float], None] | None = No
     return Gathered(tuple(statuses), tuple(times))
 
 
-def _read_by_hand(
-    station: "StationCore", tracker: ReadByHand, progress: Callable[[float], None] | None
+def _read_off(
+    station: "StationCore", display: TypedDisplay, progress: Callable[[float], None] | None
 ) -> Gathered:
     """One look at the display. What is typed is held against Sun, P and O as it is typed."""
-    status = tracker.read_display()
+    status = display.read_display()
     if progress is not None:
         progress(1.0)
     typed_utc_s = status.typed_utc_s

@@ -4,8 +4,9 @@ A driver turns these calls into its own protocol. Nothing here knows the Sun: ``
 the UNIT's own.
 """
 
+from collections.abc import Callable
 from enum import IntEnum, StrEnum
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol
 
 import msgspec
 
@@ -244,6 +245,18 @@ class Emulation(Protocol):
     def fault(self, name: str) -> None: ...
 
 
+class TypedDisplay(Protocol):
+    """What a person reads a unit without a line by, and types."""
+
+    def listen(self, heard: Callable[[Any], object]) -> None:
+        """Call ``heard`` with every form as soon as it is answered, and with those before."""
+        ...
+
+    def read_display(self) -> Status:
+        """Ask for what the display shows now, while the unit tracks."""
+        ...
+
+
 class Tracker(Protocol):
     """A controller. Every method may raise ``LinkError``, ``ProtocolError`` or ``UnitRefused``.
 
@@ -257,7 +270,14 @@ class Tracker(Protocol):
         ...
 
     @property
-    def emulation(self) -> Emulation | None: ...
+    def emulation(self) -> Emulation | None:
+        """Its emulated world; None where it has none (``Capabilities.emulated``)."""
+        ...
+
+    @property
+    def display(self) -> TypedDisplay | None:
+        """What a person reads it by; None where it has a line (``Capabilities.has_link``)."""
+        ...
 
     def open(self) -> UnitIdentity:
         """Open the line and learn who is there; again after a lost link."""
@@ -301,13 +321,8 @@ class Tracker(Protocol):
         """One unlocked transaction: write P and O, store permanently, read both back."""
         ...
 
-
-@runtime_checkable
-class Traced(Protocol):
-    """A tracker that can tell what went over its line last."""
-
     def recent_traffic(self) -> tuple[str, ...]:
-        """Lines, oldest first: ``>`` sent to the unit, ``<`` received."""
+        """What went over its line last, oldest first: ``>`` sent to the unit, ``<`` received."""
         ...
 
 

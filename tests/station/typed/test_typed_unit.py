@@ -20,10 +20,8 @@ from solarcal.session.journal import Journal
 from solarcal.session.records import PointRecord, Typed
 from solarcal.station.connect import disagreements, open_tracker
 from solarcal.station.procedure import Station
-from solarcal.station.typed.forms import ReadByHand
 from solarcal.station.typed.unit import TypedUnit
 from solarcal.timescale import format_utc
-from solarcal.unit.tracker import Traced
 
 O1, O2 = -0.812, 0.357
 READ = displayed(unit_model(), MORNING, O1, O2)
@@ -46,8 +44,8 @@ def test_opening_asks_once_and_tells_who_it_is() -> None:
     assert display.asked == ["open"]
     assert (identity.model, identity.serial) == ("SolarTrak", "4711")
     assert not unit.capabilities.has_link
-    assert isinstance(unit, ReadByHand)
-    assert isinstance(unit, Traced)
+    assert unit.display is unit
+    assert not unit.capabilities.has_link
     assert unit.recent_traffic()[0].startswith("16:00:00  open: p1 0")
 
 

@@ -85,6 +85,10 @@ class RotatorTracker:
         return self._emulation
 
     @property
+    def display(self) -> None:
+        return None
+
+    @property
     def capabilities(self) -> Capabilities:
         return msgspec.structs.replace(ROTATOR, emulated=self._emulation is not None)
 

@@ -8,11 +8,10 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 from solarcal.decimals import decimal, whole
 from solarcal.errors import ConfigurationError
-from solarcal.unit.tracker import Status
 
 Value = float | int | bool | None
 Values = Mapping[str, Value]
@@ -215,19 +214,6 @@ class Display(Protocol):
         InputFileError
             A file that holds the answers holds none that can be.
         """
-        ...
-
-
-@runtime_checkable
-class ReadByHand(Protocol):
-    """A tracker whose display is read by a person, and typed."""
-
-    def listen(self, heard: Callable[[TypedAnswer], object]) -> None:
-        """Call ``heard`` with every form as soon as it is answered, and with those before."""
-        ...
-
-    def read_display(self) -> Status:
-        """Ask for what the display shows now, while the unit tracks."""
         ...
 
 

@@ -87,6 +87,10 @@ class TypedUnit:
         return None
 
     @property
+    def display(self) -> "TypedUnit":
+        return self
+
+    @property
     def capabilities(self) -> Capabilities:
         return TYPED
 

@@ -12,7 +12,6 @@ from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
 from solarcal.tui.widgets.lines import Words
 from solarcal.tui.widgets.text_lines import TextLines
-from solarcal.unit.tracker import Traced
 
 TRAFFIC_EVERY_S = 0.5
 
@@ -89,11 +88,7 @@ class LinkDialog(Dialog):
             self.say(f"LINK LOST: {progress.words}.", "error")
 
     def _show_traffic(self) -> None:
-        tracker = self.worker.station.tracker
-        if isinstance(tracker, Traced):
-            self.query_one(TextLines).show(tracker.recent_traffic())
-        else:
-            self.query_one(TextLines).show(("This driver does not show its traffic.",))
+        self.query_one(TextLines).show(self.worker.station.tracker.recent_traffic())
 
 
 def _words(link: LinkState) -> str:

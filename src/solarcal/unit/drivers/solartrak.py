@@ -81,6 +81,10 @@ class SolarTrakUnit:
         return _SolarTrakEmulation(self) if self.capabilities.emulated else None
 
     @property
+    def display(self) -> None:
+        return None
+
+    @property
     def capabilities(self) -> Capabilities:
         return Capabilities(
             emulated=self._identity is not None and EMULATOR in self._identity.extensions
