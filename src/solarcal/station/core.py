@@ -9,13 +9,12 @@ import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
+from typing import TypeVar, Unpack
 
 import msgspec
 
-from solarcal import __version__
 from solarcal.errors import LinkError, ProcedureRefused, SessionFileError
-from solarcal.mount.formula import Coefficients, Six
+from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.journal import Journal
 from solarcal.session.records import (
@@ -30,10 +29,9 @@ from solarcal.session.records import (
     PointRecord,
     Restarted,
     Typed,
-    UnitRecord,
 )
-from solarcal.site import BoltCircle, Inclinometer, Site, Weather, standard_pressure_hpa
 from solarcal.station import guards
+from solarcal.station.session_header import SessionSettings, session_header
 from solarcal.station.state import (
     Activity,
     Attempt,
@@ -43,7 +41,6 @@ from solarcal.station.state import (
     view_session,
 )
 from solarcal.station.typed.forms import TypedAnswer
-from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule
 from solarcal.sun import sun_position
 from solarcal.timescale import Clock, format_utc
 from solarcal.unit.tracker import Mode, Status, Tracker, UnitIdentity, UnitSite
@@ -63,44 +60,19 @@ class StationCore:
     ----------
     tracker : the unit.
     clock : the laptop's clock (the emulator's when the unit is one).
-    site : the technician's site; the unit's own when ``None``.
-    weather : station pressure and temperature; the standard atmosphere's when ``None``.
-    rule : when the calibration is done; goes into the header.
-    true_sun : the Sun the points are taken on; another than ``precise`` only in an emulated world.
-    target : what the points are taken on, ``sun`` or ``moon``.
+    settings : what the header of its sessions says beside the unit.
     """
 
     def __init__(
         self,
         tracker: Tracker,
         clock: Clock,
-        *,
-        site: Site | None = None,
-        weather: Weather | None = None,
-        true_sun: str = "precise",
-        target: str = "sun",
-        operator: str = "",
-        pointing_device: str = "",
-        rule: StoppingRule = DEFAULT_RULE,
-        inclinometer: Inclinometer | None = None,
-        last_coefficients: Six | None = None,
-        bolt_circle: BoltCircle | None = None,
+        **settings: Unpack[SessionSettings],
     ) -> None:
         self.tracker = tracker
         self.clock = clock
         self.unit_site: UnitSite | None = None
-        self._own_site = site
-        self._weather = weather
-        self._true_sun = true_sun
-        self._target = target
-        self._operator = operator
-        self._pointing_device = pointing_device
-        self._rule = rule
-        self._inclinometer = inclinometer
-        self._last_coefficients = (
-            None if last_coefficients is None else Coefficients(*last_coefficients)
-        )
-        self._bolt_circle = bolt_circle
+        self._settings = settings
         self._journal: Journal | None = None
         self._in_force = Coefficients()
         self._change = threading.RLock()
@@ -422,53 +394,11 @@ class StationCore:
             self._record(lambda seq, utc: Restarted(seq=seq, utc=utc, since=since))
 
     def _header(self, continues: str = "") -> Header:
-        identity = self._state.live.identity
-        told = self.unit_site
-        if identity is None or told is None:
+        identity, unit_site = self._state.live.identity, self.unit_site
+        if identity is None or unit_site is None:
             raise ProcedureRefused("no unit is connected; connect first")
-        parameters = self.tracker.parameters()
-        stored = self.tracker.stored()
-        site = self._own_site or told.site
-        weather = self._weather or Weather(
-            pressure_hpa=round(standard_pressure_hpa(site.elevation_m), 1)
-        )
-        return Header(
-            utc=format_utc(self.clock.utc_s()),
-            software=f"solarcal {__version__}",
-            unit=UnitRecord(
-                model=identity.model,
-                serial=identity.serial,
-                firmware=identity.firmware,
-                zone_west_h=told.zone_west_h,
-                drive1=parameters.drive1,
-                drive2=parameters.drive2,
-                limits=parameters.limits,
-                update_range_deg=parameters.update_range_deg,
-                reference1_deg=parameters.reference1_deg,
-                reference2_deg=parameters.reference2_deg,
-                tilt_decimals=parameters.tilt_decimals,
-                scale_decimals=parameters.scale_decimals,
-                site=told.site,
-                heliostat=parameters.heliostat,
-                has_switches=self.tracker.capabilities.has_switches,
-            ),
-            site=site,
-            geometry=told.geometry,
-            ax1_centre_deg=told.ax1_centre_deg,
-            true_sun=self._true_sun,
-            target=self._target,
-            tolerance_deg=self._rule.tolerance_deg,
-            done_probability=self._rule.probability,
-            unmodelled=self._rule.unmodelled,
-            coefficients=stored.coefficients,
-            offsets=stored.offsets,
-            operator=self._operator,
-            weather=weather,
-            pointing_device=self._pointing_device,
-            continues=continues,
-            inclinometer=self._inclinometer,
-            last_coefficients=self._last_coefficients,
-            bolt_circle=self._bolt_circle,
+        return session_header(
+            self.tracker, identity, unit_site, self.clock.utc_s(), self._settings, continues
         )
 
     # -- attempts ----------------------------------------------------------------------------

@@ -1,0 +1,92 @@
+"""The first line of a session: the unit as it answers, and what the technician says beside it."""
+
+from typing import TypedDict
+
+from solarcal import __version__
+from solarcal.mount.formula import Coefficients, Six
+from solarcal.session.records import Header, UnitRecord
+from solarcal.site import BoltCircle, Inclinometer, Site, Weather, standard_pressure_hpa
+from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule
+from solarcal.timescale import format_utc
+from solarcal.unit.tracker import Tracker, UnitIdentity, UnitSite
+
+
+class SessionSettings(TypedDict, total=False):
+    """What a header says beside the unit.
+
+    ``site``: the technician's; the unit's own when None. ``weather``: station pressure and
+    temperature; the standard atmosphere's when None. ``rule``: when the calibration is done.
+    ``true_sun``: the Sun the points are taken on; another than ``precise`` only in an emulated
+    world. ``target``: what the points are taken on, ``sun`` or ``moon``.
+    """
+
+    site: Site | None
+    weather: Weather | None
+    true_sun: str
+    target: str
+    operator: str
+    pointing_device: str
+    rule: StoppingRule
+    inclinometer: Inclinometer | None
+    last_coefficients: Six | None
+    bolt_circle: BoltCircle | None
+
+
+def session_header(
+    tracker: Tracker,
+    identity: UnitIdentity,
+    unit_site: UnitSite,
+    utc_s: float,
+    settings: SessionSettings,
+    continues: str = "",
+) -> Header:
+    """The header of a session that begins now; asks the unit for its parameters and coefficients.
+
+    Raises
+    ------
+    LinkError, ProtocolError, UnitRefused
+        As the unit answers.
+    """
+    parameters, stored = tracker.parameters(), tracker.stored()
+    site = settings.get("site") or unit_site.site
+    rule = settings.get("rule", DEFAULT_RULE)
+    last = settings.get("last_coefficients")
+    return Header(
+        utc=format_utc(utc_s),
+        software=f"solarcal {__version__}",
+        unit=UnitRecord(
+            model=identity.model,
+            serial=identity.serial,
+            firmware=identity.firmware,
+            zone_west_h=unit_site.zone_west_h,
+            drive1=parameters.drive1,
+            drive2=parameters.drive2,
+            limits=parameters.limits,
+            update_range_deg=parameters.update_range_deg,
+            reference1_deg=parameters.reference1_deg,
+            reference2_deg=parameters.reference2_deg,
+            tilt_decimals=parameters.tilt_decimals,
+            scale_decimals=parameters.scale_decimals,
+            site=unit_site.site,
+            heliostat=parameters.heliostat,
+            has_switches=tracker.capabilities.has_switches,
+        ),
+        site=site,
+        geometry=unit_site.geometry,
+        ax1_centre_deg=unit_site.ax1_centre_deg,
+        true_sun=settings.get("true_sun", "precise"),
+        target=settings.get("target", "sun"),
+        tolerance_deg=rule.tolerance_deg,
+        done_probability=rule.probability,
+        unmodelled=rule.unmodelled,
+        coefficients=stored.coefficients,
+        offsets=stored.offsets,
+        operator=settings.get("operator", ""),
+        weather=settings.get("weather")
+        or Weather(pressure_hpa=round(standard_pressure_hpa(site.elevation_m), 1)),
+        pointing_device=settings.get("pointing_device", ""),
+        continues=continues,
+        inclinometer=settings.get("inclinometer"),
+        last_coefficients=None if last is None else Coefficients(*last),
+        bolt_circle=settings.get("bolt_circle"),
+    )
