@@ -6,7 +6,6 @@ How soon planned days are done is measured by ``judgement_stopping``.
 import numpy as np
 
 from benchmarks.judgement_trackers import NOISE_DEG, context_of, daylight_s
-from solarcal.model.plan import prior_knowledge
 from solarcal.model.prior import PLAIN, MechanismPosterior, Prior
 from solarcal.model.schedule import (
     Slots,
@@ -27,6 +26,17 @@ COUNTS = (5, 8, 12)
 HOURS = (5.0, 24.0)
 RANDOM_STARTS = 10
 UNIT = Prior().sigma_array()
+
+
+def prior_knowledge(prior: Prior, noise_deg: float = 0.03) -> MechanismPosterior:
+    """What is known before the first point, as a posterior to plan with."""
+    covariance = np.diag(prior.sigma_array() ** 2)
+    return MechanismPosterior(
+        weights=np.array([chance for _, chance in prior.widths]),
+        means=np.tile(prior.mean_array(), (len(prior.widths), 1)),
+        covariances=np.stack([factor**2 * covariance for factor, _ in prior.widths]),
+        noise_deg=np.full(len(prior.widths), noise_deg),
+    )
 
 
 def knowledge_after(context: SkyContext, utc_s: float) -> MechanismPosterior:

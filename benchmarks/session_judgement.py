@@ -18,7 +18,7 @@ from solarcal.model.evidence.direct import Evidence
 from solarcal.model.forecast import forecast
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
-from solarcal.model.plan import plan
+from solarcal.model.planner import plan
 from solarcal.model.points import PointSet
 from solarcal.model.sky_context import SkyContext, true_points
 from solarcal.mount.mechanism import Mechanism

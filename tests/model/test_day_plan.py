@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from made_up_trackers import JUNE, TRACKER, context_of, day_of, measured
 
+from benchmarks.judgement_plan import prior_knowledge
 from solarcal.errors import ConfigurationError
 from solarcal.model.analysis import analyse
 from solarcal.model.forecast import forecast
 from solarcal.model.methods import fit_exact
-from solarcal.model.plan import STOP_STEP_S, Plan, Standing, plan, prior_knowledge, times_of
+from solarcal.model.plan import Plan, Standing
+from solarcal.model.planner import STOP_STEP_S, plan, times_of
 from solarcal.model.prior import PLAIN, Prior
 from solarcal.model.schedule import (
     best_schedule,

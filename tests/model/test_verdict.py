@@ -18,7 +18,7 @@ from solarcal.model.cross_checks import (
 from solarcal.model.forecast import forecast
 from solarcal.model.mechanism_solution import MechanismSolution, base_tilt, shim_heights, wind
 from solarcal.model.methods import fit, fit_exact
-from solarcal.model.plan import plan
+from solarcal.model.planner import plan
 from solarcal.model.points import PointSet
 from solarcal.model.verdict import Verdict
 from solarcal.model.year_grid import year_grid

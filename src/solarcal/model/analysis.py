@@ -19,7 +19,8 @@ from solarcal.model.finding import Finding
 from solarcal.model.forecast import Forecast, forecast
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_METHOD, DEFAULT_PRIOR, fit
-from solarcal.model.plan import Plan, Standing, plan, times_of
+from solarcal.model.plan import Plan, Standing
+from solarcal.model.planner import plan, times_of
 from solarcal.model.points import PointSet
 from solarcal.model.prior import Prior
 from solarcal.model.sky_context import SkyContext
