@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import msgspec
 
@@ -64,26 +64,40 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def add_emulator_arguments(parser: argparse.ArgumentParser) -> None:
     """Options that shape an emulated tracker; the same for every command that makes one."""
     emulator = parser.add_argument_group("emulator")
-    emulator.add_argument(
-        "--set",
-        dest="settings",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="change a key of the scenario, e.g. truth.lean_deg=0.1 (repeatable)",
-    )
+    add_set_option(emulator, "truth.lean_deg=0.1")
     emulator.add_argument("--start", metavar="ISO", help="first instant; default: the scenario's")
-    emulator.add_argument(
-        "--seed",
-        type=whole_option(0, 2**63 - 1),
-        default=0,
-        help="of all that is random (default 0)",
-    )
+    add_seed_option(emulator)
     emulator.add_argument(
         "--noise-deg",
         type=number_option(),
         metavar="X",
         help="eye noise: 1 sigma per axis, on sky",
+    )
+
+
+class Options(Protocol):
+    """A parser or a group of its options."""
+
+    def add_argument(self, *flags: str, **how: Any) -> argparse.Action: ...
+
+
+def add_set_option(options: Options, example: str) -> None:
+    options.add_argument(
+        "--set",
+        dest="settings",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help=f"change a key of the scenario, e.g. {example} (repeatable)",
+    )
+
+
+def add_seed_option(options: Options) -> None:
+    options.add_argument(
+        "--seed",
+        type=whole_option(0, 2**63 - 1),
+        default=0,
+        help="of all that is random (default 0)",
     )
 
 
@@ -146,7 +160,14 @@ def tracker_for(args: argparse.Namespace) -> "Iterator[tuple[Tracker, str, float
     if asks_for_unit(args):
         with asked_tracker(args) as tracker:
             yield tracker, "unit", args.noise_deg
-        return
+    else:
+        with emulated_tracker(args) as made:
+            yield made
+
+
+@contextmanager
+def emulated_tracker(args: argparse.Namespace) -> "Iterator[tuple[Tracker, str, float | None]]":
+    """An emulated unit in this process, its name for files, and its eye noise."""
     from solarcal.emulated_units import emulated_unit
 
     emulated = emulated_unit(
@@ -213,7 +234,11 @@ def run(args: argparse.Namespace) -> int:
     if args.input:
         return run_book(args)
     with tracker_for(args) as (tracker, name, noise_deg):
-        calibration = run_calibration(args, tracker, name, noise_deg)
+        return print_calibration(args, run_calibration(args, tracker, name, noise_deg))
+
+
+def print_calibration(args: argparse.Namespace, calibration: "Calibration") -> int:
+    """The document or the tables; the exit code."""
     if args.json:
         print_json(calibration_document(calibration))
     else:

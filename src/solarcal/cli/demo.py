@@ -8,19 +8,20 @@ from solarcal.cli.calibrate import (
     DEFAULT_SCENARIO,
     add_emulator_arguments,
     add_schedule_arguments,
-    calibration_document,
+    emulated_tracker,
+    print_calibration,
     run_calibration,
     start_utc_s,
 )
 from solarcal.cli.fit import last_coefficients
-from solarcal.cli.output import add_json_option, print_json, say
+from solarcal.cli.output import add_json_option, say
 from solarcal.cli.run import has_terminal, run_workstation
 from solarcal.config import Choice, file_stem
 from solarcal.decimals import speed_option
 from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS
 
 if TYPE_CHECKING:
-    from solarcal.station.headless import Calibration
+    pass
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -73,7 +74,10 @@ def run_headless(args: argparse.Namespace) -> int:
     from solarcal.station.connect import open_tracker
 
     if DRIVERS[args.driver].rotator is not None:
-        return _print_calibration(args, _calibrated_in_process(args))
+        # An emulated rotator is spoken to within this process.
+        with emulated_tracker(args) as (tracker, name, noise_deg):
+            say(f"emulated rotator in the world of '{args.scenario}'; a day passes in seconds")
+            return print_calibration(args, run_calibration(args, tracker, name, noise_deg))
     scenario = load_scenario(args.scenario, args.settings)
     emulator = Emulator(
         scenario,
@@ -92,33 +96,4 @@ def run_headless(args: argparse.Namespace) -> int:
             )
         finally:
             tracker.close()
-    return _print_calibration(args, calibration)
-
-
-def _calibrated_in_process(args: argparse.Namespace) -> "Calibration":
-    """An emulated rotator's day; it is spoken to within this process."""
-    from solarcal.emulated_units import emulated_unit
-
-    unit = emulated_unit(
-        args.scenario,
-        args.driver,
-        settings=tuple(args.settings),
-        start_utc_s=start_utc_s(args),
-        seed=args.seed,
-        noise_deg=args.noise_deg,
-    )
-    say(f"emulated rotator in the world of '{args.scenario}'; a day passes in seconds")
-    try:
-        return run_calibration(args, unit.tracker, file_stem(args.scenario), unit.noise_deg)
-    finally:
-        unit.tracker.close()
-
-
-def _print_calibration(args: argparse.Namespace, calibration: "Calibration") -> int:
-    if args.json:
-        print_json(calibration_document(calibration))
-    else:
-        from solarcal.report.session_report import calibration_text
-
-        print(calibration_text(calibration))
-    return 0 if calibration.completed else 1
+    return print_calibration(args, calibration)

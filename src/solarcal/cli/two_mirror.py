@@ -7,6 +7,7 @@ import argparse
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from solarcal.cli.calibrate import add_seed_option, add_set_option
 from solarcal.cli.instrument import add_options, answer, texts_of
 from solarcal.cli.output import add_json_option, print_json, say, terminal_size
 from solarcal.cli.two_mirror_follow import add_follow_arguments, follow
@@ -65,22 +66,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     ):
         one = kind(name, text)
         one.add_argument("--scenario", default="maido", metavar="NAME|FILE")
-        one.add_argument(
-            "--set",
-            dest="settings",
-            action="append",
-            default=[],
-            metavar="KEY=VALUE",
-            help="change a key of the scenario, e.g. loop.control=step (repeatable)",
-        )
+        add_set_option(one, "loop.control=step")
         one.add_argument("--target", choices=("sun", "moon"), help="(default: the scenario's, sun)")
         one.add_argument("--day", metavar="DATE", help="the local date, like 2026-11-25")
-        one.add_argument(
-            "--seed",
-            type=whole_option(0, 2**63 - 1),
-            default=0,
-            help="of all that is random (default 0)",
-        )
+        add_seed_option(one)
         if name == "simulate":
             one.add_argument("--log", metavar="FILE", help="write the log as a points CSV")
         else:

@@ -12,7 +12,6 @@ from solarcal.cli.calibrate import add_emulator_arguments, tracker_for
 from solarcal.cli.output import say
 from solarcal.cli.unit_options import add_driver_options, asks_for_unit, journal_creator
 from solarcal.decimals import number_option, whole_option
-from solarcal.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from solarcal.unit.tracker import Tracker
@@ -52,32 +51,19 @@ def follow(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
 def _followed(
     args: argparse.Namespace, tracker: "Tracker", name: str, noise_deg: float | None
 ) -> tuple[dict[str, Any], list[str]]:
-    from solarcal.station.clocks import EmulatedClock
+    from solarcal.station.headless import emulated_station
     from solarcal.station.moon_following import MoonFollower
-    from solarcal.station.procedure import Station
     from solarcal.station.sensor_following import FollowPlan, SensorFollower
     from solarcal.station.technician import AutomaticTechnician, Schedule
 
     plan = FollowPlan(args.points, args.every)
-    identity = tracker.open()
-    emulation = tracker.emulation
-    if emulation is None:
-        tracker.close()
-        raise ConfigurationError(
-            f"{identity.model} {identity.serial} does not report a sun sensor; "
-            "take points by eye with `solarcal run`"
-        )
-    sky = emulation.sky()
-    station = Station(
+    station, emulation = emulated_station(
         tracker,
-        EmulatedClock(emulation),
-        weather=sky.weather,
-        true_sun=sky.sun,
+        "does not report a sun sensor; take points by eye with `solarcal run`",
         target=args.target,
         operator="sun sensor",
         pointing_device="emulated sun sensor",
     )
-    station.connect()
     path = station.open_session(journal_creator(args.output, name)).path
     kind: type[SensorFollower]
     if args.target == "moon":

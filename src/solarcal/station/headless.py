@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Unpack
 
 import msgspec
 
@@ -17,11 +18,12 @@ from solarcal.station.clocks import EmulatedClock
 from solarcal.station.connect import disagreements
 from solarcal.station.fitting import solve
 from solarcal.station.procedure import Station
+from solarcal.station.session_header import SessionSettings
 from solarcal.station.state import SessionView
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule
 from solarcal.timescale import Clock, SystemClock
-from solarcal.unit.tracker import Tracker, Truth
+from solarcal.unit.tracker import Emulation, Tracker, Truth
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 15.0
 GIVE_UP_S = 120.0
@@ -94,26 +96,15 @@ def calibrate(
     LinkError, ProcedureRefused, SessionFileError
         As the steps raise them; the session file keeps everything up to there.
     """
-    identity = tracker.open()
-    emulation = tracker.emulation
-    if emulation is None:
-        tracker.close()
-        raise ConfigurationError(
-            f"{identity.model} {identity.serial} is not an emulator: the automatic technician "
-            "cannot see its sunspot; calibrate a real unit with `solarcal run`"
-        )
-    sky = emulation.sky()
-    station = Station(
+    station, emulation = emulated_station(
         tracker,
-        EmulatedClock(emulation),
-        weather=sky.weather,
-        true_sun=sky.sun,
+        "is not an emulator: the automatic technician cannot see its sunspot; calibrate a real "
+        "unit with `solarcal run`",
         operator="automatic technician",
         pointing_device="emulated sunspot device",
         rule=rule,
         last_coefficients=last_coefficients,
     )
-    station.connect()
     journal = station.open_session(create_journal) if resume is None else _taken_up(station, resume)
     path = journal.path or Path()
     try:
@@ -148,6 +139,28 @@ def calibrate(
         if station.state.attempt is not None:
             station.abort_attempt("interrupted")
         station.leave()
+
+
+def emulated_station(
+    tracker: Tracker, refused: str, **settings: Unpack[SessionSettings]
+) -> tuple[Station, Emulation]:
+    """A connected station in the world of an emulated unit; ``refused`` says what is amiss else.
+
+    Raises
+    ------
+    ConfigurationError
+        The unit is not an emulator.
+    """
+    identity = tracker.open()
+    emulation = tracker.emulation
+    if emulation is None:
+        tracker.close()
+        raise ConfigurationError(f"{identity.model} {identity.serial} {refused}")
+    sky = emulation.sky()
+    settings["weather"], settings["true_sun"] = sky.weather, sky.sun
+    station = Station(tracker, EmulatedClock(emulation), **settings)
+    station.connect()
+    return station, emulation
 
 
 def _taken_up(station: Station, path: Path) -> Journal:

@@ -160,15 +160,9 @@ class SunOffsetJog:
             The unit was stopped and has not been set to track since, or the aim lies beyond a
             limit; the aim is then what it was.
         """
-        before = self._aim
-        aim = before or self._aim_here()
+        aim = self._aim or self._aim_here()
         wanted = (aim.wanted_deg[0] + axis1_deg, aim.wanted_deg[1] + axis2_deg)
-        self._aim = replace(aim, wanted_deg=wanted)
-        try:
-            return self.look()
-        except SolarcalError:
-            self._aim = before
-            raise
+        return self._look_with(replace(aim, wanted_deg=wanted))
 
     def go_behind(self) -> JogView:
         """Axes that did not come from behind go behind the Sun, then forward to the aim."""
@@ -177,21 +171,19 @@ class SunOffsetJog:
         behind = (not from_behind[0], not from_behind[1])
         if not any(behind):
             raise ProcedureRefused("both axes already came from behind; nothing to take up")
-        before, self._aim = self._aim, replace(aim, behind=behind)
         self._hold_senses()
-        try:
-            return self.look()
-        except SolarcalError:
-            self._aim = before
-            raise
+        return self._look_with(replace(aim, behind=behind))
 
     def go_to(self, error_deg: Pair) -> JogView:
         """Go to where reading - ideal is this: behind it first, then forward onto it."""
-        before = self._aim
         self._aim_here()  # refuses where the unit was stopped
         self.follows = True
-        self._aim = Aim(error_deg, True, (True, True))
         self._hold_senses()
+        return self._look_with(Aim(error_deg, True, (True, True)))
+
+    def _look_with(self, aim: Aim) -> JogView:
+        """Look with a new aim; it is taken back where it cannot be followed."""
+        before, self._aim = self._aim, aim
         try:
             return self.look()
         except SolarcalError:
