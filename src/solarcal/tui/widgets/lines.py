@@ -105,13 +105,16 @@ class LogLine(HeadLine):
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
         self._said: tuple[str, bool] = ("", False)
+        self._brief = False
         self._notices: list[tuple[SeverityLevel, str]] = []
 
     def on_resize(self) -> None:
         self._show_newest()
 
-    def say(self, sentence: str, *, error: bool = False) -> None:
+    def say(self, sentence: str, *, error: bool = False, brief: bool = False) -> None:
+        """Show a sentence, in as many rows as it needs; one that is ``brief`` in one, cut."""
         self._said = (sentence, error)
+        self._brief = brief
         if error:
             self._notices.clear()
         self._show_newest()
@@ -135,7 +138,8 @@ class LogLine(HeadLine):
         for severity in SEVERITIES:
             self.set_class(severity == tone, f"-{severity}")
         # What needs more than a row has it: nothing that is said is cut.
-        self.set_class(tone is None and len(sentence) >= self.app.size.width - 2, "-long")
+        long = len(sentence) >= self.app.size.width - 2 and not self._brief
+        self.set_class(tone is None and long, "-long")
         self._shown = None
         if worst is not None:
             # The newest first: where there is no room for all, they are the ones to read.

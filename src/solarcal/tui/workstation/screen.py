@@ -10,7 +10,7 @@ from textual.events import Key
 from textual.markup import escape
 
 from solarcal.report.session_report import record_line
-from solarcal.session.records import CheckRecord, PointRecord
+from solarcal.session.records import CheckRecord, PointRecord, Typed
 from solarcal.station.news import (
     Done,
     FitReady,
@@ -179,7 +179,9 @@ class WorkstationScreen(StationScreen):
         if len(records) != self._told_records:
             self._told_records = len(records)
             newest = record_line(records[-1]) if records else "connected; the session file is open"
-            self.query_one("#log", LogLine).say(newest)
+            # What was typed was read as it was typed: it is not worth a row of the pane above.
+            brief = bool(records) and isinstance(records[-1], Typed)
+            self.query_one("#log", LogLine).say(newest, brief=brief)
 
     def show_fit(self, fit: FitReady) -> None:
         if not self._ready:
