@@ -6,10 +6,14 @@ elevation above the horizon, degrees, as the rotator reads them: on its own turn
 uncorrected.
 """
 
+import contextlib
+import threading
+from collections.abc import Iterator
 from typing import Protocol
 
 import msgspec
 
+from solarcal.errors import ProcedureRefused
 from solarcal.mount.limits import AxisLimits
 
 Direction = tuple[float, float]
@@ -27,6 +31,34 @@ class RotatorIdentity(msgspec.Struct, frozen=True):
     elevation: AxisLimits
     read_out_deg: float = READ_OUT_DEG
     """The last digit of its read-outs."""
+
+
+class StopGuard:
+    """No motion that waited goes out behind a STOP it did not see: a driver writes within it."""
+
+    def __init__(self) -> None:
+        self.stops = 0
+        """How often the rotator was stopped or parked."""
+        self._lock = threading.Lock()
+
+    @contextlib.contextmanager
+    def sending(self, stops: int | None = None, *, interrupts: bool = False) -> Iterator[None]:
+        """One lock over the look and the write; ``stops`` as of ``go_to``.
+
+        Raises
+        ------
+        ProcedureRefused
+            The rotator was stopped since.
+        """
+        with self._lock:
+            if interrupts:
+                self.stops += 1
+            elif stops is not None and stops != self.stops:
+                raise ProcedureRefused(
+                    "the motion was given up: the rotator was stopped or parked meanwhile; set "
+                    "its mode again before moving it"
+                )
+            yield
 
 
 class Rotator(Protocol):

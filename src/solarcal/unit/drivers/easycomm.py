@@ -16,10 +16,10 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from solarcal.errors import LinkError, ProcedureRefused, ProtocolError
+from solarcal.errors import LinkError, ProtocolError
 from solarcal.mount.limits import AxisLimits
 from solarcal.unit.link import Link
-from solarcal.unit.rotator import Direction, RotatorIdentity
+from solarcal.unit.rotator import Direction, RotatorIdentity, StopGuard
 
 ANSWER_S = 1.0
 """Firmware answers within some milliseconds; a reply takes 20 ms at 9600 baud."""
@@ -70,8 +70,7 @@ class EasyCommRotator:
         self._link_factory = link_factory
         self._link: Link | None = None
         self._turn = threading.RLock()
-        self._sending = threading.Lock()
-        self._stops = 0
+        self._guard = StopGuard()
         self._decimals = 1
         self._last: Direction | None = None
         self._recent: deque[str] = deque(maxlen=LINES_REMEMBERED)
@@ -94,7 +93,7 @@ class EasyCommRotator:
             )
 
     def close(self) -> None:
-        with self._sending:
+        with self._guard.sending():
             link, self._link = self._link, None
         if link is not None:
             link.close()
@@ -122,7 +121,7 @@ class EasyCommRotator:
             return found
 
     def stops(self) -> int:
-        return self._stops
+        return self._guard.stops
 
     def go_to(self, azimuth_deg: float, elevation_deg: float, stops: int) -> None:
         places = self._decimals
@@ -212,15 +211,7 @@ class EasyCommRotator:
             pass
 
     def _send(self, line: str, *, stops: int | None = None, interrupts: bool = False) -> None:
-        # One lock over the look and the write: no motion slips out behind a STOP it did not see.
-        with self._sending:
-            if interrupts:
-                self._stops += 1
-            elif stops is not None and stops != self._stops:
-                raise ProcedureRefused(
-                    "the motion was given up: the rotator was stopped or parked meanwhile; set "
-                    "its mode again before moving it"
-                )
+        with self._guard.sending(stops, interrupts=interrupts):
             self._recent.append("> " + line)
             self._open_link().write(line.encode("ascii") + b"\n")
 

@@ -14,13 +14,12 @@ from collections.abc import Callable
 from solarcal.errors import (
     ConfigurationError,
     LinkError,
-    ProcedureRefused,
     ProtocolError,
     UnitRefused,
 )
 from solarcal.unit.drivers import rotctld_replies as replies
 from solarcal.unit.link import Link
-from solarcal.unit.rotator import Direction, RotatorIdentity
+from solarcal.unit.rotator import Direction, RotatorIdentity, StopGuard
 
 DEFAULT_PORT = 4533
 
@@ -83,11 +82,10 @@ class RotctldRotator:
         self._link: Link | None = None
         self._broken = f"the line to {where} is not open; connect first"
         self._turn = threading.RLock()
-        self._sending = threading.Lock()
         self._state = threading.Condition()
         self._waiting: deque[_Waiting] = deque()
         self._someone_reads = False
-        self._stops = 0
+        self._guard = StopGuard()
         self._recent: deque[str] = deque(maxlen=LINES_REMEMBERED)
 
     # -- the line ------------------------------------------------------------------------------
@@ -119,7 +117,7 @@ class RotctldRotator:
         return replies.position(self._ask("get_pos"), self.where)
 
     def stops(self) -> int:
-        return self._stops
+        return self._guard.stops
 
     def go_to(self, azimuth_deg: float, elevation_deg: float, stops: int) -> None:
         self._ask("set_pos", azimuth_deg, elevation_deg, stops=stops)
@@ -156,16 +154,8 @@ class RotctldRotator:
         return waiting.reply.lines
 
     def _send(self, waiting: _Waiting, line: bytes, stops: int | None, interrupts: bool) -> None:
-        # One lock over look, queue and write: replies come in the order of the writes, and no
-        # motion slips out behind a STOP it did not see.
-        with self._sending:
-            if interrupts:
-                self._stops += 1
-            elif stops is not None and stops != self._stops:
-                raise ProcedureRefused(
-                    "the motion was given up: the rotator was stopped or parked meanwhile; "
-                    "set its mode again before moving it"
-                )
+        # The queue is within, too: replies come in the order of the writes.
+        with self._guard.sending(stops, interrupts=interrupts):
             link = self._open_link()
             with self._state:
                 nobody_waits = not self._waiting and not self._someone_reads
