@@ -1,5 +1,6 @@
 """From a session's points to a solution, the same way live, in replay and from files."""
 
+import functools
 from collections.abc import Callable
 from typing import cast
 
@@ -18,8 +19,8 @@ from solarcal.model.sky_context import Ideal, SkyContext
 from solarcal.model.terms import LEAN_PRIOR_DEG
 from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import MountGeometry
-from solarcal.session.points import NUMBERS, PointTable
-from solarcal.session.records import Header
+from solarcal.session.points import NUMBERS, PointTable, table_of_points
+from solarcal.session.records import Header, PointRecord
 from solarcal.session.view import SessionView
 from solarcal.sun.position import sun_known
 
@@ -129,9 +130,16 @@ def solve_table(
 
 def solve(session: SessionView, method: str = DEFAULT_METHOD) -> Solution | None:
     """The fit of the session so far; ``None`` while there are too few points for ``method``."""
-    if len(session.accepted) < fewest_points(method):
+    accepted = session.accepted
+    if len(accepted) < fewest_points(method):
         return None
-    return solve_table(session.table, method, header=session.header)
+    return _solved(session.header, accepted, method)
+
+
+@functools.lru_cache(maxsize=8)
+def _solved(header: Header, accepted: tuple[PointRecord, ...], method: str) -> Solution:
+    """Remembered: the questions at a point, its counts and its record ask for the same fit."""
+    return solve_table(table_of_points(header, accepted), method, header)
 
 
 def last_doubts(session: SessionView, solution: Solution | None) -> tuple[str, ...]:
