@@ -50,7 +50,7 @@ class TargetCurve:
 
     def target_deg(self, axis: int, now_s: float) -> float:
         """Reading the axis (0 or 1) belongs at, interpolated."""
-        return self._at(axis, math.floor(now_s / NODE_S), now_s)
+        return self._curve_from(axis, math.floor(now_s / NODE_S))(now_s)
 
     def sense(self, axis: int, now_s: float) -> int:
         """Which way the target moves now."""
@@ -102,9 +102,10 @@ class TargetCurve:
         low, high = max(now_s, node * NODE_S), (node + 1) * NODE_S
         nodes, k = self._lists(axis, node)
         sense = 1.0 if nodes[k + 1] >= nodes[k] else -1.0
+        at = self._curve_from(axis, node)
 
         def excess(at_s: float) -> float:
-            return (self._at(axis, node, at_s) - reading_deg) * sense - half_deg
+            return (at(at_s) - reading_deg) * sense - half_deg
 
         below, above = excess(low), excess(high)
         if below >= 0.0 or low >= high:
@@ -136,19 +137,23 @@ class TargetCurve:
                 high = middle
         return high
 
-    def _at(self, axis: int, node: int, at_s: float) -> float:
+    def _curve_from(self, axis: int, node: int) -> Callable[[float], float]:
+        """The curve between a node and the next as a function of time."""
         nodes, k = self._lists(axis, node)
         before, here, there, after = nodes[k - 1 : k + 3]
         if max(before, here, there, after) - min(before, here, there, after) > 180.0:
             # The Sun crosses the end of the branch: no curve runs through such a jump.
-            return float(self._targets(np.array([at_s]))[0][axis, 0])
-        u = at_s / NODE_S - node
-        return (
-            -u * (u - 1.0) * (u - 2.0) / 6.0 * before
-            + (u + 1.0) * (u - 1.0) * (u - 2.0) / 2.0 * here
-            - (u + 1.0) * u * (u - 2.0) / 2.0 * there
-            + (u + 1.0) * u * (u - 1.0) / 6.0 * after
-        )
+            return lambda at_s: float(self._targets(np.array([at_s]))[0][axis, 0])
+        # The cubic through four nodes, in nodes from the second of them.
+        third = (after - before) / 6.0 - 0.5 * (there - here)
+        second = 0.5 * (before + there) - here
+        first = there - here - second - third
+
+        def at(at_s: float) -> float:
+            u = at_s / NODE_S - node
+            return here + u * (first + u * (second + u * third))
+
+        return at
 
     def _lists(self, axis: int, node: int) -> tuple[list[float], int]:
         """The block's targets as plain floats, and where in it the node stands."""
