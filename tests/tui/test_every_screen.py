@@ -1,7 +1,7 @@
 """What every screen and dialog holds, whichever it is: it fits, its fields keep their letters, and
 the way out and STOP are the same everywhere."""
 
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 import pytest
@@ -47,59 +47,71 @@ def recorded(tmp_path_factory):
 
 
 @asynccontextmanager
-async def on_a_line(size, station, *keys, words=()):
-    """Those keys pressed one after the other on the workstation, each on what the one before
-    opened."""
+async def on_a_line(size, station):
+    """The workstation, and how each screen is opened on it: by keys, one after the other."""
     async with workstation(station, size) as (app, pilot):
         app.push_screen(WorkstationScreen())
         await shows(pilot, "LINK OK")
-        if station.session.accepted:
-            await until(pilot, lambda: app.judgement is not None)
-        for key in keys:
-            await pilot.press(key)
-            await settled_text(pilot, 3)
-        await shows(pilot, *words)
-        yield app, pilot
+        await until(pilot, lambda: app.judgement is not None)
+
+        async def open_screen(name):
+            await pressed(pilot, *LIVE[name])
+
+        yield app, pilot, open_screen
 
 
 @asynccontextmanager
-async def calculating(size, instrument):
+async def calculating(size, _):
     app = SolarcalApp()
+    by_name = {f"calculator-{one.id}": one for one in INSTRUMENTS}
     async with app.run_test(size=size) as pilot:
-        open_calculator(app, instrument)
-        await settled_text(pilot, 3)
-        yield app, pilot
 
-
-@asynccontextmanager
-async def by_hand(size, *keys):
-    async with workstation_by_hand(size, 1) as (app, pilot, _, _):
-        for key in keys:
-            await pilot.press(key)
+        async def open_screen(name):
+            open_calculator(app, by_name[name])
             await settled_text(pilot, 3)
-        yield app, pilot
+
+        yield app, pilot, open_screen
 
 
 @asynccontextmanager
-async def starting(size, *keys):
+async def by_hand(size, _):
+    async with workstation_by_hand(size, 1) as (app, pilot, _, _):
+
+        async def open_screen(name):
+            await pressed(pilot, *BY_HAND[name])
+
+        yield app, pilot, open_screen
+
+
+@asynccontextmanager
+async def starting(size, _):
     app = SolarcalApp()
     async with app.run_test(size=size) as pilot:
         await shows(pilot, "Emulated trackers")
-        for key in keys:
-            await pilot.press(key)
-        await settled_text(pilot, 3)
-        yield app, pilot
+
+        async def open_screen(name):
+            await pressed(pilot, *STARTING[name])
+
+        yield app, pilot, open_screen
 
 
 @asynccontextmanager
-async def replaying(size, path, *keys):
+async def replaying(size, path):
     app = SolarcalApp(start=Choice(replay=str(path)))
     async with app.run_test(size=size) as pilot:
         await shows(pilot, "REPLAY")
-        for key in keys:
-            await pilot.press(key)
+
+        async def open_screen(name):
+            await pressed(pilot, *REPLAYING[name])
+
+        yield app, pilot, open_screen
+
+
+async def pressed(pilot, *keys):
+    """Each on what the one before opened."""
+    for key in keys:
+        await pilot.press(key)
         await settled_text(pilot, 3)
-        yield app, pilot
 
 
 LIVE = {
@@ -116,34 +128,13 @@ BY_HAND = {
     "by-hand-ref-check": ("f5",), "by-hand-ref-check-form": ("f5", "enter"),
     "by-hand-clock": ("f10",), "by-hand-link": ("f2",),
 }  # fmt: skip
-NAMES = [
-    *LIVE, *BY_HAND, "start", "start-address", "profile", "replay", "jump",
-    *(f"calculator-{one.id}" for one in INSTRUMENTS),
-]  # fmt: skip
-
-
-@asynccontextmanager
-async def opened(name, size, recorded):
-    station, path = recorded
-    by_id: dict[str, Callable[[], object]] = {
-        f"calculator-{one.id}": lambda one=one: calculating(size, one) for one in INSTRUMENTS
-    }
-    others = {
-        "start": lambda: starting(size),
-        "start-address": lambda: starting(size, "a"),
-        "profile": lambda: starting(size, "e"),
-        "replay": lambda: replaying(size, path),
-        "jump": lambda: replaying(size, path, "j"),
-        **by_id,
-    }
-    if name in LIVE:
-        way = on_a_line(size, station, *LIVE[name])
-    elif name in BY_HAND:
-        way = by_hand(size, *BY_HAND[name])
-    else:
-        way = others[name]()
-    async with way as (app, pilot):
-        yield app, pilot
+STARTING = {"start": (), "start-address": ("a",), "profile": ("e",)}
+REPLAYING = {"replay": (), "jump": ("j",)}
+WAYS = {
+    "on a line": (on_a_line, LIVE), "by hand": (by_hand, BY_HAND), "start": (starting, STARTING),
+    "replay": (replaying, REPLAYING),
+    "calculators": (calculating, [f"calculator-{one.id}" for one in INSTRUMENTS]),
+}  # fmt: skip
 
 
 def scrolls(widget: Widget) -> bool:
@@ -182,32 +173,45 @@ def watched(app, monkeypatch):
     return performed
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("way", WAYS)
 async def test_it_fits_80x24_its_fields_keep_their_letters_and_the_way_out_is_the_same(
-    name, recorded, monkeypatch
+    way, recorded, monkeypatch
 ):
     """Every widget is seen whole, or lies in what scrolls by keys; a letter typed in a field opens,
     moves and stops nothing; F12 and Ctrl+S stop and Ctrl+Q leaves, with a field focused too."""
-    async with opened(name, SMALL, recorded) as (app, pilot):
-        screen, text = app.screen, await settled_text(pilot, 3)
-        assert list(clipped(app)) == []
-        assert "STOP" in text
-        assert all(len(line) <= SMALL[0] for line in text.split("\n"))
-        if isinstance(screen, Dialog):
-            assert "Esc" in text
-            assert screen.query_one("#keys").region.bottom <= SMALL[1]
-        performed = watched(app, monkeypatch)
-        fields = [field for field in screen.query(Input) if field.focusable]
-        for number, field in enumerate(fields):
-            screen.set_focus(field)
-            await pilot.press(*(LETTERS if not number else ("s", "x")))
-            assert app.screen is screen
-            assert app.focused is field
-            if field.type == "text" and field.restrict is None and not field.max_length:
-                assert field.value.endswith("x")
-        assert performed == []
-        for focused in [None, *fields[:1]]:
-            screen.set_focus(focused)
-            await pilot.press("f12", "ctrl+s", "ctrl+q")
-            assert performed == ["stop", "stop", "quit"]
-            performed.clear()
+    station, path = recorded
+    opener, names = WAYS[way]
+    async with opener(SMALL, station if way == "on a line" else path) as (app, pilot, open_screen):
+        below = len(app.screen_stack)
+        for name in names:
+            with monkeypatch.context() as patched:
+                await open_screen(name)
+                await as_every_screen(app, pilot, name, patched)
+            while len(app.screen_stack) > below:
+                await app.pop_screen()
+            app.set_focus(None)
+
+
+async def as_every_screen(app, pilot, name, monkeypatch):
+    screen, text = app.screen, await settled_text(pilot, 3)
+    assert list(clipped(app)) == [], name
+    assert "STOP" in text, name
+    assert all(len(line) <= SMALL[0] for line in text.split("\n")), name
+    if isinstance(screen, Dialog):
+        assert "Esc" in text, name
+        assert screen.query_one("#keys").region.bottom <= SMALL[1], name
+    performed = watched(app, monkeypatch)
+    fields = [field for field in screen.query(Input) if field.focusable]
+    for number, field in enumerate(fields):
+        screen.set_focus(field)
+        await pilot.press(*(LETTERS if not number else ("s", "x")))
+        assert app.screen is screen, name
+        assert app.focused is field, name
+        if field.type == "text" and field.restrict is None and not field.max_length:
+            assert field.value.endswith("x"), name
+    assert performed == [], name
+    for focused in [None, *fields[:1]]:
+        screen.set_focus(focused)
+        await pilot.press("f12", "ctrl+s", "ctrl+q")
+        assert performed == ["stop", "stop", "quit"], name
+        performed.clear()
