@@ -20,8 +20,7 @@ from solarcal.tui.offset import dialog as offset_dialog
 from solarcal.tui.plan import screen as plan_screen
 from solarcal.tui.point import dialog as point_dialog
 from solarcal.tui.replay import recompute
-from solarcal.tui.replay.screen import ReplayScreen
-from solarcal.tui.workstation.screen import WorkstationScreen
+from solarcal.tui.workstation.view import PanesScreen
 
 if TYPE_CHECKING:
     from solarcal.model.analysis import Analysis
@@ -41,7 +40,7 @@ def open_help(app: Workstation) -> None:
 
 
 def next_plot(app: Workstation) -> None:
-    if isinstance(app.screen, (WorkstationScreen, ReplayScreen)):
+    if isinstance(app.screen, PanesScreen):
         app.screen.next_plot()
 
 

@@ -14,15 +14,13 @@ from solarcal.station.planning import Fitter
 from solarcal.station.saved_sessions import Replay
 from solarcal.station.state import LiveView, StationState
 from solarcal.timescale import format_utc, parse_utc
-from solarcal.tui.base import StationScreen
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey
 from solarcal.tui.messages import Told
 from solarcal.tui.point.opened import PointScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import Field, HeadLine, LogLine
-from solarcal.tui.widgets.plot import ExploredPlot
 from solarcal.tui.workstation.lines import TitleLine, verdict_words
-from solarcal.tui.workstation.view import TABS, WorkstationView
+from solarcal.tui.workstation.view import PanesScreen, WorkstationView
 
 
 class JumpDialog(Dialog):
@@ -57,7 +55,7 @@ SPEEDS = (1.0, 10.0, 60.0, 300.0, 600.0, 1800.0, 3600.0)
 DEFAULT_SPEED = 600.0
 
 
-class ReplayScreen(StationScreen):
+class ReplayScreen(PanesScreen):
     """Time runs at ``speed`` while playing; every step shows the state as it stood then."""
 
     DEFAULT_CSS = """
@@ -77,12 +75,6 @@ class ReplayScreen(StationScreen):
         Binding("minus,down", "speed(-1)", "Slower", show=False, priority=True),
         Binding("j", "jump", "Jump to a point", show=False),
         Binding("escape,q", "back", "Back", show=False),
-        *(
-            Binding(str(number), f"tab('{name}')", label, show=False)
-            for number, (name, label) in enumerate(TABS, start=1)
-        ),
-        Binding("z", "alone", "Plot alone", show=False),
-        Binding("tab", "next_tab(1)", "Next pane", show=False, priority=True),
     ]
 
     def __init__(self, replay: Replay, file_name: str, speed: float | None = None) -> None:
@@ -291,33 +283,16 @@ class ReplayScreen(StationScreen):
 
         self.app.push_screen(JumpDialog(count, jump))
 
-    def next_plot(self) -> None:
-        name = self.query_one(WorkstationView).next_plot()
-        self.query_one("#log", LogLine).say(f"{name}: {ExploredPlot.HELP}")
-
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Where the plot is alone its arrows, + and - are the plot's."""
         del parameters
         moves = ("step", "point", "end", "speed")
         return not (action in moves and self.has_class("-alone"))
 
-    def action_alone(self) -> None:
-        view = self.query_one(WorkstationView)
-        name = view.show_alone()
-        self.set_class(view.alone, "-alone")
-        words = f"{name}: {ExploredPlot.HELP}" if view.alone else ""
-        self.query_one("#log", LogLine).say(words)
-
     def on_workstation_view_point_opened(self, event: WorkstationView.PointOpened) -> None:
         session = self.replay.view
         if session is not None:
             self.app.push_screen(PointScreen(session, event.point.seq, writable=False))
-
-    def action_tab(self, name: str) -> None:
-        self.query_one(WorkstationView).tab = name
-
-    def action_next_tab(self, step: int) -> None:
-        self.query_one(WorkstationView).next_tab(step)
 
     def action_back(self) -> None:
         self.dismiss(None)

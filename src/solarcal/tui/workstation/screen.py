@@ -24,13 +24,12 @@ from solarcal.station.news import (
 from solarcal.station.next_step import next_step
 from solarcal.station.state import LinkState, StationState
 from solarcal.station.sun_path import sun_now
-from solarcal.tui.base import StationScreen, Workstation
+from solarcal.tui.base import Workstation
 from solarcal.tui.point.opened import PointScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine, Part
-from solarcal.tui.widgets.plot import ExploredPlot
 from solarcal.tui.workstation.lines import NextLines, TitleLine, verdict_words
-from solarcal.tui.workstation.view import TABS, WorkstationView
+from solarcal.tui.workstation.view import PanesScreen, WorkstationView
 
 REVIEW_FROM, REVIEW_FROM_WIDE = 5, 3
 """Accepted points from which the parameters come up after a point is stored."""
@@ -61,7 +60,7 @@ def _footer_key(app: Workstation, name: str) -> str:
     return min(keys, key=len) if name in dict(BESIDE_TABS) else keys[0]
 
 
-class WorkstationScreen(StationScreen):
+class WorkstationScreen(PanesScreen):
     """Title, file, what to do next, verdict, panes, log, footer.
 
     ``noticed`` while the line was opened: sentences to read first.
@@ -72,12 +71,6 @@ class WorkstationScreen(StationScreen):
     """
     AUTO_FOCUS = ""
     BINDINGS: ClassVar[list[BindingType]] = [
-        *(
-            Binding(str(number), f"tab('{name}')", label, show=False)
-            for number, (name, label) in enumerate(TABS, start=1)
-        ),
-        Binding("z", "alone", "Plot alone", show=False),
-        Binding("tab", "next_tab(1)", "Next pane", show=False, priority=True),
         Binding("shift+tab", "next_tab(-1)", "Previous pane", show=False, priority=True),
     ]
 
@@ -213,10 +206,6 @@ class WorkstationScreen(StationScreen):
 
     # -- keys --------------------------------------------------------------------------------
 
-    def next_plot(self) -> None:
-        name = self.query_one(WorkstationView).next_plot()
-        self.query_one("#log", LogLine).say(f"{name}: {ExploredPlot.HELP}")
-
     def on_screen_resume(self) -> None:
         super().on_screen_resume()
         if self._ready:
@@ -264,20 +253,7 @@ class WorkstationScreen(StationScreen):
         self._told_records = -1
         self._log_newest(self.workstation.state)
 
-    def action_alone(self) -> None:
-        view = self.query_one(WorkstationView)
-        name = view.show_alone()
-        self.set_class(view.alone, "-alone")
-        words = f"{name}: {ExploredPlot.HELP}" if view.alone else ""
-        self.query_one("#log", LogLine).say(words)
-
     def on_workstation_view_point_opened(self, event: WorkstationView.PointOpened) -> None:
         session = self.workstation.state.session
         if session is not None:
             self.app.push_screen(PointScreen(session, event.point.seq, writable=True))
-
-    def action_tab(self, name: str) -> None:
-        self.query_one(WorkstationView).tab = name
-
-    def action_next_tab(self, step: int) -> None:
-        self.query_one(WorkstationView).next_tab(step)

@@ -8,6 +8,7 @@ from functools import cache
 from typing import ClassVar
 
 from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.content import Content
 from textual.events import Resize
@@ -32,7 +33,9 @@ from solarcal.report.tables import (
 from solarcal.session.records import PointRecord
 from solarcal.station.curves import ErrorPlotData, session_plot_data
 from solarcal.station.state import SessionView, StationState
+from solarcal.tui.base import StationScreen
 from solarcal.tui.widgets.footer import ROOMY_COLUMNS, FooterEntry, FooterKey
+from solarcal.tui.widgets.lines import LogLine
 from solarcal.tui.widgets.plot import DrawView, ExploredPlot
 from solarcal.tui.widgets.text_lines import ChosenLines, TextLines
 from solarcal.tui.workstation.coefficients_pane import CoefficientsPane
@@ -53,10 +56,9 @@ TABS = (
 )
 PLOTS = ("error", "residuals", "sky map", "history", "forecast")
 WITH_POINTS = PLOTS[:3]
+"""Those whose points a cursor walks over."""
 ENDLESS = 10_000
 """Columns: no remark is as long."""
-
-"""Those whose points a cursor walks over."""
 
 
 class Tab(Static):
@@ -403,3 +405,33 @@ def check_lines(session: SessionView) -> list[str]:
     if said := evidence_sentences(session):
         lines += ["", "Evidence", *lines_of(Sentences(tuple(said)))]
     return lines
+
+
+class PanesScreen(StationScreen):
+    """A screen with the panes on it: their keys."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        *(
+            Binding(str(number), f"tab('{name}')", label, show=False)
+            for number, (name, label) in enumerate(TABS, start=1)
+        ),
+        Binding("z", "alone", "Plot alone", show=False),
+        Binding("tab", "next_tab(1)", "Next pane", show=False, priority=True),
+    ]
+
+    def next_plot(self) -> None:
+        name = self.query_one(WorkstationView).next_plot()
+        self.query_one("#log", LogLine).say(f"{name}: {ExploredPlot.HELP}")
+
+    def action_alone(self) -> None:
+        view = self.query_one(WorkstationView)
+        name = view.show_alone()
+        self.set_class(view.alone, "-alone")
+        words = f"{name}: {ExploredPlot.HELP}" if view.alone else ""
+        self.query_one("#log", LogLine).say(words)
+
+    def action_tab(self, name: str) -> None:
+        self.query_one(WorkstationView).tab = name
+
+    def action_next_tab(self, step: int) -> None:
+        self.query_one(WorkstationView).next_tab(step)
