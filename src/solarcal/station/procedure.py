@@ -61,9 +61,6 @@ class Station(StationCore):
         self._stops += 1
         self.tracker.stop()
 
-    def stow(self) -> None:
-        self.tracker.stow()
-
     def track(self) -> None:
         self.tracker.set_mode(Mode.TRACK)
 
