@@ -71,7 +71,7 @@ def read_beginning(
         raise error(f"{path} cannot be read: {reason_of(failure)}") from None
 
 
-def read_utf8(path: str | Path, largest: int = LARGEST_SETTINGS_BYTES) -> str:
+def read_utf8(path: str | Path) -> str:
     """The same as text.
 
     Raises
@@ -80,7 +80,7 @@ def read_utf8(path: str | Path, largest: int = LARGEST_SETTINGS_BYTES) -> str:
         As for the bytes; or it is not UTF-8 text.
     """
     try:
-        return read_bytes(path, largest).decode("utf-8")
+        return read_bytes(path, LARGEST_SETTINGS_BYTES).decode("utf-8")
     except UnicodeDecodeError:
         raise InputFileError(f"{path} cannot be read: it is not UTF-8 text") from None
 

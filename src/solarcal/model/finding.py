@@ -88,9 +88,12 @@ def listed(names: tuple[str, ...] | list[str], word: str = "and") -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {word} {names[-1]}"
 
 
-def points_named(labels: tuple[int, ...], most: int = 6) -> str:
+MOST_NAMED = 6
+
+
+def points_named(labels: tuple[int, ...]) -> str:
     """'point 3', 'points 3 and 4', 'points 1, 2, 3, 4, 5, 6 and 5 more'."""
-    names = [str(label) for label in labels[:most]]
-    if len(labels) > most:
-        return f"points {', '.join(names)} and {len(labels) - most} more"
+    names = [str(label) for label in labels[:MOST_NAMED]]
+    if len(labels) > MOST_NAMED:
+        return f"points {', '.join(names)} and {len(labels) - MOST_NAMED} more"
     return f"point{'s' if len(labels) > 1 else ''} {listed(names)}"

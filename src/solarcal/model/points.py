@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.errors import FitError
+from solarcal.model.finding import points_named
 from solarcal.mount.geometry import MountGeometry
 from solarcal.units import FloatArray
 
@@ -196,13 +197,13 @@ class PointSet:
             return []
         centre = self.geometry.ax1_centre_deg
         return [
-            f"AX1 of {_points(self.moved_to_branch)} was given off the mount's branch "
+            f"AX1 of {points_named(self.moved_to_branch)} was given off the mount's branch "
             f"({centre - 180.0:g}, {centre + 180.0:g}] deg and was moved onto it by whole turns"
         ]
 
     def _remark_repeated(self) -> list[str]:
         return [
-            f"{_points(labels)} are identical to the last digit: they count as one point"
+            f"{points_named(labels)} are identical to the last digit: they count as one point"
             for labels in self.copies
         ]
 
@@ -223,12 +224,3 @@ class PointSet:
 
 COLUMNS = ("ax1_deg", "ax2_deg", "err1_deg", "err2_deg", "sigma_deg", "utc_s")
 """What a ``PointSet`` has one number of for each point, or for none."""
-
-
-def _points(labels: tuple[int, ...], most: int = 6) -> str:
-    names = [str(label) for label in labels[:most]]
-    if len(labels) > most:
-        return f"points {', '.join(names)} and {len(labels) - most} more"
-    if len(names) == 1:
-        return f"point {names[0]}"
-    return f"points {', '.join(names[:-1])} and {names[-1]}"

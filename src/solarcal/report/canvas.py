@@ -34,7 +34,6 @@ class Canvas:
         self._plt = _plotext()
         self._colour = scales.colour_wanted(colour)
         self._width = width
-        self._height = height
         self.palette = PALETTES[theme]
         self._x_label = x_label if height >= LABEL_MIN_HEIGHT else ""
         self.rows = height - 4 - bool(self._x_label)

@@ -324,11 +324,14 @@ class DriveWatch:
         return "" if self.left_s is None else f", about {self.left_s:.0f} s"
 
 
-def progress_bar(fraction: float, cells: int = 30) -> str:
+BAR_CELLS = 30
+
+
+def progress_bar(fraction: float) -> str:
     """``[######....]  60 %``; nothing of it is shown by colour."""
     share = min(max(fraction, 0.0), 1.0)
-    done = round(cells * share)
-    return "[" + "#" * done + "." * (cells - done) + f"] {100.0 * share:3.0f} %"
+    done = round(BAR_CELLS * share)
+    return "[" + "#" * done + "." * (BAR_CELLS - done) + f"] {100.0 * share:3.0f} %"
 
 
 LIFE = 1.0
