@@ -242,7 +242,7 @@ ROWS = (
     Row("runs of points before and after", "step", clamp_moved, imported=True,
         state="does_not_fit"),
     Row(
-        "residuals and causes P1..P6 do not have", "collimation", many, many,
+        "residuals and causes outside P1..P6", "collimation", many, many,
         settings=("truth.collimation_deg=1.5", "truth.noise_deg=0.005"), imported=True,
     ),
 )  # fmt: skip

@@ -56,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--resume", type=Path, metavar="FILE",
-        help="go on with a session that broke off, with the unit it was taken on",
+        help="continue an interrupted session on its own unit",
     )  # fmt: skip
     add_json_option(parser)
 
@@ -71,7 +71,7 @@ def add_emulator_arguments(parser: argparse.ArgumentParser) -> None:
         "--noise-deg",
         type=number_option(),
         metavar="X",
-        help="eye noise: 1 sigma per axis, on sky",
+        help="noise of the eye, one sigma per axis on the sky",
     )
 
 
@@ -97,7 +97,7 @@ def add_seed_option(options: Options) -> None:
         "--seed",
         type=whole_option(0, 2**63 - 1),
         default=0,
-        help="of all that is random (default 0)",
+        help="seed of all random numbers (default 0)",
     )
 
 
@@ -109,7 +109,7 @@ def add_schedule_arguments(parser: argparse.ArgumentParser) -> None:
         "--every",
         type=number_option(),
         metavar="MINUTES",
-        help="between points; default: spread over the day",
+        help="minutes between points; default: spread over the day",
     )
     add_method_option(parser)
     add_last_option(parser)

@@ -29,15 +29,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--driver", choices=tuple(name for name, one in DRIVERS.items() if one.has_line),
         default=DEFAULT_DRIVER,
-        help="what is emulated: a controller, or a rotator that does not compute the Sun",
+        help="emulate a controller, or a rotator that does not compute the Sun",
     )  # fmt: skip
     add_emulator_arguments(parser)
     parser.add_argument(
         "--speed",
         type=speed_option(stopped=0.0),
         metavar="N",
-        help="virtual seconds a real second; default: 1 on the screen, where + and - change it, "
-        "and headless as fast as it can be computed",
+        help="virtual seconds per real second; default: 1 on the screen (+ and - change it), as "
+        "fast as possible without a screen",
     )
     add_schedule_arguments(parser)
     parser.add_argument(

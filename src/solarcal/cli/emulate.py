@@ -38,7 +38,7 @@ def add_emulate_arguments(parser: argparse.ArgumentParser) -> None:
     line.add_argument(
         "--pty",
         metavar="LINK",
-        help="serve on a pseudo-terminal and make LINK point to it (default: one without a link)",
+        help="serve on a pseudo-terminal with a link LINK to it (default: without a link)",
     )
     line.add_argument(
         "--tcp", metavar="HOST:PORT", help="serve on TCP; :PORT for this machine only, port 0: any"
@@ -53,32 +53,32 @@ def add_emulate_arguments(parser: argparse.ArgumentParser) -> None:
         "--driver",
         choices=tuple(name for name, driver in DRIVERS.items() if driver.has_line),
         default=DEFAULT_DRIVER,
-        help="what it speaks; a rotator does not compute the Sun: the client is its controller",
+        help="protocol; a rotator does not compute the Sun: the client is its controller",
     )
     add_emulator_arguments(parser)
     parser.add_argument(
         "--target",
         choices=("sun", "moon"),
-        help="what shines on the sunspot device (default: the scenario's truth.light, sun)",
+        help="light on the sunspot device (default: the scenario's truth.light, sun)",
     )
     parser.add_argument(
         "--watch",
         type=number_option(0.0, 86400.0),
         metavar="S",
-        help="rotators: print every S seconds where it reads, and how far off the light it points",
+        help="rotators: print the read-outs and the true pointing error every S seconds",
     )
     parser.add_argument(
         "--faults",
         metavar="NAME=P,...",
-        help="a bad line: how often what goes wrong, e.g. flipped=0.01,silent=0.002 "
+        help="emulate a bad line: probability of each fault, e.g. flipped=0.01,silent=0.002 "
         "(docs/emulator.md names them)",
     )
     parser.add_argument(
         "--speed",
         type=speed_option(stopped=0.0),
         metavar="N",
-        help="virtual seconds a real second; 1 is a live unit, and the default for rotators; 0, "
-        "the default for a controller: time moves only when the station lets it (X ADVANCE)",
+        help="virtual seconds per real second; 1: real time, the default for rotators; 0, the "
+        "default for a controller: time moves only by X ADVANCE",
     )
 
 

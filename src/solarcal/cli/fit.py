@@ -20,21 +20,23 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_judging_arguments(parser)
     parser.add_argument(
-        "--terms", metavar="P1,P2,...", help="which error terms; default the six coefficients"
+        "--terms", metavar="P1,P2,...", help="error terms to fit; default the six coefficients"
     )
     parser.add_argument(
-        "--compare", type=Path, metavar="MODEL.mod", help="a published TPOINT model beside the fit"
+        "--compare", type=Path, metavar="MODEL.mod", help="compare with a published TPOINT model"
     )
     parser.add_argument(
         "--write-model",
         type=Path,
         metavar="OUT.mod",
-        help="the fitted TPOINT terms as a model file",
+        help="write the fitted TPOINT terms as a model file",
     )
     parser.add_argument(
-        "--require", choices=("done",), help="leave with 1 unless this is the verdict"
+        "--require", choices=("done",), help="exit with 1 unless this is the verdict"
     )
-    parser.add_argument("--plot", action="store_true", help="the error plot against solar time too")
+    parser.add_argument(
+        "--plot", action="store_true", help="print the error plot against solar time too"
+    )
 
 
 def add_judging_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,8 +53,8 @@ def add_method_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method",
         choices=("linear", "robust", "exact", "iterated"),
-        help="robust (default): exact geometry, known physics, a physical prior; exact: the same "
-        "without prior; linear: six terms by plain least squares, as the original did; iterated: "
+        help="robust (default): exact geometry, refraction, a physical prior; exact: the same "
+        "without prior; linear: six terms by least squares, the original's method; iterated: "
         "TPOINT terms at the encoder places, as SPK's PMFIT",
     )
 
@@ -61,8 +63,8 @@ def add_last_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--last-coefficients",
         metavar="P1..P6|FILE",
-        help='what the unit held before, as prior of method robust: six numbers ("0.3 -0.36 0.5 '
-        '0.2 0.0008 -0.0006"), a session, or what `solarcal fit --json` printed',
+        help='last coefficients of the unit, as prior of method robust: six numbers ("0.3 -0.36 '
+        '0.5 0.2 0.0008 -0.0006"), a session, or output of `solarcal fit --json`',
     )
 
 
@@ -71,8 +73,8 @@ def add_bolt_option(parser: argparse.ArgumentParser) -> None:
         "--bolt-circle",
         type=bolt_circle,
         metavar="MM,BOLTS[,AZIMUTH]",
-        help="diameter and number of the base plate's bolts, bearing of one (default 0, north): "
-        "shim heights for each",
+        help="print shim heights: diameter of the bolt circle, number of bolts, bearing of one "
+        "(default 0, north)",
     )
 
 
@@ -139,13 +141,13 @@ def add_rule_options(parser: argparse.ArgumentParser) -> None:
         "--tolerance",
         type=positive_deg,
         metavar="DEG",
-        help="what 95 %% of the year's pointing shall be within; default the session's, else 0.1",
+        help="95 %% of the year's pointing must be within this; default the session's, else 0.1",
     )
     parser.add_argument(
         "--done-probability",
         type=share,
         metavar="P",
-        help="probability of that at which the verdict is done; default the session's, else 0.95",
+        help="probability of the tolerance needed for done; default the session's, else 0.95",
     )
 
     parser.add_argument(
@@ -154,7 +156,7 @@ def add_rule_options(parser: argparse.ArgumentParser) -> None:
         type=named_width,
         default=[],
         metavar="NAME=VALUE",
-        help="width of what may be there beside P1..P6, one sigma: clock_s, sag_deg, air, "
+        help="one sigma of a possible error beside P1..P6: clock_s, sag_deg, air, "
         "cross_axis_deg, large_cross_axis_deg, large_chance (repeatable)",
     )
 
@@ -207,7 +209,7 @@ def positive_deg(text: str) -> float:
 
 def add_point_options(parser: argparse.ArgumentParser) -> None:
     """What a points file may leave out, for every command that reads one."""
-    missing = parser.add_argument_group("what a points CSV does not say")
+    missing = parser.add_argument_group("missing keys of a points CSV")
     missing.add_argument("--geometry", choices=("azel", "tiltroll-ew", "tiltroll-ns", "polar"))
     missing.add_argument(
         "--lat", type=number_option(-90, 90), metavar="DEG", help="latitude, north positive"
@@ -222,22 +224,27 @@ def add_point_options(parser: argparse.ArgumentParser) -> None:
     missing.add_argument(
         "--offsets",
         choices=("plain", "on-sky"),
-        help="of solaris-pointing files: offset_az is plain azimuth, or already times cos E",
+        help="solaris-pointing files: offset_az is azimuth, or azimuth times cos E",
     )
     missing.add_argument(
         "--ideal",
         choices=("apparent", "airless", "solartrak"),
-        help="what the ideal angles are: with refraction (default), without, or the controller's "
+        help="kind of the ideal angles: with refraction (default), without, or the controller's "
         "own (no refraction, its own ephemeris)",
     )
-    paint = parser.add_argument_group("what belongs to PAINT calibration records")
+    paint = parser.add_argument_group("PAINT calibration records")
     paint.add_argument(
         "--heliostat", type=Path, metavar="FILE", help="properties; default ../Properties/*.json"
     )
     paint.add_argument(
-        "--tower", type=Path, metavar="FILE", help="default *tower-measurements.json further up"
+        "--tower",
+        type=Path,
+        metavar="FILE",
+        help="default *tower-measurements.json in a folder above",
     )
-    paint.add_argument("--spot", choices=("UTIS", "HeliOS"), help="whose focal spot; default UTIS")
+    paint.add_argument(
+        "--spot", choices=("UTIS", "HeliOS"), help="method of the focal spot; default UTIS"
+    )
 
 
 def fill_in(args: argparse.Namespace) -> "FillIn":

@@ -19,20 +19,20 @@ _NAMED = 10
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("folder", type=Path, metavar="DIR", help="also the folders in it")
+    parser.add_argument("folder", type=Path, metavar="DIR", help="folder, with its subfolders")
     parser.add_argument(
         "--worst-by",
         choices=("rms", "lean", "sigma", "noise"),
         default="rms",
-        help="rms of the residuals on sky (default), the lean, the sigma of the lean, or the "
-        "noise of one point",
+        help="order by rms of the residuals on sky (default), lean, sigma of the lean, or noise of "
+        "one point",
     )
     parser.add_argument(
         "--top",
         type=whole_option(0),
         default=20,
         metavar="N",
-        help="how many to list; 0: all; default 20",
+        help="number of lines; 0: all; default 20",
     )
     add_json_option(parser)
 

@@ -16,11 +16,11 @@ _KINDS = {
 }
 """Commands whose first word says what to compute; the first one where it is left out."""
 _KIND_HELP = {
-    "heliostat": "aim: the normal for a Sun and a target (default); target: where the beam goes, "
-    "from normals read while it was on the target; drift: of an uncorrected mirror offset over a "
-    "day; circle: both roots of AzimPivot_R = PivotRefl_R = 0; shift: the angle a translation "
-    "turns",
-    "sun": "position: where it is (default); compare: two models over years",
+    "heliostat": "aim: the normal for a Sun and a target (default); target: direction of the "
+    "target, from normals with the beam on it; drift: of an uncorrected mirror offset over a day; "
+    "circle: both roots of AzimPivot_R = PivotRefl_R = 0; shift: change of the target's direction "
+    "by a translation",
+    "sun": "position: angles now (default); compare: two models over years",
 }
 
 
@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         )  # fmt: skip
     elif len(served) > 1:
         parser.add_argument(
-            "--design", action="store_true", help="what a device shows, or which one is wanted"
+            "--design", action="store_true", help="resolution and range of a device, or its design"
         )
     add_options(parser, served)
     add_json_option(parser)

@@ -61,18 +61,20 @@ def add_plan_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--at",
         metavar="ISO",
-        help="plan from this instant, or `now`; default: when the newest point was taken",
+        help="plan from this instant, or `now`; default: the time of the newest point",
     )
-    parser.add_argument("--until", metavar="HH:MM", help="leave then (UTC, the next such time)")
     parser.add_argument(
-        "--points", type=whole_option(), metavar="N", help="exactly so many more points"
+        "--until", metavar="HH:MM", help="end of the plan (UTC, the next such time)"
+    )
+    parser.add_argument(
+        "--points", type=whole_option(), metavar="N", help="exact number of further points"
     )
     parser.add_argument(
         "--strike",
         action="append",
         default=[],
         metavar="HH:MM-HH:MM",
-        help="no point can be taken then, UTC: cloud, lunch (repeatable)",
+        help="plan no point in this time, UTC: cloud, lunch (repeatable)",
     )
 
 

@@ -21,11 +21,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--speed",
         type=speed_option(),
         metavar="N",
-        help="recorded seconds a real second; default: 600 on the screen, where + and - change "
-        "it, and headless everything at once",
+        help="recorded seconds per real second; default: 600 on the screen (+ and - change it), "
+        "everything at once without a screen",
     )
     parser.add_argument(
-        "--headless", action="store_true", help="print what happened and the fit, no screen"
+        "--headless", action="store_true", help="print the events and the fit, without a screen"
     )
     parser.add_argument("--json", action="store_true", help="the final fit as one JSON document")
 

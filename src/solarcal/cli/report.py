@@ -17,12 +17,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         required=True,
         metavar="OUT",
-        help="the certificate to write; again for another form of it",
+        help="certificate to write (repeat for another format)",
     )
     parser.add_argument(
         "--zip",
         action="store_true",
-        help="beside the first a zip for the office: certificate, files, profile, checksums",
+        help="write a zip beside the first: certificate, files, profile, checksums",
     )
     add_bolt_option(parser)
 

@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--scenario", metavar="NAME|FILE", help="an emulated tracker")
     where.add_argument(
         "--continue", dest="session", type=Path, metavar="FILE",
-        help="go on with a session, on the line it was taken on",
+        help="continue a session, on its own line",
     )  # fmt: skip
     where.add_argument(
         "--offline", action="store_true",

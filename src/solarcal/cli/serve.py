@@ -14,7 +14,11 @@ LOOPBACK = ("localhost", "127.0.0.1", "::1")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the command."""
     parser.add_argument(
-        "file", nargs="?", type=Path, metavar="FILE", help="replay this session; default: choose"
+        "file",
+        nargs="?",
+        type=Path,
+        metavar="FILE",
+        help="replay this session; default: choose on the page",
     )
     parser.add_argument(
         "--host", default="localhost", metavar="HOST",
@@ -25,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--allow-motion", action="store_true",
-        help="also open units: everyone who reaches the page can then move the tracker",
+        help="also open units: everyone who can open the page can then move the tracker",
     )  # fmt: skip
 
 

@@ -51,9 +51,9 @@ def run_import(args: argparse.Namespace) -> int:
 
 
 def add_export_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("source", metavar="IN.jsonl", help="session file (.csv and .dat work too)")
+    parser.add_argument("source", metavar="IN.jsonl", help="session file (or .csv, .dat)")
     parser.add_argument("target", metavar="OUT", help="points .csv, or TPOINT .dat (azel only)")
-    parser.add_argument("--replace", action="store_true", help="write over a file that is there")
+    parser.add_argument("--replace", action="store_true", help="overwrite an existing file")
     add_json_option(parser)
 
 
@@ -118,7 +118,9 @@ def add_void_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "seq", metavar="SEQ", type=whole_option(), help="sequence number of the record"
     )
-    parser.add_argument("--reason", metavar="TEXT", required=True, help="why; written to the file")
+    parser.add_argument(
+        "--reason", metavar="TEXT", required=True, help="reason; recorded in the file"
+    )
     add_json_option(parser)
 
 

@@ -28,17 +28,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_emulator_arguments(parser)
     parser.add_argument(
         "--coefficients", type=Path, metavar="FILE",
-        help="what `solarcal fit --json` printed, or a session file, for this run; default: what "
-        "was uploaded last",
+        help="output of `solarcal fit --json`, or a session file, for this run; default: the last "
+        "uploaded ones",
     )  # fmt: skip
     add_method_option(parser)
-    parser.add_argument("--until", metavar="HH:MM", help="UTC; default: until the Sun is down")
+    parser.add_argument("--until", metavar="HH:MM", help="UTC; default: sunset")
     parser.add_argument(
         "--every",
         type=number_option(0.0, 86400.0),
         default=10.0,
         metavar="S",
-        help="seconds between lines (default 10)",
+        help="seconds between printed lines (default 10)",
     )
     parser.add_argument("--json", action="store_true", help="a summary on stdout at the end")
 

@@ -25,7 +25,7 @@ LOOK_EVERY_S = 0.5
 """At a folder for its next image."""
 
 _INSTRUMENTS = {
-    "point": "axis angles that look at the Sun, and the matrix of the mirrors",
+    "point": "axis angles for the Sun, and the matrix of the mirrors",
     "trace": "the diode's four signals traced back to axis corrections",
     "camera": "the disc in a camera's image as axis corrections",
     "fov": "field of view of diode and tracker against the Sun's 9 mrad",
@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                 "--images",
                 type=whole_option(1, 1_000_000),
                 metavar="N",
-                help="of a folder being filled: this many images as they come, a line for each",
+                help="folder: wait for this number of new images, print a line for each",
             )
 
     fit = kind("fit", "Euler angles of the base from points (CSV, azel)")
@@ -57,11 +57,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     fit.add_argument(
         "--plot",
         action="store_true",
-        help="calculated against actual angles of both axes, before the fit and after it",
+        help="plot calculated against actual angles of both axes, before and after the fit",
     )
 
     for name, text in (
-        ("simulate", "a clear day in closed loop; the base is fitted back from its log"),
+        ("simulate", "simulate a clear day in closed loop, and fit the base from its log"),
         ("tune", "Ziegler-Nichols gains by experiment on the simulated loop"),
     ):
         one = kind(name, text)
@@ -75,7 +75,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         else:
             one.add_argument("--axis", type=whole_option(), choices=(1, 2), default=2)
 
-    add_follow_arguments(kind("follow", "let a unit's sun sensor take calibration points itself"))
+    add_follow_arguments(
+        kind("follow", "take calibration points automatically with a unit's sun sensor")
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -236,7 +238,9 @@ def _tune(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
         "reduced": tuning.reduced,
         "trials": [{"gain_per_s": gain, "growth": growth} for gain, growth in tuning.trials],
     }
-    lines = [f"axis {tuning.axis}: the swing after a knock of 1 mrad, by proportional gain"]
+    lines = [
+        f"axis {tuning.axis}: oscillation after a displacement of 1 mrad, by proportional gain"
+    ]
     lines += [
         f"  {gain:8.4f} 1/s  {'lost' if growth == float('inf') else f'{growth:.3f} times'}"
         for gain, growth in sorted(tuning.trials)
@@ -249,7 +253,7 @@ def _tune(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     ]
     if tuning.reduced < 1.0:
         lines[-1] = (
-            f"Ziegler and Nichols' gains make this sampled loop swing; it settles with "
+            f"this sampled loop oscillates with the Ziegler-Nichols gains; it settles with "
             f"{tuning.reduced:.2f} of them: Kp {gains.kp:.4f}, Ki {gains.ki:.4f}, Kd {gains.kd:.4f}"
         )
     return document, lines

@@ -51,19 +51,20 @@ def add_unit_options(parser: argparse.ArgumentParser) -> None:
 def add_driver_options(parser: argparse.ArgumentParser) -> None:
     """Everything but the port itself."""
     parser.add_argument(
-        "--driver", metavar="NAME", help="how to talk to the unit (default: the profile's, else "
-        "solartrak)",
-    )  # fmt: skip
+        "--driver",
+        metavar="NAME",
+        help="driver of the unit (default: the profile's, else solartrak)",
+    )
     parser.add_argument(
         "--baudrate", type=_baudrate, metavar="N", help="default: the profile's, 9600"
     )
     told = parser.add_mutually_exclusive_group()
     told.add_argument("--profile", metavar="NAME", help="site, unit and operator profile")
-    told.add_argument("--site", metavar="FILE", help="the same from a file: a profile's TOML")
-    parser.add_argument("--trace", metavar="FILE", help="write what goes over the line")
+    told.add_argument("--site", metavar="FILE", help="a profile from a TOML file")
+    parser.add_argument("--trace", metavar="FILE", help="record everything sent and received")
     parser.add_argument(
-        "--input", metavar="FILE", help="driver typed: the field book of what its display "
-        "showed (- for standard input)",
+        "--input", metavar="FILE", help="driver typed: field book with the display's values (-: "
+        "standard input)",
     )  # fmt: skip
 
 

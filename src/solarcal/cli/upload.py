@@ -23,8 +23,7 @@ def add_force_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--force",
         metavar="REASON",
-        help="upload although the points do not fit, or are no better than what is in force; "
-        "written to the file",
+        help="upload although the points do not fit, or are no improvement; the reason is recorded",
     )
 
 

@@ -57,7 +57,7 @@ _SCREWJACK = Instrument(
         ),
         Field(
             "wrong_R1", "R1 longer by", "length", hint="5 mm", metavar="LENGTH",
-            help="show the effect of R1 longer by this than given (default 5 mm)",
+            help="show the effect of a longer R1 (default 5 mm longer)",
         ),
     ),
     "screwjack",
@@ -71,7 +71,7 @@ _SCREWJACK = Instrument(
 
 _SUNSPOT = (
     Instrument(
-        "sunspot", "Drives and devices", "Sunspot device", "pointing error from where the spot is",
+        "sunspot", "Drives and devices", "Sunspot device", "pointing error from the spot",
         "sunspot", "error",
         (
             _HEIGHT, _HOLE,
@@ -89,7 +89,7 @@ _SUNSPOT = (
             ),
             Field(
                 "turned", "E, turned by 180", "length", hint="not read", metavar="E",
-                help="E at the same mark of the device after it is rotated by 180 deg: its own "
+                help="E at the same mark of the device after a rotation by 180 deg; gives its own "
                 "misalignment",
             ),
         ),
@@ -104,13 +104,13 @@ _SUNSPOT = (
             Field(
                 "image", "Picture or folder", hint="a .pgm or .png", flag="--picture",
                 metavar="FILE|FOLDER",
-                help="a picture of the plate (PGM, PNG) instead of --edge; of a folder the newest",
+                help="picture of the plate (PGM, PNG) instead of --edge; a folder: its newest",
             ),
             _HEIGHT, _HOLE,
             Field(
                 "hole_at", "Hole at pixel x, y", "pixel", hint="found", count=2, metavar="X Y",
-                help="--picture: where the hole's centre is, where it is not a dark disc within "
-                "the spot; needs --spot",
+                help="--picture: centre of the hole, if it is not a dark disc within the spot; "
+                "needs --spot",
             ),
             Field(
                 "spot", "Ds, spot diameter", "length", hint="by the hole",
@@ -131,7 +131,7 @@ _SUNSPOT = (
             _HOLE,
             Field(
                 "shift", "E is read to", "length", "0.5", metavar="E",
-                help="--design: E is read to (0.5)",
+                help="--design: reading accuracy of E (0.5)",
             ),
             _HEIGHT,
             Field(
@@ -144,9 +144,9 @@ _SUNSPOT = (
         "sunspot --design",
         "height, hole, plate, spot, even_rim, smallest_shift, resolution_deg, range_deg",
         (
-            Flag("--resolution", "--design: wanted, instead of --height", {"from": "a resolution"},
-                 "resolution", "DEG"),
-            Flag("--range", "--design: wanted, instead of --plate", {"from": "a resolution"},
+            Flag("--resolution", "--design: wanted resolution, instead of --height",
+                 {"from": "a resolution"}, "resolution", "DEG"),
+            Flag("--range", "--design: wanted range, instead of --plate", {"from": "a resolution"},
                  "range", "DEG"),
         ),
     ),

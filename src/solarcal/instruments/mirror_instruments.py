@@ -32,7 +32,7 @@ _TARGET = tuple(
 )  # fmt: skip
 _DISTANCE = Field(
     "distance", "Target distance", "length", hint="none", metavar="D",
-    help="to the target (circle: d, shift: how far)",
+    help="distance to the target (circle: d)",
 )  # fmt: skip
 
 
@@ -51,14 +51,14 @@ def _offset(*examples: str) -> tuple[Field, ...]:
 
 _HELIOSTATS = (
     Instrument(
-        "heliostat-aim", "Heliostat", "Aim", "the mirror's normal; what its offset does to it",
+        "heliostat-aim", "Heliostat", "Aim", "the mirror's normal, with the effect of its offset",
         "heliostat", "aim",
         (_SUN, *_TARGET, _DISTANCE, *_offset("", "", ""), *MOUNT, *_PLACE, TIME, _REFRACTION),
         "heliostat aim",
     ),
     Instrument(
         "heliostat-target", "Heliostat", "Targeting",
-        "where the beam goes, from normals read there",
+        "direction of the target, from normals with the beam on it",
         "heliostat", "target",
         (
             Field(
@@ -112,12 +112,12 @@ _HELIOSTATS = (
         (Flag("--steps", "circle: the published bisection, step by step", {"steps": "yes"}),),
     ),
     Instrument(
-        "heliostat-shift", "Heliostat", "Translation", "by how much it turns the target",
+        "heliostat-shift", "Heliostat", "Translation", "change of the target's direction",
         "heliostat", "shift",
         (
             Field(
                 "by", "Moved by", "length", example="3", metavar="LENGTH",
-                help="shift: by how much across the line of sight",
+                help="shift: length across the line of sight",
             ),
             replace(_DISTANCE, label="Distance", example="800", hint=""),
         ),
@@ -153,7 +153,7 @@ _MIRROR_FLAG = Flag(
 
 _TWO_MIRROR = (
     Instrument(
-        "mirrors-point", "Two-mirror tracker", "Point", "axis angles that look at the Sun",
+        "mirrors-point", "Two-mirror tracker", "Point", "axis angles for the Sun",
         "two_mirror", "point",
         (
             replace(_SUN, flag="--azimuth --zenith", metavar="DEG DEG",
@@ -203,7 +203,7 @@ _TWO_MIRROR = (
         (
             Field(
                 "image", "Image or folder", hint="a .pgm or .png", metavar="FILE|FOLDER",
-                help="image of the disc, PGM or PNG; of a folder the newest whole image",
+                help="image of the disc, PGM or PNG; a folder: its newest complete image",
                 required=True,
             ),
             *_AXES,
@@ -214,7 +214,7 @@ _TWO_MIRROR = (
             ),
             Field(
                 "disc", "Disc's radius", "mrad", "4.65", low=0.1, high=100, flag="--disc-radius",
-                metavar="MRAD", help="from which a pixel's size follows (default 4.65, the Sun's)",
+                metavar="MRAD", help="for the size of a pixel (default 4.65, the Sun's)",
             ),
             Field(
                 "pixel", "or one pixel is", "mrad", hint="by the disc", low=1e-6, high=100,

@@ -60,13 +60,13 @@ _LIMITS = (
     *(
         Field(
             f"limits{axis}", f"AX{axis} from, to", "deg", hint="anywhere", count=2,
-            metavar="LOW HIGH", help=f"how far axis {axis} goes, deg (default: anywhere)",
+            metavar="LOW HIGH", help=f"limits of axis {axis}, deg (default: none)",
         )
         for axis in (1, 2)
     ),
     Field(
         "lowest", "Sun counts from", "deg", "0", low=-90, high=89, metavar="DEG",
-        help="airless elevation below which the Sun does not count (default 0)",
+        help="lowest airless elevation of the Sun that counts (default 0)",
     ),
 )  # fmt: skip
 _COLLECTOR = (
@@ -102,7 +102,7 @@ _COLLECTOR_FLAGS = (
 
 SUN_INSTRUMENTS = (
     Instrument(
-        "sun", "The Sun", "Sun position", "where the Sun is, and the axes that look at it",
+        "sun", "The Sun", "Sun position", "azimuth, elevation, axis angles",
         "sun", "sun",
         (
             *PLACE, TIME,
@@ -158,7 +158,7 @@ SUN_INSTRUMENTS = (
         "years (year, altitude_worst_deg, cross_worst_deg)",
     ),
     Instrument(
-        "day", "The Sun", "Day", "sunrise, noon, sunset; when the Sun is within limits",
+        "day", "The Sun", "Day", "sunrise, noon, sunset; hours within limits",
         "day", "day",
         (
             *PLACE, TIME, _TARGET, *MOUNT, *_LIMITS,
@@ -175,8 +175,8 @@ SUN_INSTRUMENTS = (
             Field(
                 "altitude", "Rises at altitude", "deg", hint="-0.833", low=-89, high=89,
                 metavar="DEG",
-                help="airless altitude of the Sun's centre that counts as rising and setting "
-                "(default -0.8333; noaa -0.833)",
+                help="airless altitude of the Sun's centre at rise and set (default -0.8333; noaa "
+                "-0.833)",
             ),
             Field("chart", "Chart", default="no", choices=("no", "yes"), on_form=False),
             Field(DUT1.name, DUT1.label, DUT1.unit, "0", low=-1, high=1, on_form=False,
@@ -228,11 +228,11 @@ SUN_INSTRUMENTS = (
             *_COLLECTOR,
             Field(
                 "error", "Pointing error", "deg", hint="none", flag="--pointing-error",
-                metavar="DEG", help="what this error costs over the day",
+                metavar="DEG", help="loss by this error over the day",
             ),
             Field(
                 "turbidity", "Linke turbidity", "", "3", low=1, high=10, metavar="TL",
-                help="how clear the air is: 2 very clean, 3 clean (default), 5 hazy",
+                help="Linke turbidity of the air: 2 very clean, 3 clean (default), 5 hazy",
             ),
             Field(
                 "height", "Height of the site", "m", "0", low=-500, high=9000, metavar="M",
@@ -240,8 +240,8 @@ SUN_INSTRUMENTS = (
             ),
             Field(
                 "acceptance", "Half acceptance", "deg", hint="none", metavar="DEG",
-                help="half angle a concentrator accepts: the share of the Sun's disc it still "
-                "sees with --pointing-error",
+                help="half acceptance angle of a concentrator: share of the Sun's disc inside it "
+                "with --pointing-error",
             ),
         ),
         "energy",
@@ -254,7 +254,7 @@ SUN_INSTRUMENTS = (
             *_COLLECTOR_FLAGS,
             Flag("--day", "days after the March equinox (91)", to="day", metavar="DAYS",
                  exclusive="when"),
-            Flag("--date", "that date, counted from the March equinox before it", to="date",
+            Flag("--date", "date, converted to days after the March equinox before it", to="date",
                  metavar="YYYY-MM-DD", exclusive="when"),
         ),
     ),

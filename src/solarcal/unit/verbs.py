@@ -230,8 +230,8 @@ VERBS: tuple[Verb, ...] = (
     Verb(
         "UNLOCK",
         "unlocked",
-        "unlocks writes and motion for so many seconds (60); every unlocked request starts "
-        "the time anew",
+        "unlocks writes and motion for that number of seconds (60); every unlocked request "
+        "restarts the time",
     ),
     Verb(
         "LOCK",
@@ -265,16 +265,16 @@ VERBS: tuple[Verb, ...] = (
     Verb(
         "OFFSET SET",
         _STATUS,
-        "sets O so that `reading = ideal + E + O` holds now, and returns the status of "
+        "sets O so that `reading = ideal + E + O` is true now, and returns the status of "
         "that instant (new O included). Refused while an axis moves",
         unlock=True,
     ),
     Verb(
         "REF START",
         "number",
-        "starts a reference check: drives to the reference switches, notes the counts "
-        "found there, sets the count registers to zero, keeps O and P. The mode is "
-        "`REF` meanwhile and `MANUAL` afterwards",
+        "starts a reference check: drives to the reference switches, stores the counts "
+        "found there, sets the count registers to zero; O and P do not change. The mode is "
+        "`REF` during the check and `MANUAL` afterwards",
         unlock=True,
     ),
     Verb(
@@ -297,7 +297,7 @@ VERBS: tuple[Verb, ...] = (
     Verb(
         f"COEF SET {_COEF}",
         _COEF,
-        "all eight or none; the reply is what is kept of them",
+        "sets all eight or none; the reply has the stored values",
         unlock=True,
     ),
     Verb(
@@ -314,32 +314,31 @@ VERBS: tuple[Verb, ...] = (
     Verb(
         "X SPEED speed",
         "speed",
-        "from now on that many virtual seconds pass in a real one, 0 to a million, up "
-        "to three decimals; 0 as above",
+        "sets the number of virtual seconds per real second, 0 to a million, up to three "
+        "decimals; 0 as above",
     ),
     Verb(
         "X ADVANCE seconds",
         "true_utc laptop_utc",
-        "lets that much virtual time pass, as fast as it can. 0 to 86400, up to six decimals",
+        "advances virtual time by this, as fast as possible. 0 to 86400, up to six decimals",
     ),
     Verb(
         "X SPOT",
         "visible error1 error2",
-        "what the technician sees: `1` or `0`, and how far each axis must move to "
-        "centre the Sun (a heliostat's: to bring the beam onto the middle of the target "
-        "board), degrees, as estimated by eye",
+        "spot as seen by the technician: `1` or `0`, and the motion of each axis that centres "
+        "the Sun (heliostat: that brings the beam onto the middle of the target board), degrees, "
+        "as estimated by eye",
     ),
     Verb(
         "X SKY",
         "sun pressure temperature",
-        "what an almanac, a barometer and a thermometer of the emulated world say: the "
-        "Sun model it follows (`precise`), station pressure in hPa (0: no air, no "
-        "refraction), degrees Celsius",
+        "values of the emulated world: its Sun model (`precise`), station pressure in hPa "
+        "(0: no air, no refraction), temperature in degrees Celsius",
     ),
     Verb(
         "X TRUTH",
         "P1 P2 P3 P4 P5 P6 day_rms day_max year_rms",
-        "the hidden truth, and the true pointing error with the P and O in force",
+        "the true coefficients, and the true pointing error with the P and O in force",
     ),
     Verb(
         "X FAULT name",
