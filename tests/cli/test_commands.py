@@ -108,7 +108,7 @@ def test_export_import_round_trip_gives_the_same_fit(session, said_by, tmp_path)
         (["fit", "points.xyz"], 2, "points are read from files ending in"),
         (["calibrate", "--scenario", "nosuch"], 2, "no scenario 'nosuch'"),
         (["calibrate", "--set", "truth.leen_deg=1"], 2, "did you mean truth.lean_deg"),
-        (["calibrate", "--points", "2"], 2, "three points are the least"),
+        (["calibrate", "--points", "2"], 2, "a fit needs at least three points"),
         (["calibrate", "--start", "yesterday"], 2, "not a date and time"),
         (["calibrate", "--port", "/dev/ttyNOPE"], 3, "does not exist"),
         (["sun", "--lat", "95", "--lon", "0", "--at", "2026-06-21"], 2, "--lat: 95 is not between"),

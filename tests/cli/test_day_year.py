@@ -134,7 +134,7 @@ def test_day_says_where_one_range_cannot_hold_the_path(
 ) -> None:
     kourou = ("--lat", "5.2", "--lon", "-52.7", "--at", "2026-06-10T15:00Z")
     said = text(capsys, "day", *kourou, "--limits2", "2", "88")
-    assert "one range cannot hold this day" in said
+    assert "one range cannot cover this day" in said
 
 
 def test_day_table_runs_from_sunrise_to_sunset(capsys: pytest.CaptureFixture[str]) -> None:

@@ -357,7 +357,7 @@ def test_a_calibration_writes_nothing_that_is_not_better_and_goes_on_with_a_reas
     words = ["calibrate", "--port", port, "--points", "3", "--every", "20"]
     before = stored_in(port)
     refused = said(capsys, *words, "-o", str(day), code=1)
-    assert refused["refused"].startswith("upload refused: not better than what is in force")
+    assert refused["refused"].startswith("upload refused: no improvement beyond its uncertainty")
     assert not refused["completed"]
     assert uploads_of(day) == []
     assert stored_in(port).coefficients == before.coefficients
@@ -452,7 +452,7 @@ def test_a_calibration_records_them_and_goes_on_by_its_own(tmp_path, capsys):
     again = said(capsys, "fit", path)
     assert (again["coefficients"], again["prior"]) == (live["coefficients"], live["prior"])
     assert run_command(["calibrate", "--resume", str(path), "--last-coefficients", LAST]) == 2
-    assert "a session goes on by its own" in capsys.readouterr().err
+    assert "a continued session has its own" in capsys.readouterr().err
 
 
 def test_shims_for_a_bolt_circle_stand_in_every_form_of_a_report(day, tmp_path, capsys):
@@ -492,7 +492,7 @@ def test_a_big_lean_ends_in_one_line_that_names_the_cause_and_the_way_out(tmp_pa
     last = capsys.readouterr().out.splitlines()[-1]
     assert last.startswith("NOT completed: upload refused: the controller's formula cannot hold")
     assert "with a lean of 5." in last
-    assert last.endswith("shim first; to upload all the same say why with --force REASON")
+    assert last.endswith("shim first; to upload anyway, give a reason with --force REASON")
 
 
 def test_a_sun_off_the_device_all_day_is_named_as_such(tmp_path, capsys):

@@ -126,7 +126,7 @@ GOOD_DAY = "sessions/azel-good-day.jsonl"
 def test_export_writes_over_nothing_unless_told_and_says_what_tpoint_cannot(capsys, tmp_path):
     target = tmp_path / "points.dat"
     assert run_command(["export", GOOD_DAY, str(target)]) == 0
-    assert "TPOINT cannot say that the angles are solartrak" in capsys.readouterr().err
+    assert "TPOINT cannot record that the angles are solartrak" in capsys.readouterr().err
     kept = target.read_bytes()
     target.write_text("mine\n")
     assert run_command(["export", GOOD_DAY, str(target)]) == 2

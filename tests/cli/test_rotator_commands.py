@@ -60,7 +60,7 @@ def test_a_day_is_calibrated_uploaded_and_rolled_back(folder, port, capsys):
     line = ["--port", port, "--site", str(folder / "site.toml")]
     assert run_command(["upload", str(day), *line]) == 1
     # Three points leave a year no better than as it is: it wants a reason.
-    assert "not better than what is in force" in capsys.readouterr().err
+    assert "no improvement beyond its uncertainty" in capsys.readouterr().err
     assert run_command(["upload", str(day), *line, "--force", "a trial"]) == 0
     uploads = view_session(*_of(day)).uploads
     assert kept(folder).coefficients == uploads[-1].new_coefficients

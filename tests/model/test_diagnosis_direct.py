@@ -59,7 +59,7 @@ def test_too_few_readings_tell_no_drift(n: int) -> None:
 def test_the_laptop_clock_is_known_by_a_time_signal_only() -> None:
     assert laptop_finding(None, None).certainty == "not_determinable"
     assert laptop_finding(-30.0, 0.5).certainty == "found"
-    assert "set the laptop right" in laptop_finding(-30.0, 0.5).sentence
+    assert "correct the laptop's clock" in laptop_finding(-30.0, 0.5).sentence
     assert laptop_finding(0.2, 0.5).certainty == "not_determinable"
 
 

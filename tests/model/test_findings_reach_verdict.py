@@ -128,7 +128,7 @@ def test_an_upload_must_be_better_than_what_is_in_force():
     nearly = msgspec.structs.replace(held, P1=held.P1 + 1e-4)
     again = offer_upload(analysis, unit, (nearly, Offsets()))
     assert again.better < 0.95
-    with pytest.raises(ProcedureRefused, match="not better than what is in force"):
+    with pytest.raises(ProcedureRefused, match="no improvement beyond its uncertainty"):
         refuse_doubtful(again, None)
     assert f"better with a probability of {100.0 * again.better:.0f} %" in again.against[0]
     assert f"{again.held.year_p95_deg:.3f} deg as it is" in again.against[0]

@@ -57,7 +57,7 @@ class TestPolarDay:
             "declination zero (P4) and declination scale (P6) cannot be separated with these "
             "points: only one combination of them is fixed",
         )
-        assert any("smallest values were taken" in note for note in solution.notes)
+        assert any("got the smallest values" in note for note in solution.notes)
 
     def test_points_of_that_day_are_fitted_all_the_same(self) -> None:
         points = points_of_day("polar", JUNE, 10)

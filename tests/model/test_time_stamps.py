@@ -217,7 +217,7 @@ def test_dates_beyond_the_sun_models_are_fitted_and_not_compared(
     (said,) = [f for f in fitted["findings"] if f["kind"] == "time_stamps"]
     assert said["certainty"] == "not_determinable"
     assert said["sentence"].startswith("the Sun models hold for 1960-01-01 to 2100-02-28: ")
-    assert said["sentence"].endswith(f"and the forecast is of {year}")
+    assert said["sentence"].endswith(f"and the forecast is for {year}")
     assert run_command(["forecast", "--json", str(path)]) == 0
     assert json.loads(capsys.readouterr().out)["forecast"]["year_p95_deg"] < 0.1
 
@@ -242,4 +242,4 @@ def test_angles_that_need_the_sun_of_such_a_date_are_refused_with_the_way_out(
     assert run_command(["fit", str(path)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "is dated outside 1960-01-01 to 2100-02-28" in line
-    assert line.endswith("correct utc or say ideal=airless")
+    assert line.endswith("correct utc or give ideal=airless")

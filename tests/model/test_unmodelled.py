@@ -173,7 +173,7 @@ def test_a_laptop_that_nothing_synchronises_widens_the_bands_and_is_told_so():
     assert after is not None
     assert after.forecast.year_p95_deg > 1.02 * before.forecast.year_p95_deg
     told = [f.sentence for f in after.findings if f.kind == "laptop_clock"]
-    assert "right within 5 s" in told[0]
+    assert "uncertainty is 5 s" in told[0]
 
 
 @pytest.mark.parametrize("sigma_s", [None, 20.0])

@@ -344,7 +344,7 @@ def test_the_year_in_force_forbids_an_upload_that_gains_nothing(day_of) -> None:
     truth = day.emulator.truth().coefficients
     offer = offer_upload(analysis, day.station.session.header.unit, (truth, Offsets()))
     assert offer.against
-    assert "not better than what is in force" in offer.against[-1]
+    assert "no improvement beyond its uncertainty" in offer.against[-1]
 
 
 ELSEWHERE = {

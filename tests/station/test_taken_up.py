@@ -141,7 +141,7 @@ def test_the_command_takes_a_session_up_and_says_what_cannot_be(tmp_path, capsys
     assert run_command([*resume, "-o", "x.jsonl"]) == 2
     assert "--resume FILE goes on in that file" in capsys.readouterr().err
     assert run_command([*resume, "--tolerance", "0.2"]) == 2
-    assert "a session goes on by its own" in capsys.readouterr().err
+    assert "a continued session has its own" in capsys.readouterr().err
     assert run_command([*resume, "--seed", "5"]) == 0
     assert len(accepted(path)) == 5
     assert run_command(resume) == 1

@@ -95,7 +95,7 @@ async def test_a_wrong_text_keeps_its_field_and_escape_gives_up_only_the_second_
         await type_in(pilot, "4x3")
         await shows(pilot, "'4x3' is not a number of degrees")
         await pilot.press("escape")
-        await shows(pilot, "Escape once more gives up")
+        await shows(pilot, "Escape again cancels")
         await pilot.press("escape")
         await shows(pilot, "given up: nothing was typed")
     assert not station.session.sun_offsets

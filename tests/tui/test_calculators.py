@@ -60,7 +60,7 @@ NUMBERS = [
     # Section 6: the normal stands half-way, gamma/2 from the target.
     ("heliostat-aim", {}, ["zenith angle  60.0000", "incidence 20.0000 deg"]),
     ("heliostat-target", {"seen1": "180 40 180 60"}, ["180.0000  zenith angle  80.0000"]),
-    ("heliostat-drift", {"at": JUNE}, ["Not corrected", "first order"]),
+    ("heliostat-drift", {"at": JUNE}, ["Without correction", "first order"]),
     # Section 6: M(0, 0) = I; to first order gamma = P3, beta = P1.
     ("mirrors-point", {"sun": "180 0"}, ["+1.000000 +0.000000 +0.000000"]),
     ("mirrors-trace", {}, ["0.000 mrad off", "axis 1 +0.00000 deg"]),

@@ -94,7 +94,7 @@ def test_no_action_needs_a_modifier_but_the_way_out():
         ({"note": ""}, "note has no key"),
         ({"note": "f12"}, "F12 always is STOP"),
         ({"note": "ctrl+s"}, "always is STOP"),
-        ({"note": "t", "void": "t"}, "given to note and to void"),
+        ({"note": "t", "void": "t"}, "assigned to note and to void"),
         ({"note": "escape"}, "escape only ever leaves"),
     ],
 )

@@ -215,7 +215,7 @@ async def test_after_a_stored_point_the_parameters_then_the_plot_come_up(tmp_pat
         await until(pilot, lambda: coefficients.scroll_offset.y == 0)
         await pilot.press("space")
         await shows(
-            pilot, "on the curve of the fit before it", f"record {station.session.points[-1].seq}"
+            pilot, "on the curve of the previous fit", f"record {station.session.points[-1].seq}"
         )
         await pilot.press("space")
         await until(pilot, lambda: view.tab == "now")

@@ -58,7 +58,7 @@ async def test_the_reference_check_does_not_claim_to_have_found_counts() -> None
         await pilot.press("f5")
         await shows(pilot, "This unit has no switches", "Start: go to the reference position")
         await pilot.press("enter")
-        await shows(pilot, "Check no. 1 recorded", "Do both axes stand at their marks?")
+        await shows(pilot, "Check no. 1 recorded", "Are both axes at their marks?")
         await pilot.press("t")
         await until(pilot, lambda: station.poll().mode is Mode.TRACK)
     assert not station.session.ref_checks[0].at_switches

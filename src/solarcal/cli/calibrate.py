@@ -133,7 +133,7 @@ def run_calibration(
 
     points = 12 if args.points is None else args.points
     if points < 3:
-        raise ConfigurationError(f"--points {points}: three points are the least a fit can take")
+        raise ConfigurationError(f"--points {points}: a fit needs at least three points")
     if points > MOST_POINTS:
         raise ConfigurationError(
             f"--points {points}: more than {MOST_POINTS} are not one calibration"
@@ -219,10 +219,10 @@ def _start_where_it_broke_off(args: argparse.Namespace) -> None:
         raise ConfigurationError("--resume FILE goes on in that file; leave -o away")
     if any(rule_changes(args).values()):
         raise ConfigurationError(
-            "--tolerance, --done-probability and --unmodelled: a session goes on by its own"
+            "--tolerance, --done-probability and --unmodelled: a continued session has its own"
         )
     if args.last_coefficients is not None:
-        raise ConfigurationError("--last-coefficients: a session goes on by its own")
+        raise ConfigurationError("--last-coefficients: a continued session has its own")
     session = read_session(args.resume)
     if not args.port and not args.start:
         args.start = (session.records[-1] if session.records else session.header).utc

@@ -118,7 +118,7 @@ def last_coefficients(args: argparse.Namespace, geometry: str | None = None) -> 
     if geometry not in (None, found.geometry):
         raise ConfigurationError(
             f"--last-coefficients {text} is of a {found.geometry} mount, this is {geometry}: its "
-            "coefficients mean something else here"
+            "coefficients do not apply here"
         )
     return checked_coefficients(found.coefficients.as_tuple())
 

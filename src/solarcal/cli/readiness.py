@@ -53,14 +53,16 @@ def check_all() -> list[Check]:
 def terminal() -> Check:
     if not sys.stdout.isatty():
         return Check(
-            "terminal", "warning", "not a terminal", "run this where the workstation shall run"
+            "terminal", "warning", "not a terminal", "run this in the terminal of the workstation"
         )
     size = shutil.get_terminal_size()
     name = os.environ.get("TERM", "unknown")
     colours = "no colours (NO_COLOR)" if os.environ.get("NO_COLOR") else "colours"
     found = f"{name}, {size.columns} x {size.lines}, {colours}"
     if name in ("dumb", "unknown"):
-        return Check("terminal", "failed", found, "set TERM to what the terminal is, e.g. xterm")
+        return Check(
+            "terminal", "failed", found, "set TERM to the type of the terminal, e.g. xterm"
+        )
     if size.columns < LEAST_SIZE[0] or size.lines < LEAST_SIZE[1]:
         return Check("terminal", "failed", found, "make the window at least 80 x 24")
     return Check("terminal", "ok", found)
@@ -101,7 +103,7 @@ def ports() -> Check:
         return Check(
             "ports",
             "warning",
-            "no serial port that a controller may hang on",
+            "no serial port for a controller",
             "plug the adapter in; the emulator needs none",
         )
     names = ", ".join(f"{port['port']} ({port['looks_like']})" for port in likely)
@@ -167,7 +169,7 @@ def configuration() -> Check:
             "config",
             "warning",
             f"{folder} cannot be written",
-            "profiles and themes are forgotten; SOLARCAL_CONFIG names another folder",
+            "profiles and themes are not saved; SOLARCAL_CONFIG names another folder",
         )
     profile = f"profile {settings.profile}" if settings.profile else "no profile yet"
     return Check("config", "ok", f"{folder}, {profile}, theme {settings.theme}")

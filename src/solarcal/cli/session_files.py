@@ -69,8 +69,9 @@ def run_export(args: argparse.Namespace) -> int:
     warnings = list(table.warnings)
     if target.suffix.lower() == ".dat" and table.ideal != "apparent":
         warnings.append(
-            f"TPOINT cannot say that the angles are {table.ideal}: a fit of {target} takes them "
-            "for the Sun's true place; a .csv keeps it"
+            f"TPOINT cannot record that the angles are {table.ideal}: a fit of {target} takes "
+            "them "
+            "for the Sun's true place; a .csv records it"
         )
     counts = {"total": len(table), **{status: table.count(status) for status in STATUSES}}
     if args.json:

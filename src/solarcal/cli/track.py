@@ -80,7 +80,7 @@ def _tracked(
         if found.geometry != tracker.site().geometry:
             raise ConfigurationError(
                 f"{args.coefficients} is of a {found.geometry} mount, this is "
-                f"{tracker.site().geometry}: its coefficients mean something else here"
+                f"{tracker.site().geometry}: its coefficients do not apply here"
             )
         tracker.use_for_now(found.coefficients)
         source = found.source

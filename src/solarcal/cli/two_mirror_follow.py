@@ -29,7 +29,7 @@ def add_follow_arguments(parser: argparse.ArgumentParser) -> None:
         "--target",
         choices=("sun", "moon"),
         default="sun",
-        help="what the sensor looks at (default sun); an emulator in process gets the same light",
+        help="light of the sensor (default sun); an emulator in process gets the same light",
     )
     parser.add_argument(
         "--points", type=whole_option(1), default=12, help="points to take (default 12)"

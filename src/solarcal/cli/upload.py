@@ -77,7 +77,10 @@ def run_upload(args: argparse.Namespace) -> int:
         print(text_of(*verdict_blocks(offer.judgement.verdict)), end="\n\n")
         print(text_of(*rounding_blocks(offer)), end="\n\n")
         print(text_of(*upload_table(record)))
-        print(f"\nRecorded in {args.file} as {record.seq}; `solarcal rollback` restores the old.")
+        print(
+            f"\nRecorded in {args.file} as {record.seq}; `solarcal rollback` restores the "
+            "previous ones."
+        )
     return 0 if record.verified else 1
 
 

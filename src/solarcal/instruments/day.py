@@ -172,7 +172,7 @@ def _event_lines(document: dict[str, Any], events: DayEvents) -> list[str]:
     else:
         lines.append(f"  {document['daylight_h']:.3f} h above {altitude_deg:.3f} deg")
     lines.append(
-        f"  solar time {document['solar_time']} at the time asked about "
+        f"  solar time {document['solar_time']} at the given time "
         f"(equation of time {document['equation_of_time_min']:+.3f} min)"
     )
     return lines
@@ -184,7 +184,7 @@ def _reach_lines(within: dict[str, Any], geometry: str) -> list[str]:
     lines = [f"  {geometry}: {within['hours']:.3f} h within limits"]
     lines += [f"    {first} to {last}" for first, last in within["spans_utc"]]
     if within["crosses_branch"]:
-        lines.append("    axis 1 crosses the edge of its branch: one range cannot hold this day")
+        lines.append("    axis 1 crosses the edge of its branch: one range cannot cover this day")
     return lines
 
 

@@ -232,7 +232,7 @@ def aim(form: Form) -> Answer:
             lines += [
                 f"  The back root, azimuth {back.azimuth_deg:.4f} zenith angle "
                 f"{back.zenith_deg:.4f}, would turn",
-                "  the mirror's reverse to the Sun; it is never the one to use.",
+                "  the mirror's reverse to the Sun; do not use it.",
             ]
     if distance_known:
         lines += [f"  PARAM {name} {value}" for name, value in parameters.items()]
@@ -314,9 +314,9 @@ def drift(form: Form) -> Answer:
         (
             Drawing("beam", beam, 16),
             paragraph(
-                f"  Not corrected, the offset throws the beam up to {day.drift_max:.4g} "
+                f"  Without correction the offset moves the beam up to {day.drift_max:.4g} "
                 f"({day.drift_max_deg:.3f} deg) off the target's middle",
-                f"  and lets it wander by {span_length:.4g} over the day, in the unit of the "
+                f"  and the beam moves by {span_length:.4g} over the day, in the unit of the "
                 "distance.",
             ),
             Drawing("first order", first_order, 12),

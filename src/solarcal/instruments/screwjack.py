@@ -125,7 +125,7 @@ def screwjack(form: Form) -> Answer:
             paragraph(*_slope_lines(asked, length, angles), ""),
             _wrong_drawing(asked, angles, change, wrong),
             paragraph(
-                f"  R1 {change:+.4g} {asked.unit} from what was given: up to "
+                f"  R1 {change:+.4g} {asked.unit} from the given value: up to "
                 f"{abs(wrong.error_deg).max():.3f} deg of tracking error;",
                 "  offset and scale (P2 and P5, or P4 and P6) leave "
                 f"{abs(wrong.left_deg).max():.3f} deg.",

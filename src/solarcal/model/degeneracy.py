@@ -114,7 +114,7 @@ def _cure(
     later = np.flatnonzero(cured(together))
     if later.size:
         return f"points around {format_utc(float(starts_s[later[0]]), 0)[:10]} would"
-    return "no single day's points would; the predicted pointing hardly suffers from it"
+    return "no single day's points would; the effect on the predicted pointing is small"
 
 
 class _Chances:

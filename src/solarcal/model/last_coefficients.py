@@ -79,8 +79,8 @@ def weigh_last(
             subject="last coefficients",
             sentence=f"the last coefficients do not fit these points (p = {odds}): {name} is "
             f"{held:+.{decimals}f} by them and {found:+.{decimals}f} {unit} by the "
-            "points; they were not used. Are they of this unit? Else tower, references or gears "
-            "have changed since",
+            "points; they were not used. Check that they are of this unit; if so, tower, "
+            "references or gears have changed",
             number=found - held,
             sigma=float(sigmas[worst]),
             unit=unit,

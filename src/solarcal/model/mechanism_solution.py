@@ -110,19 +110,20 @@ class MechanismSolution(Solution):
         for i in np.flatnonzero(self.blunder_probability > OUTLIER_PROBABILITY):
             notes.append(
                 f"point {self.labels[i]} has a residual of {self.sky_deg[i]:.2f} deg and has "
-                "almost no weight; look what happened there"
+                "almost no weight; check what happened there"
             )
         if self.rank < len(self.model_terms) and self.method == "robust":
             notes.append(
-                f"the points alone fix {self.rank} of the 6 numbers; the rest is what towers, "
-                "zeros and gears are like"
+                f"the points alone fix {self.rank} of the 6 numbers; the rest comes from the "
+                "usual errors of towers, zeros and gears"
                 if self.prior.last is None
-                else f"the points alone fix {self.rank} of the 6 numbers; the rest is the prior's"
+                else f"the points alone fix {self.rank} of the 6 numbers; the rest comes from "
+                "the prior"
             )
         elif self.rank < len(self.model_terms):
             notes.append(
-                f"the points fix {self.rank} of the 6 numbers; along the rest the smallest values "
-                "were taken, in units of what is physically likely"
+                f"the points fix {self.rank} of the 6 numbers; for the rest the smallest values "
+                "were taken, in units of their usual size"
             )
         return notes
 

@@ -162,7 +162,7 @@ def _moved(
         sentence = (
             f"between {earlier} and {last} the tower moved: its lean changed by {number:.3f} +- "
             f"{spread:.3f} deg (P1 {-shift[0]:+.3f}, P3 {-shift[2]:+.3f}), the zeros of "
-            f"axis 1 and 2 {by}; the last session's numbers are given; look at the foundation"
+            f"axis 1 and 2 {by}; the last session's numbers are given; check the foundation"
         )
     return Finding(
         kind="moved",

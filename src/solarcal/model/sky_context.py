@@ -219,15 +219,15 @@ def true_points(points: PointSet, context: SkyContext) -> TruePoints:
             times = np.full(len(points), np.nan) if points.utc_s is None else points.utc_s
             label = points.labels[int(np.argmin(np.isfinite(times)))]
             raise FitError(
-                f"point {label} has no time, so where the Sun really stood is not known; "
-                "give utc or say ideal=airless"
+                f"point {label} has no time, so the true position of the Sun is unknown; give utc "
+                "or ideal=airless"
             )
         known = (points.utc_s >= FIRST_UTC_S) & (points.utc_s < LAST_UTC_S)
         if not known.all():
             raise FitError(
                 f"point {points.labels[int(np.argmin(known))]} is dated outside {SUN_YEARS}, the "
-                "years of the controller's Sun, so where the Sun really stood is not known; "
-                "correct utc or say ideal=airless"
+                "years of the controller's Sun, so the true position of the Sun is unknown; "
+                "correct utc or give ideal=airless"
             )
         sun = sun_directions(context, points.utc_s)
         true1, true2, zenith = sun.true1_deg, sun.true2_deg, 90.0 - sun.elevation_deg

@@ -193,7 +193,7 @@ class Solution:
             if self.method == "iterated":
                 notes.append(
                     f"the sigmas divide by n - k = {self.n_points - len(self.terms)}, as SPK's "
-                    "PMFIT does, not by the 2n - k numbers there are"
+                    "PMFIT does, not by 2n - k"
                 )
             elif self.model_terms[0].unit == "arcsec":
                 notes.append(
@@ -202,18 +202,18 @@ class Solution:
                 )
         elif self.sigma_source == "none":
             notes.append(
-                f"{2 * self.n_points} numbers determine {self.rank} unknowns: nothing is left "
-                "over to judge the fit by, the residuals mean nothing, and no sigma can be given"
+                f"{2 * self.n_points} numbers determine {self.rank} unknowns: no redundancy is "
+                "left, so the residuals have no meaning and no sigma can be given"
             )
         elif per_axis > 1.0 + 3.0 / np.sqrt(2 * max(self.degrees_of_freedom, 1)):
             notes.append(
-                f"the residuals are {per_axis:.1f} times as large as the given sigmas say; "
+                f"the residuals are {per_axis:.1f} times the given sigmas; "
                 "the sigmas of the parameters were not enlarged"
             )
         if self.rank < len(self.model_terms):
             notes.append(
-                "where the points leave a choice, the smallest values were taken, in units of what "
-                f"is physically likely (lean {LEAN_PRIOR_DEG:g} deg, zeros {ZERO_PRIOR_DEG:g} deg, "
+                "what the points do not determine got the smallest values, in units of the usual "
+                f"size (lean {LEAN_PRIOR_DEG:g} deg, zeros {ZERO_PRIOR_DEG:g} deg, "
                 f"scales {SCALE_PRIOR:g})"
                 + (", which is also their sigma there" if self.covariance is not None else "")
             )
@@ -248,7 +248,7 @@ class Solution:
         }
         if not chosen:
             raise FitError(
-                "none of P1..P6 was fitted, so there is nothing a controller could be given; "
+                "none of P1..P6 was fitted, so there are no coefficients for the controller; "
                 "fit with the terms P1..P6"
             )
         return Coefficients(**chosen)

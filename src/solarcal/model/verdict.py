@@ -222,11 +222,11 @@ def _misfits(solution: Solution, checks: CrossChecks | None, tolerance_deg: floa
             )
     bad, n = len(solution.outliers), solution.n_points
     if bad > 1 and bad > BLUNDER_SHARE_LIMIT * n:
-        reasons.append(f"{bad} of {n} points do not fit the others: more than accidents")
+        reasons.append(f"{bad} of {n} points do not fit the others: more than single blunders")
     if out_of_order(checks, tolerance_deg):
         reasons.append(
             f"trend in the residuals (p = {checks.order_probability:.2g}, limit "
-            f"{checks.order_limit:.2g} for {n} points): something is not in the model"
+            f"{checks.order_limit:.2g} for {n} points): the model lacks an effect"
         )
     return reasons
 

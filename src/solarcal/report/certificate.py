@@ -161,7 +161,7 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 """The earliest a zip can tell: the archive must not depend on when it was packed."""
 
 README = """\
-The certificate, the files it rests on, the profile of site, unit and operator, and the checksums
+The certificate, the files it uses, the profile of site, unit and operator, and the checksums
 of all of them (sha256sum -c SHA256SUMS).
 """
 

@@ -142,7 +142,7 @@ def calibration_text(calibration: "Calibration") -> str:
     elif calibration.refused:
         ending = f"NOT completed: {calibration.refused}"
     else:
-        ending = "NOT completed: the unit reads back something else than was written."
+        ending = "NOT completed: the values read back differ from those written."
     truth = truth_table(calibration.truth_document(), calibration.solution.coefficients())
     return "\n\n".join(
         [
@@ -271,14 +271,14 @@ def _hand_ending(calibration: "HandCalibration") -> str:
     """Where the calibration stands, in a sentence."""
     upload = calibration.upload
     if not calibration.key_in:
-        return "Too few points: three are the least from which coefficients are computed."
+        return "Too few points: coefficients need at least three."
     if upload is None:
         return (
             "NOT keyed in yet: key these in, set both offsets to 0, store; then add a line "
-            "`upload` with what the display shows."
+            "`upload` with the displayed values."
         )
     if upload.rollback:
         return "Rolled back: the unit holds its previous values."
     if not upload.verified:
-        return "NOT completed: the display shows something else than was to be keyed in."
+        return "NOT completed: the display does not show the values to key in."
     return "Calibration completed, keyed in and typed back equal."

@@ -75,7 +75,7 @@ def encode_record(record: Record) -> bytes:
     except (ValueError, TypeError) as error:
         raise SessionFileError(f"this record cannot be written: {error}") from error
     if not same:
-        raise SessionFileError("this record cannot be written: it would not read back as itself")
+        raise SessionFileError("this record cannot be written: it would not read back unchanged")
     return sealed(line)
 
 
@@ -257,7 +257,7 @@ class _Reading:
         if self.bad is not None:
             self.warnings.append(
                 f"{self.name}:{self.bad[0]}: the last line is torn and was ignored "
-                "(the power or the disk gave out while it was written)"
+                "(the power or the disk failed while it was written)"
             )
         return SessionText(
             header=self.header,

@@ -170,6 +170,6 @@ def _typed_otherwise(station: StationCore) -> Iterator[str]:
     ):
         if typed != before:
             yield (
-                f"{name} was typed {typed:g}, but this session knew it last as {before:g}: look at "
-                "the display again; if it was a slip, leave and go on with the session anew"
+                f"{name} was typed {typed:g}, but the last value in this session is {before:g}: "
+                "check the display; if it was a typing error, leave and open the session again"
             )

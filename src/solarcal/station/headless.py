@@ -198,7 +198,7 @@ def _reopen(station: Station, lost: LinkError, clock: Clock) -> None:
             lost = error
         else:
             return
-    raise LinkError(f"{lost}; given up after {GIVE_UP_S:.0f} s, the session can be gone on with")
+    raise LinkError(f"{lost}; given up after {GIVE_UP_S:.0f} s, the session can be continued")
 
 
 def _say_settings(station: Station, say: Callable[[str], None]) -> None:

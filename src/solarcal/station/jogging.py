@@ -310,4 +310,4 @@ class SunOffsetJog:
             if self.station.poll().moving == (0, 0):
                 return
             self.station.clock.wait(0.5)
-        raise ProcedureRefused("the axes do not come to rest; STOP, and look what moves them")
+        raise ProcedureRefused("the axes do not come to rest; STOP, and find the cause")

@@ -179,7 +179,7 @@ def _next_point(
         )
     if misfit:
         return NextStep(
-            f"Find out why the points do not fit; else go on with point {n + 1}.",
+            f"Find out why the points do not fit, or go on with point {n + 1}.",
             "sun_offset",
             due_utc_s,
         )

@@ -128,7 +128,7 @@ def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fa
         approach = fresh.approach[axis]
         wrong = approach != 0 and approach != forward_sense(rates[axis], approach)
         facts.append(
-            Fact(f"Axis {axis + 1} came from the WRONG side: backlash is in it.", True)
+            Fact(f"Axis {axis + 1} came from the WRONG side: its backlash is in the error.", True)
             if wrong
             else Fact(
                 f"Axis {axis + 1} came from behind the Sun."

@@ -252,7 +252,7 @@ class SensorFollower:
             if not going and view.status.moving == (0, 0) and all(view.watch.from_behind):
                 return
         raise SensorDoubt(
-            f"the axes do not come forward from behind the {self.light}; look what holds them"
+            f"the axes do not come forward from behind the {self.light}; find out what blocks them"
         )
 
     def _renew(self, jog: SunOffsetJog, seconds: float) -> JogView:

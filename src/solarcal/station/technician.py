@@ -214,8 +214,8 @@ class AutomaticTechnician:
         )
         if proposal is None:
             raise ProcedureRefused(
-                f"only {len(station.session.accepted)} points were accepted; three are needed at "
-                f"least to compute coefficients worth uploading{self._without_spot()}"
+                f"only {len(station.session.accepted)} points were accepted; at least three are "
+                f"needed to compute coefficients worth uploading{self._without_spot()}"
             )
         try:
             forced = refuse_doubtful(proposal.offer, self._force)
@@ -234,7 +234,8 @@ class AutomaticTechnician:
         if not self._given_up:
             return ""
         return (
-            f"; at {self._given_up} slots no spot was found or centred: clouds, or the tower leans "
+            f"; at {self._given_up} slots no spot was found or centred: clouds, or the tower "
+            "leans "
             "so far that the Sun falls off the sunspot device; then shim first, or load rough "
             "coefficients"
         )
@@ -289,7 +290,7 @@ class AutomaticTechnician:
                     raise
                 self._say(str(error))
                 self._reopen(error)
-                self._say("the line is open again, the same unit answers; the step is done anew")
+                self._say("the line is open again, the same unit answers; the step is repeated")
                 self._settle()
 
     def _settle(self) -> None:

@@ -68,8 +68,8 @@ def offer_upload(
         # What the unit holds already changes nothing: it may be stored once more.
         if better < BETTER_PROBABILITY and held != (rounded, Offsets()):
             against.append(
-                "not better than what is in force beyond its uncertainty: 95 % of the year "
-                f"within {now.year_p95_deg:.3f} deg as it is, {kept.year_p95_deg:.3f} deg with "
+                "no improvement beyond its uncertainty: 95 % of the year within "
+                f"{now.year_p95_deg:.3f} deg as it is, {kept.year_p95_deg:.3f} deg with "
                 f"the new coefficients, better with a probability of {100.0 * better:.0f} %"
             )
     return UploadOffer(judgement, fitted, rounded, kept, now, better, tuple(against))
@@ -87,8 +87,8 @@ def refuse_doubtful(offer: UploadOffer, force: str | None) -> str:
         return ""
     if force is None:
         raise ProcedureRefused(
-            f"upload refused: {offer.against[0]}; to upload all the same "
-            "say why with --force REASON"
+            f"upload refused: {offer.against[0]}; to upload anyway, give a reason with --force "
+            "REASON"
         )
     return force
 
@@ -128,7 +128,7 @@ class UnitOnTheLine:
             if now != then:
                 raise ProcedureRefused(
                     f"{name} has another {what} now ({now}) than in this session ({then}): its "
-                    "coefficients mean something else; calibrate again"
+                    "coefficients do not apply; calibrate again"
                 )
         for what, here, there in (
             ("latitude", told.site.latitude_deg, ours.site.latitude_deg),
@@ -273,4 +273,4 @@ def propose_upload(
 def too_few_points(session: SessionView) -> str:
     """Why there is nothing to upload yet."""
     n = len(session.accepted)
-    return f"{n} accepted point{'' if n == 1 else 's'}: {FEWEST_POINTS} are the least."
+    return f"{n} accepted point{'' if n == 1 else 's'}: {FEWEST_POINTS} are needed."

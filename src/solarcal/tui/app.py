@@ -301,7 +301,7 @@ class SolarcalApp(StationApp):
         self.run_worker(self.leave(), exit_on_error=True)
 
     async def leave(self) -> None:
-        """Close file and line, and end the program. Whatever was acknowledged is in the file."""
+        """Close file and line, and end the program. All acknowledged records are in the file."""
         self._leaving = True
         worker, line = self.worker, self.line
         if self._reader is not None:

@@ -30,12 +30,13 @@ PROCEDURE: tuple[tuple[str | None, str], ...] = (
     (
         "take_point",
         "Take a point: three questions, a few seconds of gathering, then look at the result and "
-        "store it or not. Any NO keeps the attempt as aborted, and it is never used.",
+        "store it or not. After any NO the attempt stays in the file as aborted and is never "
+        "used.",
     ),
     (
         None,
-        "Every 30 to 45 minutes: Set Sun Offset, watch, take a point. Seven points may do, "
-        "twelve over the whole day are a calibration.",
+        "Every 30 to 45 minutes: Set Sun Offset, watch, take a point. Seven points may be "
+        "enough; take twelve over the whole day.",
     ),
     (
         "next_plot",

@@ -52,7 +52,7 @@ ACTIONS: tuple[Action, ...] = (
     Action("plan", "Plan", ("f4", "p"), "F4 p", "When to take the next points"),
     Action(
         "ref_check", "Ref check", ("f5", "r", "alt+f5"), "F5 r Alt+F5",
-        "Drive to the reference switches and see whether the counts are still right",
+        "Drive to the reference switches and check the counts",
     ),
     Action("sun_offset", "Sun offset", ("f6", "o"), "F6 o", "Jog onto the Sun and set the offset"),
     Action(
@@ -62,7 +62,7 @@ ACTIONS: tuple[Action, ...] = (
     Action("upload", "Upload", ("f8", "u"), "F8 u", "Load coefficients into the unit, verified"),
     Action(
         "recompute", "Recompute", ("f9", "c", "ctrl+f9"), "F9 c Ctrl+F9",
-        "Compute and show another saved file, without touching this session",
+        "Compute and show another saved file, without changing this session",
     ),
     Action("clock", "Clock", ("f10", "k"), "F10 k", "Laptop and unit clocks; set the unit's"),
     Action(
@@ -156,7 +156,7 @@ def checked_keymap(keymap: Mapping[str, str]) -> dict[str, str]:
                 raise ConfigurationError(f"keymap.toml: {shown_key(key)} always is STOP")
             if key in given:
                 raise ConfigurationError(
-                    f"keymap.toml: {shown_key(key)} is given to {given[key]} and to {action_id}"
+                    f"keymap.toml: {shown_key(key)} is assigned to {given[key]} and to {action_id}"
                 )
             given[key] = action_id
     return {

@@ -219,7 +219,7 @@ def _open_port(url: str, baudrate: int) -> Any:
         # pyserial knows more, and one of them (spy) writes to any file a profile names.
         raise LinkError(
             f"port {url} cannot be opened: give a device, or one of {' '.join(_OPENED)} "
-            "(--trace FILE keeps what goes over the line)"
+            "(--trace FILE records everything sent and received)"
         )
     import serial  # noqa: PLC0415
 

@@ -52,8 +52,8 @@ def test_a_line_is_a_time_a_step_its_answers_and_values_in_any_order() -> None:
         ("15:59:59 clock clock 08:59:59", "is before the line above"),
         ("16:01 clock", "'16:01' is not a time like 15:30:05"),
         ("16:01:00", "a step is missing"),
-        ("16:01:00 jump", "'jump' is no step; there is: open, clock"),
-        ("16:01:00 offset ax3 1", "'ax3' is no name of a value"),
+        ("16:01:00 jump", "'jump' is not a step; the steps are: open, clock"),
+        ("16:01:00 offset ax3 1", "'ax3' is not the name of a value"),
         ("16:01:00 offset ax1", "ax1 has no value"),
         ("16:01:00 offset ax1 1 ax1 2", "ax1 is given twice"),
         ("16:01:00 point yes yes yes ax1 1 reject", "reject what?"),
@@ -93,7 +93,7 @@ def test_a_doubted_line_needs_to_be_corrected_or_kept() -> None:
     wrong = shown(MORNING + 60.0).replace("o1 -", "o1 +")
     with pytest.raises(InputFileError, match=r"day\.book:3: O1 typed \+0\.500, the sign") as said:
         perform(f"16:01:00 offset {wrong}")
-    assert "`again` with what is right, or `keep` and why" in str(said.value)
+    assert "`again` with the right values, or `keep` and a reason" in str(said.value)
 
 
 def test_again_puts_it_right_and_the_first_typing_stays_in_the_record() -> None:

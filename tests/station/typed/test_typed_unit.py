@@ -227,7 +227,7 @@ def test_gone_on_with_coefficients_typed_otherwise_are_noticed() -> None:
     later.connect()
     later.resume_session(journal)
     (sentence,) = disagreements(later)
-    assert "P2 was typed 0.35, but this session knew it last as 0" in sentence
+    assert "P2 was typed 0.35, but the last value in this session is 0" in sentence
 
 
 def test_a_check_numbered_here_goes_on_counting_in_a_continued_session() -> None:

@@ -103,7 +103,7 @@ def test_an_offset_that_was_not_really_set(held: Model) -> None:
     before = replace(held, offsets=Offsets(0.4, -0.3))
     texts = displayed(before, MORNING, 0.4, -0.3)
     sentence = said(before, {**texts, "o1": "-0.812", "o2": "0.357"})
-    assert sentence.startswith("They fit the offsets from before")
+    assert sentence.startswith("They fit the previous offsets")
 
 
 def test_an_hour(held: Model) -> None:

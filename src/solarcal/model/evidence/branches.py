@@ -41,9 +41,9 @@ def side_evidence(table: PointTable) -> tuple[Finding, ...]:
             kind="branch",
             subject="axis 1",
             sentence=f"{points_named(labels)} lie beyond the end of axis 1's branch at {end:g} "
-            f"deg, the other {len(many)} on this side: a scale error P5 means something else "
-            "there, so these are two calibrations; strike one side out, the forecast holds for "
-            "the other only",
+            f"deg, the other {len(many)} on this side: a scale error P5 has another effect "
+            "there, so these are two calibrations; strike one side out: the forecast is for the "
+            "other side only",
             direct=True,
             labels=labels,
         ),
@@ -105,8 +105,8 @@ def _warning(
     return (
         f"the Sun crosses the edge of axis 1's branch (AX1 {edges} are one direction) at "
         f"{format_utc(float(utc_s[jump]), 0)}, {90.0 - zenith[jump]:.0f} deg high: axis 1 has to "
-        "turn right round there, and a scale error P5 means something else on either side; one "
-        "range of AX1 cannot hold this day, this site needs two"
+        "make a full turn there, and a scale error P5 has another effect on each side; one range "
+        "of AX1 cannot cover this day, this site needs two"
     )
 
 

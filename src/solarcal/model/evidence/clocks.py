@@ -210,14 +210,14 @@ def laptop_finding(
         cure = "compare the laptop with a time signal"
         if assumed_s > SYNCHRONISED_S:
             cure = (
-                f"it is taken as right within {assumed_s:g} s (one sigma), which makes every band "
-                f"wider: {cure}"
+                f"its assumed uncertainty is {assumed_s:g} s (one sigma), which widens every "
+                f"band: {cure}"
             )
         return Finding(
             kind="laptop_clock",
             subject="laptop clock",
             sentence="a constant error of the laptop's own clock cannot be found from points: "
-            "24 s of it is a rotation of 0.1 deg about the celestial pole and hides in the "
+            "24 s rotate the points by 0.1 deg about the celestial pole, which goes into the "
             f"coefficients; {cure}",
             certainty="not_determinable",
             direct=True,
@@ -229,8 +229,8 @@ def laptop_finding(
         subject="laptop clock",
         sentence=(
             f"the time signal was {tick_minus_laptop_s:+.1f} +- {sigma:.1f} s from the laptop's "
-            f"clock: {abs(tick_minus_laptop_s) / SECONDS_PER_SUN_DEG:.3f} deg of Sun hide in the "
-            "coefficients; set the laptop right and begin again"
+            f"clock: {abs(tick_minus_laptop_s) / SECONDS_PER_SUN_DEG:.3f} deg of Sun are in the "
+            "coefficients; correct the laptop's clock and begin again"
             if slow
             else f"the laptop's clock is right by a time signal within {sigma:.1f} s"
         ),

@@ -99,7 +99,7 @@ def missed_counts_finding(
         return None
     sentence = (
         f"reference check {check_number} found {counts:+d} counts on axis {loss.axis} "
-        f"({loss.reading_deg:+.3f} deg): counts were missed since the check before"
+        f"({loss.reading_deg:+.3f} deg): counts were missed since the previous check"
     )
     concerned = loss.labels
     if moment is not None and not moment.sure and loss.labels:

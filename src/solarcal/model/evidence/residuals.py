@@ -296,9 +296,10 @@ def _bad_point(bad: BadPoint, solution: MechanismSolution) -> Finding:
         subject=f"point {label}",
         sentence=(
             f"point {label} differs by {_small(bad.sky_deg)} from what the others predict "
-            f"({bad.sky_deg / bad.sigma_deg:.1f} sigma, studentised): dropping it takes the "
-            f"scatter from {_small(bad.rms_with_deg)} to {_small(bad.rms_without_deg)} and moves "
-            f"an unweighted fit by {moved:.3f} deg rms over the year; look what happened there"
+            f"({bad.sky_deg / bad.sigma_deg:.1f} sigma, studentised): without it the scatter "
+            f"falls from {_small(bad.rms_with_deg)} to {_small(bad.rms_without_deg)} and an "
+            f"unweighted fit changes by {moved:.3f} deg rms over the year; check what happened "
+            "there"
         ),
         number=bad.sky_deg,
         sigma=bad.sigma_deg,

@@ -115,7 +115,7 @@ def _not_compared(rows: PointTable, context: SkyContext) -> tuple[Finding, ...]:
             subject="time stamps",
             sentence=f"the Sun models hold for {SUN_YEARS}: the time stamps of "
             f"{points_named(rows.labels)} cannot be compared with their ideal angles, and the "
-            f"forecast is of {context.year[:4]}",
+            f"forecast is for {context.year[:4]}",
             certainty="not_determinable",
             labels=rows.labels,
         ),
@@ -362,7 +362,8 @@ class _Search:
                 if name != self.context.geometry.name:
                     yield self._explained(
                         _Change(geometry=name), "geometry",
-                        f"the angles are those of a {name} mount, not {self.context.geometry.name}",
+                        f"the angles are those of a {name} mount, not "
+                        f"{self.context.geometry.name}",
                         float(self.left(_Change()).max()), "deg",
                     )  # fmt: skip
 

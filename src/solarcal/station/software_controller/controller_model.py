@@ -52,7 +52,8 @@ class AzElAxes:
     ) -> None:
         if geometry != "azel":
             raise ConfigurationError(
-                f"a rotator turns in azimuth and elevation: a {geometry} mount cannot be driven by "
+                f"a rotator turns in azimuth and elevation: a {geometry} mount cannot be driven "
+                "by "
                 "it; describe the mount as azel"
             )
         self._centre_deg = ax1_centre_deg
@@ -100,7 +101,7 @@ class AzElAxes:
         if not joined:
             raise ConfigurationError(
                 f"the rotator's azimuths {self._azimuth.low_deg:g} to {self._azimuth.high_deg:g} "
-                "deg are no part of a turn"
+                "deg are not a valid range"
             )
         return AxisLimits(*max(joined, key=lambda piece: piece[1] - piece[0]))
 
@@ -111,7 +112,7 @@ class AzElAxes:
         if not low < high:
             raise ConfigurationError(
                 f"the rotator's elevations {self._elevation.low_deg:g} to "
-                f"{self._elevation.high_deg:g} deg leave axis 2 no range"
+                f"{self._elevation.high_deg:g} deg give axis 2 no range"
             )
         return AxisLimits(low, high)
 

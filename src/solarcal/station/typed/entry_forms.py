@@ -98,7 +98,7 @@ def held_form() -> DisplayForm:
     return DisplayForm(
         "held",
         "What the unit holds now",
-        ("What was keyed in last was not read back. Look up P1..P6 and both offsets again.",),
+        ("The values keyed in last were not read back. Look up P1..P6 and both offsets again.",),
         (*coefficient_fields(), *offset_fields()),
     )
 
@@ -133,9 +133,10 @@ def ref_check_form() -> DisplayForm:
         "reference",
         "Reference check",
         (
-            "Start it at the unit (Alt-F5 or its RESET key); watch BOTH axes reach their switches.",
-            "Note the counts its display shows there just before they become zero. 0 is expected: "
-            "what differs was missed.",
+            "Start it at the unit (Alt-F5 or its RESET key); watch BOTH axes reach their "
+            "switches.",
+            "Note the counts its display shows there just before they become zero. 0 is "
+            "expected; a difference means missed counts.",
         ),
         (
             DisplayField("complete", "Did both reach their switches", Kind.YES_NO, "yes or no"),
@@ -179,8 +180,8 @@ def point_form(counts: bool, sun: bool, doubts: Doubting) -> DisplayForm:
         "point",
         "Type what the display shows",
         (
-            "While it tracks, the spot centred. Read the offsets off the display once more: typed "
-            "twice they are proven.",
+            "While the unit tracks with the spot centred, read the offsets on the display again: "
+            "typing them twice detects errors.",
         ),
         (*reading_fields(counts), *offset_fields(), *sun_fields(sun), WHEN),
         doubts=doubts,

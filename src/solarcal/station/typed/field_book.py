@@ -89,7 +89,8 @@ def read_entries(lines: Iterable[str], name: str) -> Iterator[Entry]:
         utc_s = _time(words[0], day, where)
         if utc_s < last_utc_s:
             raise InputFileError(
-                f"{where}: {format_utc(utc_s, 0)} is before the line above; a new day needs a line "
+                f"{where}: {format_utc(utc_s, 0)} is before the line above; a new day needs a "
+                "line "
                 "with its date"
             )
         last_utc_s = utc_s
@@ -121,7 +122,9 @@ def _entry(words: list[str], utc_s: float, where: str) -> Entry:
         raise InputFileError(f"{where}: a step is missing after the time")
     step, rest = words[0].lower(), words[1:]
     if step not in STEPS:
-        raise InputFileError(f"{where}: {words[0]!r} is no step; there is: {', '.join(STEPS)}")
+        raise InputFileError(
+            f"{where}: {words[0]!r} is not a step; the steps are: {', '.join(STEPS)}"
+        )
     if step in ("note", "void", "keep"):
         return Entry(where, utc_s, step, reason=" ".join(rest))
     answers: list[bool] = []
@@ -141,7 +144,7 @@ def _entry(words: list[str], utc_s: float, where: str) -> Entry:
                 raise InputFileError(f"{where}: {word} what? A reason follows it")
         elif word not in NAMES:
             raise InputFileError(
-                f"{where}: {word!r} is no name of a value; there is: {', '.join(NAMES)}"
+                f"{where}: {word!r} is not the name of a value; the names are: {', '.join(NAMES)}"
             )
         elif word in values:
             raise InputFileError(f"{where}: {word} is given twice")
@@ -217,8 +220,8 @@ class FieldBook:
             after = self._peek()
             if after is None or after.step not in ("again", "keep"):
                 raise entry.error(
-                    f"{said} Correct it; or, to record how it was resolved, add a line below: "
-                    "`again` with what is right, or `keep` and why"
+                    f"{said} Correct it; or add a line below it: `again` with the right values, "
+                    "or `keep` and a reason"
                 )
             self._peeked = None
             if after.step == "keep":

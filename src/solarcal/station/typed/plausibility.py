@@ -108,7 +108,7 @@ def key_in_doubts(wanted: tuple[tuple[str, str], ...], texts: Texts) -> tuple[Do
     """Whatever was typed back differs from what was to be keyed in, exactly."""
     doubts = [
         Doubt(
-            f"{difference_named(name, texts[name.lower()], value)}. If the unit shows it so, key "
+            f"{difference_named(name, texts[name.lower()], value)}. If the unit shows this, key "
             "it in again.",
             name.lower(),
         )

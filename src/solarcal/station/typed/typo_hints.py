@@ -81,8 +81,7 @@ def _slips(
     if other_offsets is not None:
         yield (
             Doubt(
-                "They fit the offsets from before: was the offset really set, and O read after "
-                "that?",
+                "They fit the previous offsets: was the offset really set, and O read after that?",
                 "o1",
             ),
             {**texts, "o1": other_offsets["o1"], "o2": other_offsets["o2"]},

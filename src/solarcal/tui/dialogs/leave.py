@@ -26,7 +26,7 @@ class LeaveDialog(Dialog):
     def body(self) -> Iterable[Widget]:
         yield Static(
             f"The station is in the middle of: {self._activity}.\n"
-            "Leaving now aborts it; an attempt at a point is kept as aborted.",
+            "Leaving now aborts it; an attempt at a point is recorded as aborted.",
             markup=False,
         )
 

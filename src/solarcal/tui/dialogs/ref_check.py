@@ -77,9 +77,9 @@ class RefCheckDialog(Dialog):
             self.say(f"{first}Watch both axes reach their switches. STOP ends it at any time.")
         else:
             self.say(
-                f"{first}This unit has no switches: it goes to its reference position. Look "
-                "whether both axes stand at their marks there; nothing else shows that the "
-                "read-outs are true. STOP ends it at any time."
+                f"{first}This unit has no switches: it goes to its reference position. Check that "
+                "both axes are at their marks there: only the marks show that the read-outs are "
+                "right. STOP ends it at any time."
             )
 
     def state_changed(self, state: StationState) -> None:
@@ -152,15 +152,16 @@ def ref_check_words(check: RefCheck, checks: Sequence[RefCheck]) -> tuple[str, T
         return f"Check no. {check.number} did NOT end. Start it again.", "error"
     if counts_missed(checks, check):
         return (
-            f"Check no. {check.number}: counts found {found[0]:+d} and {found[1]:+d} where 0 "
-            "belong: counts were missed since the check before; points between them are doubtful.",
+            f"Check no. {check.number}: counts found {found[0]:+d} and {found[1]:+d}, 0 "
+            "expected: counts were missed since the previous check; points in between are "
+            "doubtful.",
             "warning",
         )
     if not check.at_switches:
         return (
-            f"Check no. {check.number} recorded: the read-outs stand {found[0]:+d} and "
-            f"{found[1]:+d} counts from the reference position. Do both axes stand at their marks? "
-            "If not, correct the rotator's zero and begin anew.",
+            f"Check no. {check.number} recorded: the read-outs are {found[0]:+d} and "
+            f"{found[1]:+d} counts from the reference position. Are both axes at their marks? If "
+            "not, correct the rotator's zero and begin again.",
             "good",
         )
     return f"Check no. {check.number} complete, recorded: {check.found_words}.", "good"

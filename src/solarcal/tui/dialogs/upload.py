@@ -191,7 +191,7 @@ class UploadDialog(Dialog):
             )
         else:
             self.say(
-                "You key P1..P6 in with O = 0, store, and type them back. Upload?"
+                "Key in P1..P6 with O = 0, store, and type them back. Upload?"
                 if is_typed(self.workstation)
                 else "P1..P6 are written with O = 0, stored, and read back. Upload?"
             )
@@ -257,7 +257,8 @@ def _sure(proposal: UploadProposal) -> str:
     state = STATE_WORDS[proposal.judgement.verdict.state].split(":")[0]
     return (
         f"The verdict is {state}, not DONE: 95 % of the year is expected within "
-        f"{proposal.offer.kept.year_p95_deg:.3f} deg only. Press y once more to write it now."
+        f"{proposal.offer.kept.year_p95_deg:.3f} deg only. Press y once more to write the "
+        "coefficients now."
     )
 
 
@@ -293,8 +294,8 @@ def proposal_table(proposal: UploadProposal) -> str:
     )
     if proposal.offer.held is not None and proposal.offer.better is not None:
         lines.append(
-            f"in force now, 95 %: {proposal.offer.held.year_p95_deg:.4f} deg; the new are better "
-            f"(P {100.0 * proposal.offer.better:.0f} %)"
+            f"in force now, 95 %: {proposal.offer.held.year_p95_deg:.4f} deg; the new ones are "
+            f"better (P {100.0 * proposal.offer.better:.0f} %)"
         )
     lines.append(STATE_WORDS[proposal.judgement.verdict.state])
     return "\n".join(lines)

@@ -89,7 +89,7 @@ class VoidDialog(Dialog):
 
     def on_mount(self) -> None:
         super().on_mount()
-        self.say("Arrow keys choose, Enter takes. A void is undone by voiding it.")
+        self.say("Choose with the arrow keys, then Enter. To undo a void, void it.")
 
     def state_changed(self, state: StationState) -> None:
         session = state.session
@@ -119,7 +119,7 @@ class VoidDialog(Dialog):
         field = self.query_one(Field)
         field.display = True
         field.input.focus()
-        self.say(f"Why is record {self._chosen} struck? Enter writes it, Esc leaves it.")
+        self.say(f"Why is record {self._chosen} struck? Enter stores the reason, Esc cancels.")
 
     def action_choose(self) -> None:
         self.query_one(OptionList).action_select()

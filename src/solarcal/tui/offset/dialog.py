@@ -241,8 +241,8 @@ class SunOffsetDialog(PacedDialog):
         error = (float(error1), float(error2))
         self._submit(Jogged, lambda station: self._jog.go_to(error))
         self.say(
-            f"Going to where the fit of {solution.n_points} points expects the Sun, from behind. "
-            "Centre the spot there."
+            f"Going from behind to the Sun position expected by the fit of {solution.n_points} "
+            "points. Centre the spot there."
         )
 
     def action_point(self) -> None:
@@ -262,7 +262,7 @@ class SunOffsetDialog(PacedDialog):
         self.say(
             "The aim follows the Sun: only your jogs move the spot."
             if follows
-            else "The aim is fixed: the Sun moves past it; press Enter as the spot is centred."
+            else "The target is fixed, the Sun moves past it: press Enter when it is centred."
         )
 
     def action_track(self) -> None:
@@ -428,7 +428,7 @@ class SunOffsetDialog(PacedDialog):
         elif view.aim is not None and not all(behind):
             axes = " and ".join(str(i + 1) for i, ok in enumerate(behind) if not ok)
             warning = (
-                f"Axis {axes} did NOT come from behind: backlash is in it. "
+                f"Axis {axes} did NOT come from behind: its backlash is in the error. "
                 "Press b: behind the Sun first, then forward."
             )
         elif view.status.mode in (Mode.STOP, Mode.FAULT):

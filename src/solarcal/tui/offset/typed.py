@@ -40,7 +40,7 @@ class TypedOffsetDialog(Dialog):
     def on_mount(self) -> None:
         super().on_mount()
         self.offer("type", "calculate")
-        self.say("Nothing is moved or set from here. Tab reaches the calculator, j computes.")
+        self.say("This screen moves and sets nothing. Tab: calculator, j: compute.")
 
     def state_changed(self, state: StationState) -> None:
         status, session = state.live.status, state.session

@@ -136,7 +136,7 @@ class PointScreen(StationScreen):
         reason.query_one(Input).focus()
         what = "restored" if struck else "struck out"
         self.query_one("#log", LogLine).say(
-            f"Why is this point {what}? Enter writes it, Esc leaves it. F12 or ^S stops."
+            f"Why is this point {what}? Enter stores it, Esc cancels. F12 or ^S stops."
         )
 
     def on_input_submitted(self, event: Input.Submitted) -> None:

@@ -102,10 +102,10 @@ class DisplayFormScreen(Dialog):
 
     def _first_words(self) -> str:
         if self._form.moment is Moment.ENTER:
-            return "Enter goes on; in the last field press it the MOMENT the display shows it."
+            return "Enter: next field. In the last field: at the MOMENT the display shows it."
         if self._form.key_in:
             return "Type each value as the DISPLAY shows it, not from here."
-        return "Type the digits as you see them; the moment is taken as you begin."
+        return "Type the digits as displayed; the time is taken when you begin to type."
 
     def _offer(self) -> None:
         keep = ["keep"] if self._doubts else []
@@ -159,7 +159,7 @@ class DisplayFormScreen(Dialog):
             event.stop()
             event.prevent_default()
             self.set_focus(None)
-            self.say("Enter or ^W finishes, Escape once more gives up; down goes to the fields.")
+            self.say("Enter or ^W finishes, Escape again cancels; Down goes to the fields.")
 
     def action_done(self) -> None:
         # First of all: the moment of a clock is this key.
@@ -248,7 +248,9 @@ class DisplayFormScreen(Dialog):
         if name:
             self._field(name).input.add_class("-wrong")
             self._focus(name)
-        ending = " Correct it and press Enter, or F3: the display shows it so." if doubted else ""
+        ending = (
+            " Correct it and press Enter, or press F3 if the display shows it." if doubted else ""
+        )
         self.say(sentence + ending, "warning" if doubted else "error")
 
     def _look_at(self, name: str) -> None:

@@ -226,7 +226,7 @@ class WorkstationScreen(PanesScreen):
         self._review = "coefficients"
         view.show_review("coefficients")
         self.query_one("#log", LogLine).say(
-            f"Stored as record {record.seq}: the parameters, what changed. Any key: the error plot."
+            f"Stored as record {record.seq}: parameters and changes. Any key: the error plot."
         )
 
     def on_key(self, event: Key) -> None:
@@ -242,7 +242,7 @@ class WorkstationScreen(PanesScreen):
             self._review = "plot"
             self.query_one(WorkstationView).show_review("plot")
             self.query_one("#log", LogLine).say(
-                "The new point on the curve of the fit before it. Any key: back."
+                "The new point on the curve of the previous fit. Any key: back."
             )
         else:
             self._end_review()
