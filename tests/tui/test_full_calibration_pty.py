@@ -36,6 +36,7 @@ from solarcal.station.connect import open_tracker
 
 START = "2026-06-03T15:30:00Z"
 POINTS = 4
+LARGE = (140, 45)
 KEYS_TO_THE_FIRST, KEYS_A_POINT = 40, 12
 
 
@@ -124,7 +125,7 @@ def test_a_whole_calibration_by_the_manuals_keys(tmp_path: Path) -> None:
 
 
 def look_around(terminal: Terminal) -> None:
-    """Before and after, a point, the clocks and the large digits, opened and left by their keys."""
+    """Before and after, and what is recorded, opened and left by their keys."""
     terminal.press("e")
     terminal.shows("The certificate of this session", "Before and after")
     terminal.press("v")
@@ -134,10 +135,15 @@ def look_around(terminal: Terminal) -> None:
     terminal.press(ESC)
     terminal.shows("LINK OK")
 
+    open_what_is_recorded(terminal, POINTS)
+
+
+def open_what_is_recorded(terminal: Terminal, points: int) -> None:
+    """A point and its neighbour, the plot, the clocks and the large digits; left again."""
     terminal.press("2", UP, ENTER)
-    terminal.shows(f"Point {POINTS - 1} of {POINTS}", "Leverage", "Without it")
+    terminal.shows(f"Point {points - 1} of {points}", "Leverage", "Without it")
     terminal.press(RIGHT)
-    terminal.shows(f"Point {POINTS} of {POINTS}")
+    terminal.shows(f"Point {points} of {points}")
     terminal.press("x")
     terminal.shows("Why is this point struck out?", "F12 or ^S stops.")
     terminal.press(ESC)
@@ -145,8 +151,13 @@ def look_around(terminal: Terminal) -> None:
     terminal.press(ESC)
     terminal.shows("LINK OK")
 
+    terminal.press("4", "z", "+")
+    terminal.shows("PgUp PgDn points")
+    terminal.press("0", "z")
+    terminal.shows_no("PgUp PgDn points")
+
     terminal.press(F10, "m")
-    terminal.shows("Unit - laptop", "Last set", "Signal - laptop")
+    terminal.shows("Unit - laptop", "Signal - laptop")
     terminal.press(ESC)
     terminal.shows_no("Clocks")
 
@@ -186,12 +197,13 @@ def test_killed_in_the_middle_it_offers_to_go_on_and_no_accepted_point_is_missin
         lines = path.read_text().splitlines()
         assert all(json.loads(line) for line in lines)
 
-        terminal = Terminal(tmp_path)
+        terminal = Terminal(tmp_path, size=LARGE)
         terminal.shows("day.jsonl")
         terminal.press(ENTER)
         terminal.shows("LINK OK", "day.jsonl", "1 point")
         take_point(terminal)
         terminal.shows("2 points")
+        open_what_is_recorded(terminal, 2)
         assert terminal.quit() == 0
         accepted = [
             record

@@ -158,10 +158,11 @@ class SunOffsetDialog(PacedDialog):
         if self._set is not None:
             self.offer("point", *offered)
             return
-        if self._solution() is not None:
-            offered.append("predicted")
-        else:
+        if self._solution() is None:
             offered.append("follow")
+        elif self._view is not None:
+            # Where the fit expects the Sun is known once the axes have been read.
+            offered.append("predicted")
         self.offer(*offered, *([] if self.emulated else ["calculate"]))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
@@ -335,7 +336,10 @@ class SunOffsetDialog(PacedDialog):
             case JogSeen(view) | Jogged(view):
                 if isinstance(done, Jogged):
                     self._jogging = False
+                first = self._view is None
                 self._show(view)
+                if first:
+                    self._offer()
                 self._jog_on()
             case OffsetSet(record):
                 self._set = record
