@@ -65,6 +65,12 @@ def test_no_retired_word_is_in_a_document(name):
     assert [found for d in documents for found in _retired_in(_sentences_in(d), d)] == []
 
 
+def test_no_retired_word_is_in_the_summary_of_a_scenario():
+    files = sorted((ROOT / "src" / "solarcal").rglob("scenarios/*.toml"))
+    assert files
+    assert [found for file in files for found in _retired_in(_sentences_in(file), file)] == []
+
+
 def test_the_words_are_found_where_they_stand():
     assert _retired_in(iter([(3, "Nobody hears this unit")]), ROOT / "x") == [
         "x:3: Nobody", "x:3: hears",

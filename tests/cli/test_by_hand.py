@@ -70,7 +70,7 @@ def test_standard_input_is_a_book_too(before_upload: Path, tmp_path: Path) -> No
     )
     assert done.returncode == 2
     assert "standard input:" in done.stderr
-    assert "'jump' is no step" in done.stderr
+    assert "'jump' is not a step" in done.stderr
 
 
 def test_the_session_is_keyed_in_later_and_rolled_back(

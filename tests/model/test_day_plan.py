@@ -158,7 +158,7 @@ class TestRecommendation:
         assert day.hopeless
         assert not day.reaches
         assert day.recommended.year_p95_deg <= 1.1 * day.best_p95_deg
-        assert "today cannot do better than" in day.sentence
+        assert "the best of today is" in day.sentence
         assert day.come_back_utc_s is not None
         assert "come back around 2026-" in day.sentence
         assert day.come_back_utc_s > points.utc_s[-1]

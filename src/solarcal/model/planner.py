@@ -197,7 +197,7 @@ class _Planner:
                 at_utc_s, stops, stops[-1],
                 f"today's {_count(stops[-1].points)} until {_clock(stops[-1].stop_utc_s)} make it "
                 f"{percent(best, self.rule.probability)} sure, {100 * self.rule.probability:g} % "
-                f"is asked for; next at {_clock(stops[-1].times_utc_s[0])}",
+                f"needed; next at {_clock(stops[-1].times_utc_s[0])}",
             )  # fmt: skip
         return self._hopeless(at_utc_s, slots, found, best)
 
@@ -356,8 +356,8 @@ class _Planner:
                     f" for {_count(len(visit), '')} from {_clock(visit[0])} to {_clock(visit[-1])}"
                 )
         sentence = (
-            f"today cannot do better than {percent(best, self.rule.probability)} probability of "
-            f"{self.rule.tolerance_deg:g} deg ({100 * self.rule.probability:g} % is asked for); "
+            f"the best of today is {percent(best, self.rule.probability)} probability of "
+            f"{self.rule.tolerance_deg:g} deg ({100 * self.rule.probability:g} % needed); "
             f"{when}"
         )
         return self._concluded(at_utc_s, stops, recommended, sentence, True, back_s, visit)

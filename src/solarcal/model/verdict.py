@@ -145,7 +145,7 @@ def sure_sentence(expected: Forecast) -> str:
     rule = expected.rule
     p = expected.probability_within_tolerance
     return (
-        f"{percent(p, rule.probability)} sure ({100 * rule.probability:g} % is asked for) that "
+        f"{percent(p, rule.probability)} sure ({100 * rule.probability:g} % needed) that "
         f"95 % of the year's pointing is within {rule.tolerance_deg:g} deg; expected: 95 % within "
         f"{rule.within_deg(expected.year_p95_deg)} deg"
     )

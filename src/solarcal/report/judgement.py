@@ -153,7 +153,7 @@ def forecast_facts(forecast: Forecast, tolerance_deg: float) -> Facts:
                 f"sure that 95 % are within {tolerance_deg:g}",
                 f"{percent(p, rule.probability)}  "
                 f"{'enough' if forecast.sure else 'NOT ENOUGH'}: "
-                f"{100 * rule.probability:g} % is asked",
+                f"{100 * rule.probability:g} % needed",
             ),
             ("95 % of the pointing is better than", rule.within_deg(forecast.year_p95_deg)),
             ("root mean square over the year", f"{forecast.year_rms_deg:.3f}"),
