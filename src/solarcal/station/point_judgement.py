@@ -29,8 +29,6 @@ POINT_SIGMA_DEG = 0.02
 """How well an eye centres a spot, until the points themselves give it."""
 
 SUSPICIOUS_SIGMAS = 3.0
-SUSPICIOUS_DEG = 0.15
-"""Without a sigma, counts off by more than this on the sky call for a second look."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +67,9 @@ def judge_point(session: SessionView, candidate: PointRecord) -> PointJudgement:
     for axis, weight in ((0, on_sky), (1, 1.0)):
         off = None if predicted is None else candidate.error_deg[axis] - predicted[axis]
         sigmas = None
-        if off is not None and sigma is not None and math.isfinite(sigma[axis]):
+        if off is not None and sigma is not None:
             sigmas = off / math.hypot(sigma[axis], _point_sigma_deg(solution) / weight)
         doubtful = sigmas is not None and abs(sigmas) > SUSPICIOUS_SIGMAS
-        if sigmas is None and off is not None and sigma is not None:
-            doubtful = abs(off) * weight > SUSPICIOUS_DEG
         axes.append(
             AxisJudgement(
                 expected_counts=candidate.expected_counts and candidate.expected_counts[axis],
