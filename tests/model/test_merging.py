@@ -1,6 +1,9 @@
 """Several sessions of one unit: one calibration, unless something moved between them."""
 
+import re
+
 import made_up_trackers  # noqa: F401  (puts the benchmarks on the path)
+import msgspec
 import numpy as np
 import pytest
 
@@ -41,6 +44,22 @@ def test_the_shift_is_measured_within_its_sigma() -> None:
     assert finding.subject == "tower"
     assert "the tower moved" in finding.sentence
     assert finding.number == pytest.approx(0.3, abs=0.1)
+
+
+def test_the_lean_that_changed_is_told_with_the_sign_of_each_component() -> None:
+    context = context_of("azel")
+    rng = np.random.default_rng([37, 3])
+    after = random_mechanism(rng)
+    before = msgspec.structs.replace(after, P1=after.P1 - 0.3, P3=after.P3 + 0.4)
+    parts = [
+        measured(context, mechanism, np.linspace(*daylight_s(context, day), n), rng)
+        for mechanism, day, n in ((before, JUNE, 10), (after, JUNE + 30, 6))
+    ]
+    (finding,) = merge_sessions(parts, context).findings
+    told = re.search(r"changed by (\S+) .* \(P1 (\S+), P3 (\S+)\)", finding.sentence)
+    assert told is not None
+    lean, north, east = (float(number) for number in told.groups())
+    assert (lean, north, east) == pytest.approx((0.5, 0.3, -0.4), abs=0.15)
 
 
 def test_an_unchanged_unit_is_fitted_as_one_set_of_points() -> None:

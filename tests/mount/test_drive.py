@@ -124,8 +124,8 @@ def test_dead_points_and_beyond_are_refused(angle):
 
 
 def test_just_inside_a_dead_point_the_jack_still_works():
-    angle = -70.0 + 2.0 * DEAD_POINT_MARGIN_DEG
-    assert JACK.angle_deg(JACK.counts(angle)) == pytest.approx(angle, abs=1e-8)
+    for angle in (-70.0 + 2.0 * DEAD_POINT_MARGIN_DEG, 110.0 - 2.0 * DEAD_POINT_MARGIN_DEG):
+        assert JACK.angle_deg(JACK.counts(angle)) == pytest.approx(angle, abs=1e-8)
 
 
 @pytest.mark.parametrize("corner", [0.0, 180.0])
@@ -160,6 +160,9 @@ def test_pivots_nearer_than_the_tube_offset_are_refused():
         ((10.0, 5.0, 15.0, 0.0, 100.0), "R1 = 10, R2 = 5 .* R3 = 15 cannot close"),
         ((-10.0, 5.0, 1.0, 0.0, 100.0), "R1 = -10, R2 = 5 must be positive"),
         ((10.0, math.nan, 1.0, 0.0, 100.0), "must be positive"),
+        ((0.0, 5.0, 1.0, 0.0, 100.0), "R1 = 0, R2 = 5 must be positive"),
+        ((-0.5, 5.0, 1.0, 0.0, 100.0), "R1 = -0.5, R2 = 5 must be positive"),
+        ((10.0, -0.5, 1.0, 0.0, 100.0), "R1 = 10, R2 = -0.5 must be positive"),
         ((10.0, 5.0, 1.0, math.inf, 100.0), "beta = inf"),
         ((10.0, 5.0, 1.0, 0.0, 0.0), "gear ratio in counts per unit of length"),
         ((10.0, 5.0, 1.0, 0.0, 100.0, 2), "sign is -1"),

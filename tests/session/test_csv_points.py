@@ -172,6 +172,12 @@ def test_the_first_bad_cell_of_a_long_column_is_the_one_named(tmp_path: Path) ->
         read(tmp_path, PLAIN + "\n".join(rows), geometry="azel")
 
 
+@pytest.mark.parametrize("cell", ["1_0", "٣"])
+def test_a_column_without_gaps_holds_plain_digits_only(tmp_path: Path, cell: str) -> None:
+    with pytest.raises(InputFileError, match=rf"csv:3: column ax2_deg: '{cell}' is not a number"):
+        read(tmp_path, f"{PLAIN},1,50,0,0\n,2,{cell},0,0\n", geometry="azel")
+
+
 @pytest.mark.parametrize("date", ["1900-01-01T00:00:00", "2200-12-31T23:59:59"])
 def test_dates_of_three_centuries_are_read(tmp_path: Path, date: str) -> None:
     points = read(tmp_path, f"{PLAIN}{date}Z,1,50,0,0\n", geometry="azel")

@@ -258,9 +258,27 @@ def test_the_data_say_what_the_metadata_do_not(tmp_path: Path, kind: str) -> Non
         ("37.0\t-0.08", "97.0\t-0.08", r"a\.tsv:13: column elevation: '97.0' is not between"),
         ("37.0\t-0.08", "90.0\t-0.08", r"a\.tsv:13: column elevation: '90.0' is at the zenith"),
         ("2026-01-03T00:02:35Z", "noon", r"a\.tsv:13: column timestamp: 'noon' is not a date"),
+        ("-0.08\t0.07", "-180.5\t0.07", r"a\.tsv:13: column offset_az: '-180.5' is not between"),
+        ("-0.08\t0.07", "-0.08\t180.5", r"a\.tsv:13: column offset_el: '180.5' is not between"),
         ("-74.7 deg", "south", r"a\.tsv: latitude 'south' is not a number"),
     ],
 )
 def test_a_bad_offset_is_named(tmp_path: Path, old: str, new: str, complaint: str) -> None:
     with pytest.raises(InputFileError, match=complaint):
         read_table(write(tmp_path, "a.tsv", OFFSETS.replace(old, new, 1)))
+
+
+def test_pure_noise_is_taken_as_plain_azimuth(tmp_path: Path) -> None:
+    generator = np.random.default_rng(7)
+    rows = "".join(
+        f"2026-01-03T00:00:00Z\t{az:.4f}\t{el:.4f}\t{off:.6f}\t0.01\n"
+        for az, el, off in zip(
+            generator.uniform(0, 360, 60),
+            generator.uniform(10, 30, 60),
+            generator.normal(0, 0.02, 60),
+            strict=True,
+        )
+    )
+    head = "# Location: dish\ntimestamp\tazimuth\televation\toffset_az\toffset_el\n"
+    points = read_table(write(tmp_path, "a.tsv", head + rows), latitude_deg=10.0)
+    assert "neither metadata nor data say otherwise" in points.warnings[0]

@@ -10,7 +10,7 @@ from session_samples import HEADER, UTC, point
 from solarcal.mount import controller, formula, limits
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session import records
-from solarcal.session.records import FitRecord, Record, UploadRecord
+from solarcal.session.records import FitRecord, Record, UploadBegun, UploadRecord
 from solarcal.session.view import view_session
 from solarcal.unit import tracker
 
@@ -51,6 +51,15 @@ def test_what_a_header_and_an_upload_say_when_nobody_says_otherwise() -> None:
         method="robust",
     )
     assert (upload.rollback, upload.forced, upload.failure) == (False, "", "")
+    begun = UploadBegun(
+        seq=1,
+        utc=UTC,
+        old_coefficients=Coefficients(),
+        old_offsets=Offsets(),
+        new_coefficients=Coefficients(P1=0.1),
+        new_offsets=Offsets(),
+    )
+    assert (begun.rollback, begun.forced) == (False, "")
 
 
 @pytest.mark.parametrize(

@@ -68,6 +68,16 @@ def test_north_of_the_equator_the_branch_is_centred_on_south(tmp_path: Path) -> 
     np.testing.assert_allclose(points.ax1_deg, [-170.5, 60.0, -20.0, 179.95], atol=1e-12)
 
 
+def test_angles_with_colons_below_zero_keep_their_sign(tmp_path: Path) -> None:
+    row = "-0:30:00 -0:06:00 -0:24:00 -00:12:00"
+    points = read(tmp_path, f"caption\n: ALTAZ\n-35\n{row}\nEND\n")
+    # Azimuth -0.5 deg, elevation -0.1 deg; encoders at -0.4 and -0.2 deg.
+    assert points.ax1_deg[0] == pytest.approx(180.5, abs=1e-12)
+    assert points.ax2_deg[0] == pytest.approx(90.1, abs=1e-12)
+    assert points.err1_deg[0] == pytest.approx(-0.1, abs=1e-12)
+    assert points.err2_deg[0] == pytest.approx(0.1, abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("dms", "latitude_deg"),
     [

@@ -150,6 +150,13 @@ def test_setting_leaves_the_offset_the_spot_asked_for_and_the_unit_tracking() ->
     assert not jog.jogging
 
 
+def test_a_spot_that_is_centred_already_is_set_without_a_jog() -> None:
+    station, _ = emulated_station()
+    record = SunOffsetJog(station).set_here()
+    assert station.session.sun_offsets == (record,)
+    assert station.poll().mode is Mode.TRACK
+
+
 def test_leaving_writes_nothing_and_lets_a_unit_that_tracked_track_again() -> None:
     station, _ = emulated_station()
     before = station.poll().offsets

@@ -125,7 +125,16 @@ def test_after_the_upload_two_check_points_prove_it():
     technician.prepare()
     technician.take_points()
     technician.upload()
-    assert "check point 1 of 2" in next_step(station.state).sentence
+    step = next_step(station.state)
+    assert "check point 1 of 2" in step.sentence
+    assert (step.action, step.due_utc_s) == ("sun_offset", None)
+    station.track()
+    station.clock.wait(60.0)
+    technician.sight.centre()
+    station.set_sun_offset()
+    step = next_step(station.state)
+    assert step.action == "take_point"
+    assert "check point 1 of 2" in step.sentence
     technician.take_checks()
     assert next_step(station.state).action == "report"
     assert "Signed off" in next_step(station.state).sentence

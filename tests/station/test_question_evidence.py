@@ -8,6 +8,7 @@ from emulated_station import emulated_station
 
 from solarcal.station.procedure import Station
 from solarcal.station.question_evidence import Fact, ago_text, question_evidence
+from solarcal.timescale import format_utc
 from solarcal.unit.tracker import Mode, Spot
 
 
@@ -82,12 +83,15 @@ def test_no_sun_offset_speaks_for_no() -> None:
 
 def test_a_sun_offset_is_told_with_its_age_and_sides() -> None:
     station, _ = emulated_station()
+    set_at = format_utc(station.clock.utc_s(), 0)
     station.set_sun_offset()
     station.clock.wait(120.0)
     station.poll()
     said = facts(station, 1)
     assert not against(said)
-    assert "2 min ago" in said[0].sentence
+    # The moment it was set, in hours, minutes and seconds.
+    hms = set_at.partition("T")[2].rstrip("Z")
+    assert said[0].sentence.startswith(f"Set at {hms} UTC, 2 min ago: O1 ")
     assert "came from behind" in said[1].sentence
 
 

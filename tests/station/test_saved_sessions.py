@@ -1,16 +1,21 @@
 """The saved sessions can be replayed and fitted, and show what their README says."""
 
+from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from solarcal.errors import ProcedureRefused
 from solarcal.mount.formula import Coefficients
 from solarcal.session.journal import Journal
 from solarcal.session.reader import read_session
-from solarcal.station.fitting import solve
-from solarcal.station.saved_sessions import Replay
-from solarcal.station.uploading import UnitOnTheLine
+from solarcal.station.fitting import sky_context, solve
+from solarcal.station.saved_sessions import Replay, finished
+from solarcal.station.sign_off import sign_off
+from solarcal.station.uploading import UnitOnTheLine, find_upload
+from solarcal.timescale import parse_utc
+from solarcal.unit.tracker import UnitIdentity
 
 SESSIONS = Path(__file__).parents[2] / "sessions"
 FILES = sorted(SESSIONS.glob("*.jsonl"))
@@ -87,3 +92,76 @@ def test_a_session_is_loaded_only_into_a_unit_that_is_set_up_as_it_was(bench, se
                 on_the_line.resume(journal)
     finally:
         journal.close()
+
+
+def test_a_session_needs_no_going_on_with_before_it_is_begun_and_after_a_verified_upload():
+    replay = Replay.open(SESSIONS / "azel-good-day.jsonl")
+    told = []
+    for position in range(len(replay) + 1):
+        replay.jump(position)
+        told.append(finished(replay.view))
+    names = [type(record).__name__ for record in replay.records]
+    begun = names.index("Initialised") + 1
+    uploaded = names.index("UploadRecord") + 1
+    assert set(told[:begun]) == {"left before the calibration was begun"}
+    assert set(told[begun:uploaded]) == {""}
+    assert set(told[uploaded:]) == {"calibration finished"}
+
+
+def test_neither_a_rollback_nor_a_failed_upload_finishes_a_calibration():
+    replay = Replay.open(SESSIONS / "azel-good-day.jsonl")
+    replay.jump(len(replay))
+    session = replay.view
+    for change in ({"rollback": True}, {"verified": False}):
+        upload = msgspec.structs.replace(session.uploads[-1], **change)
+        assert finished(replace(session, uploads=(upload,))) == ""
+
+
+def test_a_replay_warns_of_a_contradiction_and_not_of_a_session_that_goes_on(tmp_path):
+    whole = (SESSIONS / "azel-good-day.jsonl").read_bytes().splitlines(keepends=True)
+    path = tmp_path / "session.jsonl"
+    path.write_bytes(b"".join(whole[:8]))
+    assert len(read_session(path).warnings) == 1
+    assert Replay.open(path).warnings == ()
+    path.write_bytes(b"".join(whole[:8]) + whole[8][:20])
+    (warning,) = Replay.open(path).warnings
+    assert "session.jsonl" in warning
+
+
+def test_a_replay_stops_at_both_ends_of_its_session():
+    replay = Replay.open(SESSIONS / "azel-good-day.jsonl")
+    replay.jump(3)
+    replay.step(-10)
+    assert replay.position == 0
+    assert replay.utc_s == parse_utc(replay.header.utc)
+    assert replay.view.records == ()
+    replay.step(10_000)
+    assert replay.position == len(replay)
+
+
+def test_the_newest_upload_to_a_unit_is_found_among_its_sessions(tmp_path):
+    unit = read_session(SESSIONS / "azel-good-day.jsonl").header.unit
+    identity = UnitIdentity(unit.model, unit.serial, unit.firmware)
+    with pytest.raises(ProcedureRefused, match="records an upload to unit"):
+        find_upload(tmp_path, identity)
+    lines = (SESSIONS / "azel-good-day.jsonl").read_bytes().splitlines(keepends=True)
+    (tmp_path / "b.jsonl").write_bytes(b"".join(lines))
+    (tmp_path / "a.jsonl").write_bytes(b"".join(lines[:8]))
+    assert find_upload(tmp_path, identity) == (tmp_path / "b.jsonl", ())
+    with pytest.raises(ProcedureRefused, match="records an upload to unit"):
+        find_upload(tmp_path, msgspec.structs.replace(identity, serial="another"))
+
+
+def test_the_year_of_a_unit_ends_at_its_limits_and_an_import_has_none():
+    session = view("azel-good-day.jsonl")
+    header, table = session.header, session.table
+    assert sky_context(table, header).limits == header.unit.limits
+    imported = msgspec.structs.replace(header.unit, model="imported")
+    assert sky_context(table, msgspec.structs.replace(header, unit=imported)).limits is None
+    assert sky_context(table).limits is None
+
+
+def test_without_an_upload_nothing_is_signed_off():
+    session = replace(view("azel-good-day.jsonl"), uploads=())
+    proof = sign_off([session], 0.1)
+    assert (proof.signed_off, proof.reason) == (False, "nothing was uploaded")

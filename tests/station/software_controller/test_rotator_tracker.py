@@ -323,6 +323,8 @@ def test_a_check_that_was_stopped_is_not_complete():
     tracker.stop()
     result = tracker.ref_check_result()
     assert (result.complete, result.running) == (False, False)
+    # Broken off before a switch was reached: no difference was measured.
+    assert (result.difference1, result.difference2) == (0, 0)
 
 
 # -- clock and line ----------------------------------------------------------------------------

@@ -250,3 +250,18 @@ def test_without_somebody_who_reads_the_display_or_without_a_site_it_says_so() -
     _, display, _ = typed_unit()
     with pytest.raises(ConfigurationError, match="driver typed needs the site"):
         open_tracker("", "typed", display=display)
+
+
+def test_gone_on_with_the_last_upload_is_what_the_display_must_show() -> None:
+    keyed_in = {**NOTHING, "p2": "0.35"}
+    unit, display, _ = typed_unit(upload=keyed_in, zero=NOTHING, held=keyed_in)
+    station = Station(unit, display.clock, site=SITE)
+    station.connect()
+    journal = station.open_session(Journal.memory)
+    assert station.upload(Coefficients(P2=0.35), method="linear").verified
+    for shown, doubts in (("0.35", 0), ("0.53", 1)):
+        again, display, _ = typed_unit(open={**NOTHING, "p2": shown, "clock": "09:00:00"})
+        later = Station(again, display.clock, site=SITE)
+        later.connect()
+        later.resume_session(journal)
+        assert len(list(disagreements(later))) == doubts
