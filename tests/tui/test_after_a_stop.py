@@ -44,7 +44,7 @@ async def test_stopped_before_the_first_reference_check_the_day_can_begin() -> N
         await pilot.press("escape")
         await until(pilot, lambda: app.screen is below)
         await pilot.press("f5")
-        await shows(pilot, "is stopped", "Start lets it go")
+        await shows(pilot, "is stopped", "Start lets it move")
         await pilot.press("enter")
         await shows(pilot, "complete, recorded")
     assert station.session.ref_checks[-1].complete

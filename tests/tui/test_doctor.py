@@ -59,7 +59,7 @@ def test_a_keymap_with_a_mistake_fails(sound, capsys):
     (config_dir() / "keymap.toml").write_text('note = "f12"\n')
     code, _, checks = document(capsys)
     assert code == 1
-    assert "always is STOP" in checks["keys"]["found"]
+    assert "is always STOP" in checks["keys"]["found"]
 
 
 def test_a_sessions_folder_that_is_a_file_fails(sound, capsys, monkeypatch, tmp_path):

@@ -92,10 +92,10 @@ def test_no_action_needs_a_modifier_but_the_way_out():
     [
         ({"take_pint": "t"}, "did you mean take_point"),
         ({"note": ""}, "note has no key"),
-        ({"note": "f12"}, "F12 always is STOP"),
-        ({"note": "ctrl+s"}, "always is STOP"),
+        ({"note": "f12"}, "F12 is always STOP"),
+        ({"note": "ctrl+s"}, "is always STOP"),
         ({"note": "t", "void": "t"}, "assigned to note and to void"),
-        ({"note": "escape"}, "escape only ever leaves"),
+        ({"note": "escape"}, "escape always leaves"),
     ],
 )
 def test_mistakes_in_the_keymap_are_named(keymap, words):

@@ -85,7 +85,7 @@ async def test_an_unfinished_session_comes_before_everything_and_goes_on():
     app = app_with(last=line, lines={path.name: line})
     async with app.run_test(size=(100, 40)) as pilot:
         entries = await offers(pilot)
-        assert entries[0] == "Unfinished sessions: go on where they stood"
+        assert entries[0] == "Unfinished sessions: continue"
         assert entries[1].startswith(path.name)
         await pilot.press("enter")
         await until(pilot, lambda: isinstance(app.screen, WorkstationScreen))

@@ -91,7 +91,7 @@ def _tracked(
     summary = SunTracking(tracker, clock, TrackingRun(unit, coefficients, source, now_s), say)
     done = summary.until(until_s, args.every).document()
     looks, worst = done["looks"], done["off_max_deg"]
-    far = "" if worst is None else f", at most {worst:.3f} deg from where they belonged"
+    far = "" if worst is None else f", at most {worst:.3f} deg from their targets"
     say(f"stopped ({done['ended_by']}) after {looks} looks{far}")
     return done
 

@@ -142,7 +142,7 @@ def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fa
 def _tracking(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fact, ...]:
     status = live.status
     if status is None:
-        return (Fact("The unit has not been heard yet.", against=True),)
+        return (Fact("No status from the unit yet.", against=True),)
     update_range = session.header.unit.update_range_deg
     if not live.capabilities.has_link:
         facts = [Fact("No connection to this unit: watch the spot through an update.")]

@@ -212,7 +212,7 @@ class SunTracking:
             self._say(f"{when}  {axes}  on the way, {off:.1f} deg to go")
             return
         run.offs_deg.append(off)
-        self._say(f"{when}  {axes}  {off:.3f} deg from where they belong")
+        self._say(f"{when}  {axes}  {off:.3f} deg from their targets")
 
     def _again(self, error: LinkError) -> None:
         """Open the line again and go on: the command to track still stands."""

@@ -69,7 +69,7 @@ ACTIONS: tuple[Action, ...] = (
         "next_plot", "Next plot", ("v",), "v",
         "Errors, residuals, sky map, history of P1..P6, forecast of the year",
     ),
-    Action("report", "Report", ("e",), "e", "Certificate and the zip for the office"),
+    Action("report", "Report", ("e",), "e", "Certificate and zip archive"),
     Action("void", "Void", ("x",), "x", "Strike a record, or restore it"),
     Action("note", "Note", ("n",), "n", "Write a remark into the session"),
     Action(
@@ -151,9 +151,9 @@ def checked_keymap(keymap: Mapping[str, str]) -> dict[str, str]:
             raise ConfigurationError(f"keymap.toml: {action_id} has no key")
         for key in names:
             if key == "escape":
-                raise ConfigurationError("keymap.toml: escape only ever leaves a dialog")
+                raise ConfigurationError("keymap.toml: escape always leaves a dialog")
             if key in STOP_KEYS and action_id != "stop":
-                raise ConfigurationError(f"keymap.toml: {shown_key(key)} always is STOP")
+                raise ConfigurationError(f"keymap.toml: {shown_key(key)} is always STOP")
             if key in given:
                 raise ConfigurationError(
                     f"keymap.toml: {shown_key(key)} is assigned to {given[key]} and to {action_id}"

@@ -49,7 +49,7 @@ class InitialiseDialog(Dialog):
         session = state.session
         if session is None or not self.query("#asked"):
             return
-        lines = ["This begins the calibration proper, once per calibration."]
+        lines = ["This begins the calibration: do it once per calibration."]
         path = self.worker.station.session_path
         if path is not None:
             lines.append(f"Data file: {path.name}")

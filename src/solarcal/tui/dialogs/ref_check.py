@@ -72,7 +72,7 @@ class RefCheckDialog(Dialog):
         self.offer("start")
         status = self.workstation.state.live.status
         stopped = status is not None and status.mode is Mode.STOP
-        first = "The unit is stopped; Start lets it go. " if stopped else ""
+        first = "The unit is stopped; Start lets it move. " if stopped else ""
         if self._switches:
             self.say(f"{first}Watch both axes reach their switches. STOP ends it at any time.")
         else:

@@ -111,7 +111,7 @@ class UploadDialog(Dialog):
     def on_input_submitted(self, event: Input.Submitted) -> None:
         reason = event.value.strip()
         if not reason:
-            self.say("An upload against these doubts needs a reason.", "warning")
+            self.say("This upload needs a reason.", "warning")
         elif self._proposal is not None:
             self._upload(self._proposal, reason)
 

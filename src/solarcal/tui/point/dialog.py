@@ -118,7 +118,7 @@ class TakePointDialog(PacedDialog):
     def action_leave(self) -> None:
         activity = self.workstation.state.activity
         if activity is Activity.GATHERING:
-            self.say("Keys are held while gathering; a few seconds. STOP works.", "warning")
+            self.say("Keys are ignored while gathering, a few seconds. STOP works.", "warning")
             return
         if self.workstation.state.attempt is not None:
             keys = self.workstation.keys_of("take_point")

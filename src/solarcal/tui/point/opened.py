@@ -325,7 +325,7 @@ def _evidence_lines(session: SessionView, point: PointRecord) -> Sequence[str]:
     if point.expected_counts is not None and point.found_counts is not None:
         pairs = zip(point.expected_counts, point.found_counts, strict=True)
         counts = ", ".join(f"{found} of {wanted:.0f} expected" for wanted, found in pairs)
-        lines.append(f"Counts since the point before: {counts}")
+        lines.append(f"Counts since the previous point: {counts}")
     if point.distance_to_limits_deg is not None:
         lines.append(f"Distance to the nearest limit: {point.distance_to_limits_deg:.1f} deg")
     if found.void is not None:

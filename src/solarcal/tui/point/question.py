@@ -51,7 +51,7 @@ class Gathering(Words):
             Content.assemble(
                 ("GATHERING  ", "bold $accent"),
                 f"{progress_bar(fraction)}, about {left_s:.0f} s to go\n\n",
-                "Keys are held for a few seconds. Touch nothing. STOP works.",
+                "Keys are ignored for a few seconds. Touch nothing. STOP works.",
             )
         )
 

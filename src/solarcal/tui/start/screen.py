@@ -160,7 +160,7 @@ class StartScreen(StationScreen):
             yield heading, replays or [("look again", Choice())]
             return
         if self._of_unit is not None:
-            yield "Unfinished sessions of this unit: go on where they stood", self._of_unit.entries
+            yield "Unfinished sessions of this unit: continue", self._of_unit.entries
             yield "Or begin anew", [("a new session file", self._of_unit.anew)]
             return
         if self._continue:
@@ -174,7 +174,7 @@ class StartScreen(StationScreen):
             )
             return
         if offers is not None:
-            yield "Unfinished sessions: go on where they stood", offers.unfinished
+            yield "Unfinished sessions: continue", offers.unfinished
         last = app.settings.last
         if last is not None:
             yield "Last time", [(last.words(), last)]

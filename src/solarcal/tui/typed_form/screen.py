@@ -104,7 +104,7 @@ class DisplayFormScreen(Dialog):
         if self._form.moment is Moment.ENTER:
             return "Enter: next field. In the last field: at the MOMENT the display shows it."
         if self._form.key_in:
-            return "Type each value as the DISPLAY shows it, not from here."
+            return "Type each value as the DISPLAY shows it, not as shown here."
         return "Type the digits as displayed; the time is taken when you begin to type."
 
     def _offer(self) -> None:
