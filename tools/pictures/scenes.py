@@ -298,6 +298,11 @@ async def demo(folder: Path) -> str:
         await pilot.press("f8")
         await show(pilot, "F8: in force, new, and what it changes", "Upload?")
         await pilot.press("y")
+        app = pilot.app
+        assert isinstance(app, SolarcalApp)
+        if app.judgement is not None and app.judgement.verdict.state != "done":
+            await show(pilot, "y: more points would be better; asked once more", "once more")
+            await pilot.press("y")
         await show(pilot, "y: written, stored, read back", "read back EQUAL")
     day.technician.take_checks()
     async with day.workstation() as pilot:
