@@ -13,6 +13,7 @@ from calibration_days import (
 )
 
 from solarcal.model.fit import fit_linear
+from solarcal.model.parameter_checks import correlation_text
 from solarcal.model.points import PointSet
 from solarcal.model.terms import CONTROLLER_TERMS, TERMS
 from solarcal.mount.formula import Coefficients, correction_deg
@@ -173,3 +174,17 @@ def test_all_points_at_one_place_fix_two_numbers() -> None:
     assert solution.rank == 2
     (sentence,) = solution.inseparable
     assert "only 2 combinations of them are fixed" in sentence
+
+
+@pytest.mark.parametrize(
+    ("r", "shown"),
+    [
+        (0.5, "+0.50"),
+        (-0.994, "-0.99"),
+        (0.9961, "+0.9961"),
+        (-0.9999996, "-0.9999"),
+        (0.99999, "+0.9999"),
+    ],
+)
+def test_no_correlation_of_measured_points_reads_as_a_perfect_one(r: float, shown: str) -> None:
+    assert correlation_text(r) == shown

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from solarcal.model.finding import Finding
 from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.parameter_checks import correlation_text
 from solarcal.model.sky_context import sun_directions
 from solarcal.model.year_grid import LOWEST_FORECAST_DEG
 from solarcal.mount.mechanism import Mechanism
@@ -71,7 +72,7 @@ def _said(
     solution = chances.solution
     names = [solution.model_terms[i].label(solution.geometry.name) for i in pair]
     value = float(r[pair])
-    shown = f"{value:+.2f}" if abs(value) < 0.995 else f"{np.clip(value, -0.9999, 0.9999):+.4f}"
+    shown = correlation_text(value)
     sentence = f"{names[0]} and {names[1]} cannot be separated with these points, r = {shown}"
     cure = _cure(chances, normal, pair, clock)
     return Finding(

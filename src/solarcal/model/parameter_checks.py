@@ -56,7 +56,7 @@ def inseparable_sentences(
             names = _listed([labels[i] for i in group])
             sentences.append(
                 f"{names} can hardly be separated with these points "
-                f"({'r' if len(group) == 2 else 'strongest r'} = {_correlation(strongest)})"
+                f"({'r' if len(group) == 2 else 'strongest r'} = {correlation_text(strongest)})"
             )
     return tuple(sentences)
 
@@ -76,8 +76,8 @@ def _free_sentence(names: list[str], shares: FloatArray) -> str:
     )
 
 
-def _correlation(r: float) -> str:
-    # -0.9999996 must not be printed as a perfect -1.00.
+def correlation_text(r: float) -> str:
+    """A correlation in two decimals, in four near one: -0.9999996 is not a perfect -1.00."""
     decimals = 2 if abs(r) < 0.995 else 4
     text = f"{r:+.{decimals}f}"
     return text if abs(float(text)) < 1.0 else f"{'-' if r < 0 else '+'}0.9999"

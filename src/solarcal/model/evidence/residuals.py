@@ -18,6 +18,7 @@ from solarcal.model.fit import FEWEST_POINTS as LINEAR_FEWEST
 from solarcal.model.fit import fit_linear
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
+from solarcal.model.parameter_checks import correlation_text
 from solarcal.model.points import PointSet
 from solarcal.model.prior import Prior
 from solarcal.model.residual_tests import BadPoint, Cause, ResidualTests, run_residual_tests
@@ -244,7 +245,7 @@ def _cause(cause: Cause, tests: ResidualTests, tolerance_deg: float) -> Finding:
         called = "a cross-axis term is missing" if cross else "something is missing in the model"
         sentence = (
             f"{called} ({sigmas:.1f} sigma): {listed(names)} cannot be separated with these "
-            f"points (r = {_correlation(r)}); {', '.join(leaves)} {against}"
+            f"points (r = {correlation_text(r)}); {', '.join(leaves)} {against}"
         )
     elif axis is not None:
         subject = f"axis {axis}"
@@ -277,11 +278,6 @@ def _cause(cause: Cause, tests: ResidualTests, tolerance_deg: float) -> Finding:
 
 def _small(angle_deg: float) -> str:
     return f"{angle_deg:.3f} deg" if angle_deg >= 0.02 else f"{angle_deg * 3600.0:.1f} arcsec"
-
-
-def _correlation(r: float) -> str:
-    # A correlation of 0.9996 must not be printed as a perfect one.
-    return f"{r:+.2f}" if abs(r) < 0.995 else f"{r:+.4f}"
 
 
 def _bad_point(bad: BadPoint, solution: MechanismSolution) -> Finding:
