@@ -159,7 +159,6 @@ def fit_iterated(
     rows = (design_matrix(model_terms, at_true) * weights).reshape(k, 2 * n)
     measured = np.array((points.err1_deg, points.err2_deg))
     priors = np.array([term.prior_sigma for term in model_terms])
-    units = np.array([term.degrees_per_unit for term in model_terms])
     values = np.zeros(k)
     last = np.inf
     for _ in range(_MOST_ROUNDS):
@@ -171,7 +170,7 @@ def fit_iterated(
                 "answer; leave terms out"
             )
         values = values + solved.values
-        step = float(np.sum((solved.values * units) ** 2))
+        step = float(solved.values @ solved.values)
         if step >= last:
             break
         last = step

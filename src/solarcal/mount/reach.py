@@ -53,7 +53,7 @@ def axis_path(
     limits: Limits,
     utc_s: FloatArray,
     *,
-    lowest_deg: float = 0.0,
+    lowest_deg: float,
     dut1_s: float = 0.0,
 ) -> AxisPath:
     """The Sun at instants (n,) in order, POSIX UTC seconds, as axis angles with their margin."""

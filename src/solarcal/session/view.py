@@ -86,7 +86,9 @@ class SessionView:
     @property
     def holds_upload(self) -> bool:
         """Whether the unit held the newest upload when the two were compared last."""
-        newest = self.uploads[-1].seq if self.uploads else -1
+        if not self.uploads:
+            return True
+        newest = self.uploads[-1].seq
         compared = [record for record in self.in_force if record.seq > newest]
         return compared[-1].as_uploaded if compared else True
 
