@@ -156,3 +156,9 @@ def test_a_folder_without_sessions_is_said_in_a_line(
 ) -> None:
     assert run_command(["fleet", str(tmp_path)]) == 2
     assert "no session file" in capsys.readouterr().err
+
+
+def test_reading_and_fitting_are_told_from_the_first_file_on() -> None:
+    told: list[tuple[str, int, int]] = []
+    fit_fleet([FILES[0]], lambda *said: told.append(said))
+    assert told[:2] == [("reading", 0, 1), ("reading", 1, 1)]

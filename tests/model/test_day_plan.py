@@ -28,6 +28,7 @@ from solarcal.model.schedule import (
 from solarcal.model.sky_context import SkyContext
 from solarcal.mount.limits import AxisLimits, Limits
 from solarcal.stopping_rule import StoppingRule
+from solarcal.timescale import format_utc
 
 UNIT = Prior().sigma_array()
 DAY_S = 86400.0
@@ -319,6 +320,19 @@ class TestWishes:
         day, _ = june_morning(points=3)
         assert max(stop.points for stop in day.stops) == 3
         assert day.recommended.points <= 3
+        # As many as the technician asks for, though fewer would do.
+        day, _ = june_morning(points=12)
+        assert day.reaches
+        assert day.recommended.points == 12
+
+    def test_a_day_that_may_be_enough_says_how_many_points_until_when(self):
+        day, _ = june_morning(points=3, rule=StoppingRule(0.06))
+        assert not day.reaches
+        assert not day.hopeless
+        end = f"{format_utc(day.recommended.stop_utc_s, 0)[11:16]} UTC"
+        first = f"{format_utc(day.recommended.times_utc_s[0], 0)[11:16]} UTC"
+        assert day.sentence.startswith(f"today's 3 more points until {end} make it ")
+        assert day.sentence.endswith(f"next at {first}")
 
     def test_struck_out_slots(self):
         _, at = june_morning()

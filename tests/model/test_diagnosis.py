@@ -1,5 +1,7 @@
 """Residual tests name what is there, and only that; a day says what it cannot tell."""
 
+import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +22,7 @@ from benchmarks.diagnosis import (
     missed_counts_found,
     rate,
 )
+from solarcal.model.analysis import findings_of
 from solarcal.model.evidence.counts import Loss, undo_losses
 from solarcal.model.evidence.residuals import diagnose
 from solarcal.model.finding import Finding
@@ -69,6 +72,18 @@ def test_a_large_cross_axis_error_is_named_a_small_one_is_not(cause: str) -> Non
     assert small[1] >= 0.8
 
 
+def test_what_a_cause_makes_of_pointing_is_what_is_left_less_without_it() -> None:
+    day = made_up_day("azel", (EQUINOX,), 3, cause="C", amount=0.4)
+    finding = of_kind(day.diagnose(), "cross_axis")
+    left = re.search(r"would leave (\S+) deg.* against (\S+) deg with", finding.sentence)
+    assert left is not None
+    with_it, without = (float(number) for number in left.groups())
+    assert finding.leaves_deg[0] == pytest.approx(with_it, rel=0.05)
+    assert finding.effect_deg == pytest.approx(math.sqrt(without**2 - with_it**2), rel=0.05)
+    # Large against the tolerance: more than the controller's six numbers are wanted.
+    assert finding.sentence.endswith("; P1..P6 cannot hold it")
+
+
 def test_a_cross_axis_term_says_what_each_cause_would_leave() -> None:
     day = made_up_day("azel", (EQUINOX,), 3, cause="C", amount=0.4)
     finding = of_kind(day.diagnose(), "cross_axis")
@@ -94,6 +109,13 @@ def test_backlash_has_its_amount_axis_and_cure() -> None:
         assert finding.sigma is not None
         assert abs(finding.number - 0.15) < 4.0 * finding.sigma
         assert "same side" in finding.sentence
+
+
+def test_backlash_is_cured_on_the_mount_and_not_by_a_controller_with_more_numbers() -> None:
+    day = made_up_day("azel", (DECEMBER,), 1, backlash_deg=0.15)
+    said = [f.sentence for f in day.found() if f.kind == "backlash"]
+    assert said
+    assert all("cannot hold it" not in sentence for sentence in said)
 
 
 def test_backlash_is_not_looked_for_where_every_point_came_from_one_side() -> None:
@@ -174,6 +196,20 @@ def test_counts_missed_after_the_last_point_change_nothing() -> None:
     np.testing.assert_array_equal(points.err1_deg, day.points.err1_deg)
 
 
+def test_the_moment_of_a_loss_is_sure_where_the_points_show_it() -> None:
+    """A degree is thirty times the noise of a point, a thousandth is nothing beside it."""
+    day = made_up_day("azel", (EQUINOX,), 6)
+    place = fit_exact(day.points, day.context).posterior.mean
+    for lost_deg, sure in ((1.0, True), (0.001, False)):
+        loss = Loss(1, lost_deg, day.points.labels)
+        after = np.zeros(len(day.points))
+        after[5:] = lost_deg
+        points = changed(day.points, after, np.zeros(len(day.points)))
+        _, (moment,) = undo_losses(points, day.context, place, [loss])
+        assert moment.sure == sure
+    assert len(day.points) > 8
+
+
 def march(centre_deg: float | None) -> PointSet:
     path = TPOINT / MARCH
     if not path.exists():
@@ -212,3 +248,9 @@ def test_a_real_telescope_lacks_a_cross_axis_term_and_it_does_not_matter(
     assert "does not matter against 0.1 deg" in finding.sentence
     assert finding.effect_deg is not None
     assert finding.effect_deg < 0.01
+
+
+def test_of_few_points_every_one_is_tested() -> None:
+    day = made_up_day("azel", (EQUINOX,), 6)
+    said = [f.sentence for f in findings_of(fit_exact(day.points, day.context), day.context)]
+    assert not [sentence for sentence in said if "evenly spread" in sentence]

@@ -75,6 +75,26 @@ def test_every_session_is_fitted_as_it_would_be_alone(n: int, given_sigmas: bool
         assert many.residual2_deg[i] == pytest.approx(alone.residuals_deg[1], abs=TOLERANCE_SIGMA)
 
 
+def test_a_tower_that_leans_far_comes_out_as_it_leans() -> None:
+    """Steps are held short on the way there, not given up."""
+    geometry = MountGeometry("azel", 35.0)
+    ax1 = np.linspace(-100.0, 100.0, 12)
+    ax2 = 75.0 - 60.0 * np.cos(np.radians(ax1 * 0.75))
+    true = Mechanism(14.0, 1.0, -9.0, 0.5, 0.001, -0.002)
+    e1, e2 = true.errors_deg(geometry, ax1, ax2)
+    wide = Prior(sigmas=(20.0, 5.0, 20.0, 5.0, 0.002, 0.002))
+    points = ManyPoints(
+        ax1_deg=ax1[np.newaxis],
+        ax2_deg=ax2[np.newaxis],
+        err1_deg=e1[np.newaxis],
+        err2_deg=e2[np.newaxis],
+        sigma_deg=np.full((1, 12), np.nan),
+        prior_mean=wide.mean_array()[np.newaxis],
+        prior_sigma=wide.sigma_array()[np.newaxis],
+    )
+    assert fit_many(points).mean[0, :4] == pytest.approx([14.0, 1.0, -9.0, 0.5], abs=0.05)
+
+
 def test_the_company_a_session_is_in_does_not_matter() -> None:
     points = fleet(12)
     together = fit_many(points).mean

@@ -6,7 +6,7 @@ from made_up_trackers import JUNE, MARCH, TRACKER, context_of, day_of, true_year
 
 from solarcal.errors import ConfigurationError, FitError
 from solarcal.model.mechanism_solution import MechanismSolution
-from solarcal.model.methods import fit, fit_exact
+from solarcal.model.methods import DEFAULT_PRIOR, fit, fit_exact
 from solarcal.model.noise_mixture import Linearised, solve_mixture
 from solarcal.model.points import PointSet
 from solarcal.model.prior import PLAIN, Prior, sigmas_of
@@ -66,6 +66,24 @@ class TestFewPoints:
             assert np.isfinite(solution.values).all()
             assert (solution.sigmas > 0.0).all()
             assert solution.rank <= 2 * n
+
+    @pytest.mark.parametrize(
+        ("method", "n", "fixed"), [("robust", 1, 2), ("robust", 2, 4), ("exact", 2, 4)]
+    )
+    def test_what_the_points_leave_open_is_said_with_where_it_comes_from(self, method, n, fixed):
+        """Each point fixes two numbers; the rest comes from the prior, where there is one."""
+        context, points = day_of("azel", n)
+        (note,) = fit(points, context, method=method).notes
+        assert f"fix {fixed} of the 6 numbers" in note
+        assert ("usual errors of towers, zeros and gears" in note) == (method == "robust")
+        assert ("smallest values were taken" in note) == (method == "exact")
+
+    def test_points_that_fix_all_six_numbers_need_no_note(self):
+        context, points = day_of("azel", 12)
+        assert not [note for note in fit(points, context).notes if "of the 6 numbers" in note]
+
+    def test_before_the_first_point_a_mount_is_known_as_well_as_the_page_says(self):
+        assert DEFAULT_PRIOR.sigmas == (2.0, 5.0, 2.0, 5.0, 0.002, 0.002)
 
     def test_one_point_leaves_the_prior_where_it_says_nothing(self):
         context, points = day_of("azel", 1)

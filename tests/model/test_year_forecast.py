@@ -174,3 +174,11 @@ class TestItComesTrue:
         solution = fit(points, context)
         actual = true_year(context, TRACKER, solution.coefficients()).rms_deg
         assert actual < forecast(solution).year_rms_below_deg(0.99)
+
+
+def test_no_pointing_is_wrong_by_more_than_half_a_turn():
+    wide = np.diag([1.0, 150.0, 1.0, 150.0, 1e-6, 1e-6]) ** 2
+    unknown = MechanismPosterior(np.ones(1), np.zeros((1, 6)), wide[np.newaxis], np.array([0.03]))
+    expected = forecast_of(unknown, Coefficients(), year_grid(context_of("azel")))
+    assert expected.year_max_deg == pytest.approx(180.0)
+    assert expected.year_p95_deg <= 180.0

@@ -14,6 +14,7 @@ def test_distance_is_to_the_nearer_end_and_negative_outside():
     assert axis.distance_deg(140.0) == 10.0
     assert axis.distance_deg(-119.0) == 1.0
     assert axis.distance_deg(151.5) == -1.5
+    assert type(axis.distance_deg(140.0)) is float
     np.testing.assert_allclose(axis.distance_deg(np.array([140.0, -121.0])), [10.0, -1.0])
 
 

@@ -84,6 +84,15 @@ def test_a_missing_line_is_an_error_and_a_missing_end_a_warning() -> None:
     )
 
 
+def test_a_whole_last_line_without_its_checksum_is_an_error_and_a_cut_one_a_warning() -> None:
+    lines = SAME_DAY.read_bytes().splitlines(keepends=True)[:9]
+    bare = re.sub(rb',"crc32c":"[0-9a-f]+"', b"", lines[-1])
+    assert bare != lines[-1]
+    with pytest.raises(SessionFileError, match=r"^a:9: "):
+        session_of(b"".join(lines[:-1]) + bare, "a")
+    assert any("a:9" in line for line in session_of(b"".join(lines)[:-40], "a").warnings)
+
+
 def test_a_record_of_an_unknown_kind_is_kept_and_ignored() -> None:
     lines = SAME_DAY.read_bytes().splitlines(keepends=True)
     document = {

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solarcal.errors import ConfigurationError, InputFileError
-from solarcal.session.interchange import read_table
+from solarcal.session.interchange import read_table, write_table
 from solarcal.session.interchange.sniffing import point_format
 from solarcal.session.interchange.tpoint_model import (
     TpointModel,
@@ -106,6 +106,8 @@ def write(folder: Path, name: str, text: str) -> Path:
         ("a.json", HELIOSTAT, "this looks like a PAINT heliostat properties file; .*--heliostat"),
         ("a.json", TOWER, "this looks like a PAINT tower measurements file; .*--tower"),
         ("a.dat", PAINT, "this looks like a PAINT calibration record; name it .json"),
+        ("a.dat", PAINT.replace(": {}", ":\n{}\n"), "this looks like a PAINT calibration record"),
+        ("a.dat", SESSION + '"note', "this looks like a session; name it .jsonl"),
     ],
 )
 def test_a_known_format_under_another_name_is_named(
@@ -189,6 +191,7 @@ def test_a_model_survives_being_written(tmp_path: Path) -> None:
         ("T   61", "T   x", r"a\.mod:2: the method, the number of observations"),
         ("-100.0000    1.5000", "", r"a\.mod:3: a term, its value and its sigma"),
         ("HASA2", "IA", r"a\.mod:6: term IA is given twice"),
+        ("& IE      -200.0000    2.5000", "&", r"a\.mod:4: no term after '&'"),
     ],
 )
 def test_a_bad_model_line_is_named(tmp_path: Path, old: str, new: str, complaint: str) -> None:
@@ -282,3 +285,11 @@ def test_pure_noise_is_taken_as_plain_azimuth(tmp_path: Path) -> None:
     head = "# Location: dish\ntimestamp\tazimuth\televation\toffset_az\toffset_el\n"
     points = read_table(write(tmp_path, "a.tsv", head + rows), latitude_deg=10.0)
     assert "neither metadata nor data say otherwise" in points.warnings[0]
+
+
+@pytest.mark.parametrize("name", ["a.bin", "a.tsv", "a"])
+def test_points_are_written_under_two_endings_only(tmp_path: Path, name: str) -> None:
+    points = read_table(write(tmp_path, "b.csv", CSV))
+    with pytest.raises(ConfigurationError, match=r"written as \.csv or \.dat"):
+        write_table(points, tmp_path / name)
+    assert not (tmp_path / name).exists()

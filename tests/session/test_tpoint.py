@@ -68,6 +68,14 @@ def test_north_of_the_equator_the_branch_is_centred_on_south(tmp_path: Path) -> 
     np.testing.assert_allclose(points.ax1_deg, [-170.5, 60.0, -20.0, 179.95], atol=1e-12)
 
 
+def test_an_observation_commented_out_in_another_way_of_writing_is_a_remark(
+    tmp_path: Path,
+) -> None:
+    other = "! 120:00:00 30:00:00 119:54:00 30:06:00"
+    points = read(tmp_path, SMALL.replace("! 120.0 30.0 119.9 30.1", other))
+    assert points.labels == (6, 8, 10)
+
+
 def test_angles_with_colons_below_zero_keep_their_sign(tmp_path: Path) -> None:
     row = "-0:30:00 -0:06:00 -0:24:00 -00:12:00"
     points = read(tmp_path, f"caption\n: ALTAZ\n-35\n{row}\nEND\n")

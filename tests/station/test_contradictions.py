@@ -18,7 +18,9 @@ from solarcal.session.records import (
     UploadRecord,
 )
 from solarcal.session.view import read_view, view_session
+from solarcal.station.clocks import EmulatedClock
 from solarcal.station.next_step import next_step
+from solarcal.station.procedure import Station
 from solarcal.station.sign_off import sign_off
 from solarcal.station.state import newest_upload
 from solarcal.unit.tracker import Code
@@ -204,6 +206,21 @@ def test_the_numbers_of_checks_go_on_through_a_resume(bench):
     assert isinstance(b.station.session.records[-1], RefCheck)
     assert b.station.session.ref_checks[-1].number == first + 1
     assert losses(read_view(b.path)) == ()
+
+
+def test_a_reference_lost_between_two_sessions_is_recorded_as_a_restart(bench):
+    """Also where the only complete check is the first record of the file."""
+    b = bench()
+    b.station.ref_check()
+    assert isinstance(b.station.session.records[0], RefCheck)
+    b.station.leave()
+    b.emulator.reboot()
+    b.unit.open()
+    later = Station(b.unit, EmulatedClock(b.emulation))
+    later.connect()
+    later.resume_session(Journal.resume(b.path))
+    later.poll()
+    assert [type(r) for r in later.session.restarts] == [Restarted]
 
 
 # -- what is in force ------------------------------------------------------------------------------

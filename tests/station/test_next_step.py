@@ -1,5 +1,6 @@
 """What the workstation tells the technician to do next, step by step of the manual."""
 
+import queue
 from dataclasses import replace
 
 import msgspec
@@ -12,7 +13,7 @@ from solarcal.session.journal import Journal
 from solarcal.station.analysing import analyse_session
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.next_step import NextStep, countdown_text, next_step
-from solarcal.station.planning import HALF_HOUR_S, PlanOptions, analyse_with_options
+from solarcal.station.planning import HALF_HOUR_S, Fitter, PlanOptions, analyse_with_options
 from solarcal.station.procedure import Station
 from solarcal.station.state import Activity, LinkState, StationState
 from solarcal.station.sun_path import sun_now
@@ -249,6 +250,31 @@ def test_options_shape_the_plan():
     late = analyse_with_options(station.session, leaving, now_utc_s + 9000.0)
     assert late.plan.recommended.points <= 1
     assert leaving.leave_at(now_utc_s + 7200.0) == PlanOptions().strike(0.0).strike(0.0)
+
+
+def test_a_plan_is_made_once_and_anew_when_its_point_was_missed():
+    station, _ = judged_day()
+    posted = queue.Queue()
+    fitter = Fitter(posted.put)
+    fitter.start()
+    try:
+        fitter.fit_if_needed(station.state)
+        plan = posted.get(timeout=20.0).judgement.plan
+        due_s = plan.next_point_utc_s
+
+        def at(utc_s):
+            return replace(station.state, live=replace(station.state.live, laptop_utc_s=utc_s))
+
+        # Ten minutes are a point's: until then it may still be taken.
+        fitter.fit_if_needed(at(due_s + 599.0))
+        fitter.fit_if_needed(at(due_s + 601.0))
+        anew = posted.get(timeout=20.0).judgement.plan
+        assert anew.at_utc_s == due_s + 601.0
+        assert anew.next_point_utc_s > due_s
+        fitter.fit_if_needed(at(due_s + 602.0))
+    finally:
+        fitter.close()
+    assert posted.empty()
 
 
 @pytest.mark.parametrize("activity", [Activity.REF_CHECK, Activity.GATHERING, Activity.UPLOADING])

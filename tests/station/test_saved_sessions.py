@@ -1,5 +1,6 @@
 """The saved sessions can be replayed and fitted, and show what their README says."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,9 @@ import pytest
 from solarcal.errors import ProcedureRefused
 from solarcal.mount.formula import Coefficients
 from solarcal.session.journal import Journal
+from solarcal.session.lines import sealed
 from solarcal.session.reader import read_session
+from solarcal.station.analysing import analyse_files, read_files
 from solarcal.station.fitting import sky_context, solve
 from solarcal.station.saved_sessions import Replay, finished
 from solarcal.station.sign_off import sign_off
@@ -165,3 +168,23 @@ def test_without_an_upload_nothing_is_signed_off():
     session = replace(view("azel-good-day.jsonl"), uploads=())
     proof = sign_off([session], 0.1)
     assert (proof.signed_off, proof.reason) == (False, "nothing was uploaded")
+
+
+def test_two_sessions_between_which_an_encoder_was_moved_are_told_apart(tmp_path):
+    """Half a degree at the encoder of axis 1; four years later the Sun stands where it stood."""
+    lines = (SESSIONS / "azel-good-day.jsonl").read_bytes().splitlines()
+    (tmp_path / "first.jsonl").write_bytes(b"\n".join(lines) + b"\n")
+    later = []
+    for line in lines:
+        record = json.loads(line.replace(b"2026-06-03", b"2030-06-03"))
+        if record["type"] == "point":
+            record["error_deg"][0] += 0.5
+            record["reading_deg"][0] += 0.5
+        del record["crc32c"]
+        later.append(sealed(json.dumps(record).encode()))
+    (tmp_path / "second.jsonl").write_bytes(b"\n".join(later) + b"\n")
+    names = [tmp_path / name for name in ("first.jsonl", "second.jsonl")]
+    findings = analyse_files(read_files(names, {})).findings
+    (moved,) = [finding for finding in findings if finding.kind == "moved"]
+    assert moved.subject == "zeros"
+    assert moved.number == pytest.approx(0.5, abs=0.1)

@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
+import msgspec
 import pytest
 from emulated_station import emulated_station
 
@@ -14,7 +15,7 @@ from solarcal.session.records import Note
 from solarcal.station.procedure import Station
 from solarcal.station.sensor_following import FollowPlan, SensorFollower
 from solarcal.station.technician import AutomaticTechnician, Schedule
-from solarcal.unit.tracker import Mode, Spot
+from solarcal.unit.tracker import Mode, Spot, Status
 
 
 def ready(scenario: str = "tijeras-azel", *settings: str) -> tuple[Station, Callable[[], Spot]]:
@@ -113,6 +114,24 @@ def test_without_sun_on_the_sensor_it_stops() -> None:
     done = SensorFollower(station, clouding).follow(FollowPlan(2), commanded=True)
     assert "no Sun" in done.stopped
     assert station.poll().mode is Mode.STOP
+    assert station.session.accepted == ()
+
+
+def test_axes_that_never_reach_their_targets_are_given_up_after_twenty_minutes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    station, look = on_the_sun()
+    honest = station.poll
+
+    def stuck() -> Status:
+        status = honest()
+        return msgspec.structs.replace(status, target1_deg=status.reading1_deg + 5.0)
+
+    monkeypatch.setattr(station, "poll", stuck)
+    began_s = station.clock.utc_s()
+    done = SensorFollower(station, look).follow(FollowPlan(2), commanded=True)
+    assert "did not reach their targets in 20 minutes" in done.stopped
+    assert station.clock.utc_s() - began_s == pytest.approx(1200.0, abs=60.0)
     assert station.session.accepted == ()
 
 

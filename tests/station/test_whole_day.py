@@ -9,6 +9,7 @@ import pytest
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink, serve_pty, serve_tcp
+from solarcal.errors import ProcedureRefused
 from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Offsets
 from solarcal.session.journal import Journal
@@ -195,3 +196,18 @@ def test_missed_counts_are_found_at_the_next_reference_check(tmp_path):
 )
 def test_points_are_spread_over_the_daylight_that_is_left(points, daylight_left_min, every_min):
     assert spread_every_min(points, daylight_left_min) == pytest.approx(every_min)
+
+
+def test_nobody_waits_for_a_sun_that_is_up(bench):
+    b = bench()
+    b.technician.prepare()
+    assert not [sentence for sentence in b.said if "Sun is down" in sentence]
+
+
+def test_a_polar_night_is_waited_out_for_two_days_and_no_longer(bench):
+    b = bench("tijeras-azel", "site.latitude_deg=78", "start=2026-12-20T12:00:00Z")
+    began_s = b.station.clock.utc_s()
+    with pytest.raises(ProcedureRefused, match="did not come within reach for two days"):
+        b.technician.prepare()
+    assert "the Sun is down; waiting for the morning" in b.said
+    assert 172_800.0 <= b.station.clock.utc_s() - began_s < 172_800.0 + 1800.0

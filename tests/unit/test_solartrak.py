@@ -89,6 +89,13 @@ def test_close_closes_the_line_and_may_be_repeated():
         unit.status()
 
 
+def test_the_last_frames_are_shown_while_the_line_is_open():
+    unit, _ = connected()
+    assert any("OPEN" in frame for frame in unit.recent_traffic())
+    unit.close()
+    assert unit.recent_traffic() == ()
+
+
 def test_status_asks_the_zone_once():
     unit, link = connected(
         ("0003 STATUS", f"0003 OK {STATUS_TEXT}"),

@@ -1,5 +1,7 @@
 """The tracker made of what is typed: asks only where a step needs it, and keeps to the law."""
 
+from pathlib import Path
+
 import pytest
 from hand_bench import (
     MORNING,
@@ -13,11 +15,13 @@ from hand_bench import (
 )
 from msgspec.structs import replace
 
+from solarcal.config import Choice
 from solarcal.errors import ConfigurationError, ProcedureRefused
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.profiles import Profile
 from solarcal.session.journal import Journal
 from solarcal.session.records import PointRecord, Typed
+from solarcal.station import opening
 from solarcal.station.connect import disagreements, open_tracker
 from solarcal.station.procedure import Station
 from solarcal.station.typed.unit import TypedUnit
@@ -265,3 +269,14 @@ def test_gone_on_with_the_last_upload_is_what_the_display_must_show() -> None:
         later.connect()
         later.resume_session(journal)
         assert len(list(disagreements(later))) == doubts
+
+
+def test_a_real_unit_goes_by_the_laptops_clock_as_well_as_that_is_known(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(opening, "clock_sigma_s", lambda: 5.0)
+    unit, _, _ = typed_unit()
+    choice = Choice(driver="typed")
+    line = opening.open_line(unit, choice, Profile(site=SITE), output=tmp_path / "new.jsonl")
+    assert line.station.session.header.unmodelled.clock_s == 5.0
+    line.close()

@@ -1,0 +1,83 @@
+"""The thread that talks to the station: what it posts, and what becomes of steps that wait."""
+
+import queue
+import threading
+
+import pytest
+from emulated_station import emulated_station
+
+from solarcal.errors import LinkError, ProcedureRefused
+from solarcal.station.news import Done, Reconnected, StatusRead, StepFailed
+from solarcal.station.worker import StationWorker
+
+
+class Asked(Done[int], name="question"): ...
+
+
+def answers(posted: queue.Queue, wanted: int) -> list:
+    """The outcomes of steps, in order, without states and progress."""
+    found = []
+    for _ in range(1000):
+        news = posted.get(timeout=20.0)
+        if isinstance(news, Done | StepFailed):
+            found.append(news)
+        if len(found) == wanted:
+            break
+    return found
+
+
+@pytest.fixture
+def working(monkeypatch):
+    monkeypatch.setattr("solarcal.station.worker.POLL_S", 0.001)
+    station, _ = emulated_station()
+    posted = queue.Queue()
+    worker = StationWorker(station, posted.put)
+    worker.start()
+    yield station, worker, posted
+    worker.close()
+
+
+def test_every_step_is_answered_in_order_and_a_status_between_them_is_not(working, monkeypatch):
+    station, worker, posted = working
+    polled = threading.Event()
+    honest = station.poll
+
+    def poll():
+        polled.set()
+        return honest()
+
+    monkeypatch.setattr(station, "poll", poll)
+
+    def refused(_):
+        raise ProcedureRefused("not now")
+
+    worker.submit(Asked, lambda _: 7)
+    worker.submit(Asked, refused)
+    assert polled.wait(20.0)
+    worker.submit(Asked, lambda _: 8)
+    first, second, third = answers(posted, 3)
+    assert (first.result, third.result) == (7, 8)
+    assert str(second.error) == "not now"
+    assert not any(isinstance(news, StatusRead) for news in (first, second, third))
+
+
+def test_steps_that_wait_while_the_line_is_lost_are_refused_and_the_line_is_opened_again(working):
+    _, worker, posted = working
+    waiting = threading.Event()
+    done = []
+
+    def cut(_):
+        assert waiting.wait(20.0)
+        raise LinkError("the line is cut")
+
+    worker.submit(Asked, cut)
+    worker.submit(Asked, lambda _: done.append(1))
+    worker.submit(Asked, lambda _: done.append(2))
+    worker.reconnect_now()
+    waiting.set()
+    first, second, third, last = answers(posted, 4)
+    assert str(first.error) == "the line is cut"
+    assert isinstance(last, Reconnected)
+    for refused in (second, third):
+        assert str(refused.error) == "question: not done, the link is down"
+    assert done == []
