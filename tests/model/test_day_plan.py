@@ -3,6 +3,7 @@
 from functools import cache
 from itertools import pairwise
 
+import msgspec
 import numpy as np
 import pytest
 from made_up_trackers import JUNE, TRACKER, context_of, day_of, measured
@@ -27,6 +28,7 @@ from solarcal.model.schedule import (
 )
 from solarcal.model.sky_context import SkyContext
 from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.site import Site
 from solarcal.stopping_rule import StoppingRule
 from solarcal.timescale import format_utc
 
@@ -166,6 +168,16 @@ class TestRecommendation:
         visit = np.array(day.second_visit_utc_s)
         assert len(visit) >= 2
         assert np.abs(visit - day.come_back_utc_s).max() < DAY_S / 2
+
+    def test_points_are_planned_at_full_five_minutes_on_either_visit(self):
+        """Also where the Sun's noon is at an odd minute."""
+        context, points = day_of("tiltroll-ew", 12, day=1)
+        solution = fit_exact(points.subset([0, 1]), context)
+        east = msgspec.structs.replace(context, site=Site(context.site.latitude_deg, 3.1))
+        day = plan(solution.posterior, east, float(points.utc_s[2]))
+        assert day.second_visit_utc_s
+        for times in (day.recommended.times_utc_s, day.second_visit_utc_s):
+            assert not np.any(np.array(times) % 300.0)
 
     def test_a_second_visit_as_planned_is_enough(self):
         context, points = day_of("tiltroll-ew", 12, day=1)

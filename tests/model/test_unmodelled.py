@@ -104,6 +104,22 @@ def test_more_that_cannot_be_excluded_makes_less_sure_and_changes_no_coefficient
     assert sure[2] < 0.95
 
 
+def test_a_plan_promises_no_more_than_what_is_beside_the_six_numbers_leaves():
+    """More points of the day remove none of a sag of two tenths that P1..P6 cannot hold."""
+    context, points = day_of("azel", 20, JUNE)
+    ends = []
+    for beside in (NOTHING, Unmodelled(sag_deg=0.2, cross_axis_deg=0.2)):
+        planned = analyse(
+            points.subset(range(6)),
+            context,
+            at_utc_s=float(points.utc_s[6]),
+            rule=StoppingRule(unmodelled=beside),
+        ).plan
+        ends.append(planned.stops[-1])
+    assert ends[0].year_p95_deg < 0.1 < ends[1].year_p95_deg
+    assert ends[1].probability < 0.5 < ends[0].probability
+
+
 def test_a_day_that_shows_collimation_moves_the_posterior_there():
     context = context_of("azel")
     _, points = day_of("azel", 20, JUNE)

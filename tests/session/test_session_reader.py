@@ -194,10 +194,10 @@ def test_a_void_strikes_and_a_void_of_the_void_restores() -> None:
 
 
 def test_voids_that_strike_nothing_are_refused() -> None:
-    records = [point(1), void(2, 1)]
+    records = [point(1), void(2, 1), point(3)]
     with pytest.raises(SessionFileError, match="the header, which cannot be voided"):
         refuse_void(HEADER, records, 0)
-    with pytest.raises(SessionFileError, match=r"no record 9 in this session \(the last is 2\)"):
+    with pytest.raises(SessionFileError, match=r"no record 9 in this session \(the last is 3\)"):
         refuse_void(HEADER, records, 9)
     with pytest.raises(SessionFileError, match="void already; to restore it, void record 2"):
         refuse_void(HEADER, records, 1)

@@ -2,6 +2,7 @@
 
 import pytest
 
+from solarcal.station.typed.entry_forms import reading_fields, sun_fields
 from solarcal.station.typed.forms import (
     DisplayField,
     Kind,
@@ -68,6 +69,12 @@ def test_only_an_optional_field_may_stay_empty() -> None:
 def test_what_cannot_be_meant_is_refused() -> None:
     with pytest.raises(TypedWrong, match="31 is not between -30 and 30"):
         DisplayField("o1", "O1", low=-30.0, high=30.0).value("31")
+    # No read-out and no Sun is further than a turn and a half from zero.
+    for shown in (*reading_fields(counts=False), *sun_fields(shown=True)):
+        assert (shown.value("540"), shown.value("-540")) == (540.0, -540.0)
+        for beyond in ("540.5", "-540.5"):
+            with pytest.raises(TypedWrong, match="is not between -540 and 540"):
+                shown.value(beyond)
 
 
 def test_the_digits_stay_as_they_were_typed() -> None:
