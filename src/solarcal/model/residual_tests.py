@@ -126,9 +126,10 @@ class _Search:
         self.left_then: dict[str, tuple[float, dict[str, float]]] = {}
         self.rows = model.rows(values, {})
         self.family = len(self.rows.causes) + 1
+        self.count = len(self.model.points)
 
     def run(self) -> None:
-        n = len(self.model.points)
+        n = self.count
         while True:
             fit = self._fit()
             if fit.spare < _SPARE_NEEDED:
@@ -173,10 +174,10 @@ class _Search:
 
     def _kept_points(self) -> list[int]:
         bad = set(self.bad)
-        return [i for i in range(len(self.model.points)) if i not in bad]
+        return [i for i in range(self.count) if i not in bad]
 
     def _kept(self, column: FloatArray) -> FloatArray:
-        pairs = column.reshape(len(self.model.points), 2, -1)[self._kept_points()]
+        pairs = column.reshape(self.count, 2, -1)[self._kept_points()]
         kept: FloatArray = pairs.reshape(-1, *column.shape[1:])
         return kept
 
@@ -211,7 +212,7 @@ class _Search:
 
     def _step(self, names: Sequence[str], kept: Sequence[int], noise: float) -> FloatArray:
         """Of the six numbers from their place, and the full amounts of these causes."""
-        n = len(self.model.points)
+        n = self.count
         base = self._base(names=names).reshape(n, 2, -1)[kept].reshape(2 * len(kept), -1)
         residuals = self._open_residuals().reshape(n, 2)[kept].reshape(-1)
         precision = np.concatenate(((noise / self.unit) ** 2, np.full(len(names), 1e-12)))

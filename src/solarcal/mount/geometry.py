@@ -93,6 +93,17 @@ def dot(a: Vector, b: Vector) -> Value:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
+def rotated(rows: tuple[Vector, Vector, Vector], vector: Vector) -> Vector:
+    """Components of a vector along three directions."""
+    x, y, z = vector
+    a, b, c = rows
+    return (
+        a[0] * x + a[1] * y + a[2] * z,
+        b[0] * x + b[1] * y + b[2] * z,
+        c[0] * x + c[1] * y + c[2] * z,
+    )
+
+
 def unit_vector(m: Maths, ax1_rad: Value, ax2_rad: Value) -> Vector:
     """Direction of longitude ``ax1`` and polar distance ``ax2``."""
     sin2 = m.sin(ax2_rad)
@@ -134,7 +145,7 @@ def axes_of_horizontal_deg(
     azimuth, zenith = azimuth_deg * RAD_PER_DEG, zenith_deg * RAD_PER_DEG
     sin_zenith = m.sin(zenith)
     enu = (sin_zenith * m.sin(azimuth), sin_zenith * m.cos(azimuth), m.cos(zenith))
-    x, y, z = (dot(row, enu) for row in rows)
+    x, y, z = rotated(rows, enu)
     # atan2 instead of acos: acos loses half the digits near the primary axis. On the axis itself
     # AX1 is undetermined and given as 0 (on the branch).
     ax1 = m.wrap_deg(m.arctan2(y, x) * _DEG_PER_RAD, ax1_centre_deg)
@@ -146,7 +157,8 @@ def horizontal_of_axes_deg(rows: Rows, ax1_deg: Value, ax2_deg: Value) -> tuple[
     m = maths_for(ax1_deg, ax2_deg)
     native = unit_vector(m, ax1_deg * RAD_PER_DEG, ax2_deg * RAD_PER_DEG)
     # The basis is orthonormal: its transpose leads back from native to ENU components.
-    east, north, up = (dot(native, column) for column in zip(*rows, strict=True))
+    column1, column2, column3 = zip(*rows, strict=True)
+    east, north, up = rotated((column1, column2, column3), native)
     azimuth = m.arctan2(east, north) * _DEG_PER_RAD
     azimuth = m.where(azimuth < 0.0, azimuth + 360.0, azimuth)
     # A hair west of North plus 360 rounds up to 360.

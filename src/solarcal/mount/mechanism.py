@@ -23,7 +23,16 @@ from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError
 from solarcal.mount.formula import COEFFICIENT_NAMES, scale_error_deg
-from solarcal.mount.geometry import Maths, MountGeometry, Value, Vector, dot, maths_for, unit_vector
+from solarcal.mount.geometry import (
+    Maths,
+    MountGeometry,
+    Value,
+    Vector,
+    dot,
+    maths_for,
+    rotated,
+    unit_vector,
+)
 from solarcal.units import RAD_PER_DEG, Angles, FloatArray, wrap_deg
 
 _LARGEST_ANGLE_DEG = 45.0
@@ -245,7 +254,7 @@ class Mechanism(msgspec.Struct, frozen=True):
     def _step(self, name: str) -> Value:
         """By how much a lean is changed: towards zero, so that the largest is not stepped over."""
         value = getattr(self, name)
-        return maths_for(value).where(value > 0.0, -_STEPS[name], _STEPS[name])
+        return np.where(value > 0.0, -_STEPS[name], _STEPS[name])
 
     def _neighbours(self, names: Sequence[str], steps: Sequence[Value]) -> "Mechanism":
         """This one and, for each name, one a step away: (1 + k, 1) or (1 + k, s, 1)."""
@@ -270,10 +279,7 @@ class Mechanism(msgspec.Struct, frozen=True):
         m = maths_for(ax1_deg, ax2_deg)
         sun = unit_vector(m, ax1_deg * RAD_PER_DEG, ax2_deg * RAD_PER_DEG)
         aim = self._raised(m, sun, up)
-        own_x, own_y, own_z = self._own_axes()
-        axis1, axis2 = self._axes_aiming_along(
-            m, (dot(own_x, aim), dot(own_y, aim), dot(own_z, aim))
-        )
+        axis1, axis2 = self._axes_aiming_along(m, rotated(self._own_axes(), aim))
         e1 = m.wrap_deg(axis1 / RAD_PER_DEG - ax1_deg) + self.P2
         e2 = axis2 / RAD_PER_DEG - ax2_deg + self.P4
         e1, e2 = e1 + scale_error_deg(self.P5, ax1_deg), e2 + scale_error_deg(self.P6, ax2_deg)
