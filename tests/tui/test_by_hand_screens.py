@@ -6,6 +6,7 @@ import pytest
 from procedure_bench import LARGE, SMALL, on_loop, screen_words, settled_text, shows, until
 from test_procedure_goldens import compare, only_dialog
 from textual.pilot import Pilot
+from textual.widgets import Input
 from typed_screens import NOON, displayed, fill, type_in, workstation_by_hand
 
 from solarcal.mount.formula import Coefficients, Offsets
@@ -27,6 +28,7 @@ async def ask_for_an_offset(pilot: Pilot[int]) -> None:
     await shows(pilot, "Set Sun Offset, at the unit")
     await pilot.press("enter")
     await shows(pilot, "Axis 1 came last in sense")
+    await until(pilot, lambda: isinstance(pilot.app.focused, Input))
 
 
 async def ask_for_a_point(pilot: Pilot[int]) -> None:
@@ -35,6 +37,8 @@ async def ask_for_a_point(pilot: Pilot[int]) -> None:
         await shows(pilot, words)
         await pilot.press("y")
     await shows(pilot, "Type what the display shows")
+    # The question's own screen says so too, before the form is there.
+    await until(pilot, lambda: isinstance(pilot.app.focused, Input))
 
 
 @on_loop

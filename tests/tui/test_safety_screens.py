@@ -11,6 +11,7 @@ from procedure_bench import (
     until,
     workstation,
 )
+from textual.widgets import Input
 
 from solarcal.session.journal import Disk, Journal
 from solarcal.session.records import Header
@@ -127,7 +128,7 @@ async def test_a_full_disk_is_said_and_the_workstation_goes_on_when_there_is_roo
     async with workstation(station, SMALL) as (app, pilot):
         disk.full = True
         await pilot.press("n")
-        await shows(pilot, "STOP")
+        await until(pilot, lambda: isinstance(app.focused, Input))
         await pilot.press(*"windy", "enter")
         await shows(pilot, "No space left on device")
         assert station.session.records == ()

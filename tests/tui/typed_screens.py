@@ -3,8 +3,9 @@
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from procedure_bench import plain_start
+from procedure_bench import plain_start, until
 from textual.pilot import Pilot
+from textual.widgets import Input
 
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
 from solarcal.mount_description import MountDescription
@@ -150,8 +151,10 @@ async def workstation_by_hand(
 
 
 async def type_in(pilot: Pilot[int], *values: str) -> None:
-    """Each value key by key, Enter behind it."""
+    """Each value key by key, Enter behind it, once a field takes the keys."""
     for value in values:
+        # A form that was asked for in another thread shows its words before it has the focus.
+        await until(pilot, lambda: isinstance(pilot.app.focused, Input))
         await pilot.press(*value, "enter")
 
 
