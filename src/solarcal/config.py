@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 import msgspec
 import platformdirs
 
+from solarcal.decimals import Six
 from solarcal.errors import ConfigurationError
 from solarcal.input_files import parse_toml, read_utf8
 from solarcal.timescale import parse_utc
@@ -94,7 +95,7 @@ class Choice(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     speed: float | None = None
     replay: str = ""
     session: str = ""
-    last_coefficients: tuple[float, float, float, float, float, float] | None = None
+    last_coefficients: Six | None = None
     """P1..P6 given with the command: they count for an emulated tracker too, a profile's do not."""
     offers_unfinished: bool = False
     """Ask first which of the unit's unfinished sessions to go on with, if there is one."""

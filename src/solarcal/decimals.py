@@ -11,6 +11,9 @@ from collections.abc import Callable
 
 from solarcal.errors import ConfigurationError
 
+Six = tuple[float, float, float, float, float, float]
+"""Of P1..P6."""
+
 _DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _WHOLE = re.compile(r"[+-]?[0-9]+")
 _LONGEST = 64

@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 
 from solarcal.config import config_dir, read_toml, write_toml
-from solarcal.decimals import between, decimal
+from solarcal.decimals import Six, between, decimal
 from solarcal.errors import ConfigurationError
 from solarcal.mount_description import MountDescription
 from solarcal.site import BoltCircle, Inclinometer, Site, Weather
@@ -37,7 +37,7 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True):
     site: Site | None = None
     weather: Weather | None = None
     inclinometer: Inclinometer | None = None
-    last_coefficients: tuple[float, float, float, float, float, float] | None = None
+    last_coefficients: Six | None = None
     """P1..P6 of the calibration before; a fit takes them as known beforehand."""
     bolt_circle: BoltCircle | None = None
     mount: MountDescription | None = None
@@ -68,7 +68,6 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True):
         return ", ".join(parts)
 
 
-Six = tuple[float, float, float, float, float, float]
 _MOST = {"P1": 10.0, "P2": 30.0, "P3": 10.0, "P4": 30.0, "P5": 0.05, "P6": 0.05}
 """What is larger is no tracker's: the limits of "Parameters still unrealistic"."""
 

@@ -11,7 +11,7 @@ from solarcal.report.blocks import section_text
 from solarcal.stopping_rule import DEFAULT_UNMODELLED
 
 if TYPE_CHECKING:
-    from solarcal.mount.formula import Six
+    from solarcal.decimals import Six
     from solarcal.session.interchange import FillIn
     from solarcal.site import BoltCircle
     from solarcal.station.analysing import Judging, RuleChanges, UnitFiles

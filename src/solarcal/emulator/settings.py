@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
+from solarcal.decimals import Six
 from solarcal.errors import ConfigurationError
 from solarcal.input_files import parse_toml
 from solarcal.mount.drive import Drive, parse_drive
@@ -157,7 +158,7 @@ class UnitSettings(msgspec.Struct, frozen=True, kw_only=True):
     latitude_deg: float | None = None
     longitude_deg: float | None = None
     zone_west_h: float | None = None
-    coefficients: tuple[float, float, float, float, float, float] = (0.0,) * 6
+    coefficients: Six = (0.0,) * 6
     offsets: tuple[float, float] = (0.0, 0.0)
     serial: str = "0001"
     target: tuple[float, float, float] | None = None

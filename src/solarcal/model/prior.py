@@ -11,9 +11,10 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from solarcal.decimals import Six
 from solarcal.errors import ConfigurationError
 from solarcal.model.terms import LEAN_PRIOR_DEG, SCALE_PRIOR, ZERO_PRIOR_DEG
-from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Six
+from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients
 from solarcal.units import FloatArray
 
 

@@ -9,15 +9,13 @@ native x and y axes, plus zero offsets and scale errors.
 
 import msgspec
 
+from solarcal.decimals import Six
 from solarcal.errors import ConfigurationError
 from solarcal.mount.geometry import Value, maths_for
 from solarcal.units import RAD_PER_DEG, Angles
 
 COEFFICIENT_NAMES = ("P1", "P2", "P3", "P4", "P5", "P6")
 COEFFICIENT_UNITS = ("deg", "deg", "deg", "deg", "deg/deg", "deg/deg")
-
-Six = tuple[float, float, float, float, float, float]
-"""Of P1..P6."""
 
 # Closer to a pole than this (6e-10 deg) the cotangent is rounding noise.
 _POLE_RAD = 1e-11

@@ -7,11 +7,11 @@ from typing import Unpack
 
 import msgspec
 
+from solarcal.decimals import Six
 from solarcal.errors import ConfigurationError, LinkError, ProcedureRefused, SolarcalError
 from solarcal.model.evidence.branches import branch_warning
 from solarcal.model.fit import Solution
 from solarcal.model.methods import DEFAULT_METHOD
-from solarcal.mount.formula import Six
 from solarcal.session.journal import Journal
 from solarcal.session.records import Closed, Header, UploadRecord
 from solarcal.station.clocks import EmulatedClock

@@ -3,7 +3,8 @@
 from typing import TypedDict
 
 from solarcal import __version__
-from solarcal.mount.formula import Coefficients, Six
+from solarcal.decimals import Six
+from solarcal.mount.formula import Coefficients
 from solarcal.session.records import Header, UnitRecord
 from solarcal.site import BoltCircle, Inclinometer, Site, Weather, standard_pressure_hpa
 from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule
