@@ -5,6 +5,7 @@ from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
+from textual.content import Content
 from textual.widget import Widget
 
 from solarcal.report.session_report import record_line
@@ -18,7 +19,7 @@ from solarcal.tui.dialogs.dialog import Dialog, DialogKey
 from solarcal.tui.messages import Told
 from solarcal.tui.point.opened import PointScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
-from solarcal.tui.widgets.lines import Field, HeadLine, LogLine
+from solarcal.tui.widgets.lines import Field, HeadLine, LogLine, Words
 from solarcal.tui.workstation.lines import TitleLine, verdict_words
 from solarcal.tui.workstation.view import PanesScreen, WorkstationView
 
@@ -50,6 +51,7 @@ class JumpDialog(Dialog):
             self.say(f"There is no point {text!r}.", "warning")
 
 
+VERDICT_ROWS = 2
 TICK_S = 0.1
 SPEEDS = (1.0, 10.0, 60.0, 300.0, 600.0, 1800.0, 3600.0)
 DEFAULT_SPEED = 600.0
@@ -60,6 +62,7 @@ class ReplayScreen(PanesScreen):
 
     DEFAULT_CSS = """
     ReplayScreen #bar, ReplayScreen #verdict { background: $boost; }
+    ReplayScreen #verdict { height: 2; padding: 0 1; text-wrap: nowrap; }
     ReplayScreen.-alone #file, ReplayScreen.-alone #verdict { display: none; }
     """
     AUTO_FOCUS = ""
@@ -94,7 +97,7 @@ class ReplayScreen(PanesScreen):
         yield TitleLine(id="title")
         yield HeadLine(id="file")
         yield HeadLine(id="bar")
-        yield HeadLine(id="verdict")
+        yield Words("", id="verdict", markup=False)
         yield WorkstationView(id="view")
         yield LogLine(id="log")
         yield ActionFooter(
@@ -171,7 +174,8 @@ class ReplayScreen(PanesScreen):
             judged.reason if judged is not None else "",
         )
         width = max(self.app.size.width - 2, 20)
-        self.query_one("#verdict", HeadLine).show([words.fitted(width, 1)[0]])
+        lines = words.fitted(width, VERDICT_ROWS)
+        self.query_one("#verdict", Words).update(Content("\n").join(lines))
         self._show_bar()
 
     @property

@@ -137,7 +137,7 @@ class LogLine(HeadLine):
         tone = worst or ("error" if error else None)
         for severity in SEVERITIES:
             self.set_class(severity == tone, f"-{severity}")
-        # What needs more than a row has it: nothing that is said is cut.
+        # A sentence that needs more than a row has it: none is cut.
         long = len(sentence) >= self.app.size.width - 2 and not self._brief
         self.set_class(tone is None and long, "-long")
         self._shown = None
