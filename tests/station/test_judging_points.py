@@ -11,6 +11,7 @@ from solarcal.errors import ProcedureRefused
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import CheckRecord, PointRecord, Void
 from solarcal.station.analysing import analyse_session
+from solarcal.station.curves import session_plot_data
 from solarcal.station.fitting import solve
 from solarcal.station.guards import GuardRefused
 from solarcal.station.point_judgement import (
@@ -149,7 +150,11 @@ def test_a_point_opened_shows_the_fit_with_and_without_it(taken: SessionView) ->
     assert influence.trouble == ""
     assert influence.solution.values == pytest.approx(with_it.values)
     assert influence.without.values == pytest.approx(without.values)
-    assert influence.residual_deg == (with_it.residual1_deg[-1], with_it.residual2_deg[-1])
+    # One residual on all panes: the plot's, and the table's.
+    plotted = session_plot_data(taken.header, taken.accepted, with_it).points
+    assert influence.residual_deg == pytest.approx(
+        (plotted.residual1_deg[-1], plotted.residual2_deg[-1]), abs=1e-12
+    )
     off = [axis.off_deg for axis in influence.judged.axes]
     weight = math.sin(math.radians(last.ideal_deg[1]))
     left = math.hypot(weight * influence.residual_deg[0], influence.residual_deg[1])

@@ -133,7 +133,8 @@ class PointInfluence:
     solution, without : the fit with all accepted points and without this one, ``None`` where the
         points are too few.
     forecast, forecast_without : the year with and without it.
-    residual_deg : error minus model of all points, axis degrees, ``None`` where it is not fitted.
+    residual_deg : error minus what the coefficients fitted to all points correct, axis degrees,
+        ``None`` where the point is not fitted.
     judged : the point against the fit of the OTHERS, in sigmas.
     leverage : share of an error of this point that the fit would follow, 0 to 1.
     trouble : why something is missing, in a sentence.
@@ -164,9 +165,15 @@ def point_influence(session: SessionView, point: PointRecord) -> PointInfluence:
     except SolarcalError as error:
         return PointInfluence(point, None, None, None, None, None, None, None, str(error))
     residual = None
-    if solution is not None and point.seq in solution.labels:
-        at = solution.labels.index(point.seq)
-        residual = (float(solution.residual1_deg[at]), float(solution.residual2_deg[at]))
+    if (
+        solution is not None
+        and point.seq in solution.labels
+        and point.error_deg is not None
+        and point.ideal_deg is not None
+    ):
+        # As table and plot show it, and as the point is compared with the fit of the others.
+        e1, e2 = solution.predict_deg(*map(np.asarray, point.ideal_deg))
+        residual = (point.error_deg[0] - float(e1), point.error_deg[1] - float(e2))
     return PointInfluence(
         point=point,
         solution=solution,
