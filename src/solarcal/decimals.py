@@ -11,6 +11,9 @@ from collections.abc import Callable
 
 from solarcal.errors import ConfigurationError
 
+Pair = tuple[float, float]
+"""Of axis 1 and axis 2."""
+
 Six = tuple[float, float, float, float, float, float]
 """Of P1..P6."""
 

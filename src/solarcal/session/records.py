@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import msgspec
 
+from solarcal.decimals import Pair
 from solarcal.mount.drive import Drive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import Limits
@@ -24,7 +25,6 @@ IMPORTED_MODEL = "imported"
 """Firmware name of a unit without a connection: its display was read, and typed."""
 
 PointStatus = Literal["accepted", "aborted", "rejected"]
-Pair = tuple[float, float]
 
 
 class UnitRecord(msgspec.Struct, frozen=True, kw_only=True):

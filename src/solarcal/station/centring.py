@@ -90,7 +90,7 @@ class SunCentring:
             target1, target2 = (
                 reading + error + move - (0.0 if late_s <= CATCH_UP_S else sense * BEHIND_DEG)
                 for reading, error, move, late_s, sense in zip(
-                    (status.reading1_deg, status.reading2_deg),
+                    status.reading_deg,
                     errors,
                     moves,
                     past_s,

@@ -8,6 +8,7 @@ still on the plate but for what the technician does to it, and every renewal com
 import math
 from dataclasses import dataclass, replace
 
+from solarcal.decimals import Pair
 from solarcal.errors import ProcedureRefused, SolarcalError
 from solarcal.session.records import SunOffset
 from solarcal.site import Site
@@ -34,7 +35,6 @@ SETTING_LEAD_S = 2.0
 SETTLE_TRIES = 30
 STILL_DEG = 1e-6
 
-Pair = tuple[float, float]
 STOPPED = (Mode.STOP, Mode.STOW, Mode.FAULT, Mode.REF)
 
 
@@ -55,11 +55,11 @@ class ApproachWatch:
             math.inf if approach == sense else 0.0
             for approach, sense in zip(status.approach, senses, strict=True)
         ]
-        return cls((status.reading1_deg, status.reading2_deg), (trusted[0], trusted[1]))
+        return cls(status.reading_deg, (trusted[0], trusted[1]))
 
     def seen(self, status: Status, senses: tuple[int, int]) -> "ApproachWatch":
         """The watch after one more look at the axes."""
-        reading = (status.reading1_deg, status.reading2_deg)
+        reading = status.reading_deg
         forward = [0.0, 0.0]
         for axis in (0, 1):
             along = (reading[axis] - self.reading_deg[axis]) * senses[axis]
@@ -85,7 +85,7 @@ class Aim:
         self, status: Status, rates: Pair, senses: tuple[int, int], lead_s: float
     ) -> Pair:
         """The absolute read-outs to send."""
-        ideal = (status.ideal1_deg, status.ideal2_deg)
+        ideal = status.ideal_deg
         targets = [
             self.wanted_deg[axis]
             + (ideal[axis] + rates[axis] * lead_s if self.follows else 0.0)
@@ -286,10 +286,10 @@ class SunOffsetJog:
                 f"the unit is in mode {status.mode} and is not jogged out of it; "
                 "set it to track first"
             )
-        reading = (status.reading1_deg, status.reading2_deg)
+        reading = status.reading_deg
         if not self.follows:
             return Aim(reading, False)
-        ideal = (status.ideal1_deg, status.ideal2_deg)
+        ideal = status.ideal_deg
         return Aim((reading[0] - ideal[0], reading[1] - ideal[1]), True)
 
     def _came_behind(self, aim: Aim, status: Status, rates: Pair, senses: tuple[int, int]) -> Aim:
@@ -297,7 +297,7 @@ class SunOffsetJog:
         if not any(aim.behind) or status.moving != (0, 0):
             return aim
         target = aim.target_deg(status, rates, senses, 0.0)
-        reading = (status.reading1_deg, status.reading2_deg)
+        reading = status.reading_deg
         there = all(
             (target[axis] - reading[axis]) * senses[axis] > -0.25 * BEHIND_DEG
             for axis in (0, 1)

@@ -10,6 +10,7 @@ from functools import cached_property
 
 import msgspec
 
+from solarcal.decimals import Pair
 from solarcal.errors import ProcedureRefused
 from solarcal.mount.controller import commanded_error_deg
 from solarcal.session.records import Answers, PointRecord
@@ -31,8 +32,6 @@ from solarcal.units import wrap_deg
 
 WATCH_S = 60.0
 RATE_OVER_S = 30.0
-
-Pair = tuple[float, float]
 
 
 class MoonPlace:
@@ -164,8 +163,8 @@ class MoonFollower(SensorFollower):
     def _candidate(self, status: Status, utc_s: float) -> PointRecord:
         """The point these read-outs at rest make."""
         session = self._station.session
-        ideal = (status.ideal1_deg, status.ideal2_deg)
-        reading = (status.reading1_deg, status.reading2_deg)
+        ideal = status.ideal_deg
+        reading = status.reading_deg
         return PointRecord(
             seq=-1,
             utc="",

@@ -165,8 +165,8 @@ class Station(StationCore):
             lambda seq, utc: SunOffset(
                 seq=seq,
                 utc=utc,
-                ideal_deg=(status.ideal1_deg, status.ideal2_deg),
-                reading_deg=(status.reading1_deg, status.reading2_deg),
+                ideal_deg=status.ideal_deg,
+                reading_deg=status.reading_deg,
                 counts=(status.counts1, status.counts2),
                 offsets=status.offsets,
                 coefficients=in_force,

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solarcal.decimals import Pair
 from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.geometry import MountGeometry
 from solarcal.optics.aiming import Heliostat
@@ -23,8 +24,6 @@ SUN_STANDS_DEG_PER_S = 2e-5
 """Slower than this the Sun has no side to come from (an axis at its turning point)."""
 
 RATE_OVER_S = 30.0
-
-Pair = tuple[float, float]
 
 
 def sun_moves_deg(

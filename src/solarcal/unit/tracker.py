@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 import msgspec
 
+from solarcal.decimals import Pair
 from solarcal.mount.drive import Drive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import Limits
@@ -158,6 +159,16 @@ class Status(msgspec.Struct, frozen=True):
     unlocked_s: float
     memories_differ: bool = False
     typed_utc_s: float | None = None
+
+    @property
+    def ideal_deg(self) -> Pair:
+        """Ideal AX1, AX2 as the unit computed them."""
+        return self.ideal1_deg, self.ideal2_deg
+
+    @property
+    def reading_deg(self) -> Pair:
+        """Where the axes stood."""
+        return self.reading1_deg, self.reading2_deg
 
 
 class RefCheckResult(msgspec.Struct, frozen=True):

@@ -6,6 +6,7 @@ formula and the offsets of the controller it lacks: ``reading = ideal + E(ideal;
 
 import msgspec
 
+from solarcal.decimals import Pair
 from solarcal.errors import ConfigurationError, UnitRefused
 from solarcal.mount.controller import ControllerModel, ideal_and_elevation_deg, ideal_axes_deg
 from solarcal.mount.formula import Coefficients, Offsets
@@ -28,8 +29,6 @@ TURNS = (0, 1, -1, 2, -2)
 """In the order they are tried: azimuths of the plain turn first."""
 
 _TOUCHING_DEG = 1e-6
-
-Pair = tuple[float, float]
 
 
 class AzElAxes:

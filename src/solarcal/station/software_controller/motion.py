@@ -9,6 +9,7 @@ import weakref
 from collections.abc import Callable
 from typing import Protocol
 
+from solarcal.decimals import Pair
 from solarcal.mount.limits import Limits
 from solarcal.timescale import SystemClock
 
@@ -17,7 +18,6 @@ AHEAD_S = 30.0
 
 SOONEST_S, LATEST_S = 0.25, 20.0
 
-Pair = tuple[float, float]
 Targets = Callable[[float], Pair]
 
 

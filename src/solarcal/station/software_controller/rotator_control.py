@@ -9,6 +9,7 @@ import threading
 from dataclasses import dataclass
 from typing import Final
 
+from solarcal.decimals import Pair
 from solarcal.errors import ProcedureRefused, UnitRefused
 from solarcal.mount.drive import Drive, register
 from solarcal.station.software_controller.controller_model import AzElAxes, SoftwareControllerModel
@@ -25,7 +26,6 @@ THERE_DEG: Final = 1.0
 """A reference check that ends farther from the reference position than this did not get there."""
 
 NEVER_S: Final = float("inf")
-Pair = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
+from solarcal.decimals import Pair
 from solarcal.station.typed.forms import Doubt, number
 
-Pair = tuple[float, float]
 Texts = Mapping[str, str]
 
 NAMED_AT_MOST = 2

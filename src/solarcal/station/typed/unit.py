@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
+from solarcal.decimals import Pair
 from solarcal.errors import ProcedureRefused
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Offsets
 from solarcal.mount_description import MountDescription
@@ -15,7 +16,7 @@ from solarcal.session.records import TYPED_FIRMWARE
 from solarcal.site import Site
 from solarcal.station.described_unit import unit_parameters, unit_site
 from solarcal.station.typed import entry_forms
-from solarcal.station.typed.controller_model import Pair, TypedControllerModel
+from solarcal.station.typed.controller_model import TypedControllerModel
 from solarcal.station.typed.forms import (
     Display,
     DisplayForm,

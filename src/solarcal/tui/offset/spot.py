@@ -158,8 +158,8 @@ class SpotCalculator(Vertical):
 def jog_table(view: JogView, *, follows: bool, words: str) -> Content:
     """Both axes side by side, in 42 columns."""
     status = view.status
-    readings = (status.reading1_deg, status.reading2_deg)
-    ideals = (status.ideal1_deg, status.ideal2_deg)
+    readings = status.reading_deg
+    ideals = status.ideal_deg
     rows: list[str | tuple[str, str]] = [f"{'':10}{'axis 1':>15}{'axis 2':>15}\n"]
 
     def row(name: str, cells: tuple[str, str], style: str = "") -> None:

@@ -177,7 +177,7 @@ def _axes(header: Header, status: Status) -> list[list[Part]]:
                 _motion(status.moving[1], status.approach[1]),
             ),
         ),
-        *_limit_bars(header, (status.reading1_deg, status.reading2_deg)),
+        *_limit_bars(header, status.reading_deg),
         [
             f"{'mode':8} ",
             (f"{status.mode:7}", "bold"),
