@@ -7,6 +7,7 @@ Time is injected: whoever needs it is handed a ``Clock``. This module and the li
 places that ask the operating system for the time or wait.
 """
 
+import math
 import threading
 import time
 from collections.abc import Sequence
@@ -39,15 +40,21 @@ def parse_utc(text: str) -> float:
     return instant.timestamp()
 
 
-def parse_many_utc(texts: Sequence[str]) -> list[float] | None:
-    """``parse_utc`` of each, fast; None where each text has to be read alone."""
+def parse_many_utc(texts: Sequence[str | None]) -> list[float]:
+    """``parse_utc`` of each, fast where all are written alike; NaN for None.
+
+    Raises
+    ------
+    ConfigurationError
+        The first text that is not an instant.
+    """
     try:
-        instants = list(map(datetime.fromisoformat, texts))
+        instants = list(map(datetime.fromisoformat, texts))  # type: ignore[arg-type]
         # Instants with and without an offset cannot be subtracted from one another.
         epoch = _EPOCH if instants and instants[0].tzinfo else _EPOCH.replace(tzinfo=None)
         return [(instant - epoch).total_seconds() for instant in instants]
     except (ValueError, TypeError):
-        return None
+        return [math.nan if text is None else parse_utc(text) for text in texts]
 
 
 def format_utc(utc_s: float, decimals: int = 3) -> str:

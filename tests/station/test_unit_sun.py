@@ -6,30 +6,23 @@ import pytest
 
 from solarcal.model.evidence.unit_state import check_unit_settings, check_unit_sun
 from solarcal.mount.controller import ideal_axes_deg
-from solarcal.mount.formula import Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.site import Site
 from solarcal.station.sun_path import solar_time_from_direction_h
 from solarcal.timescale import parse_utc
-from solarcal.unit.tracker import Mode, Status, UnitSite
+from solarcal.unit.tracker import UnitSite
 
 SITE = Site(35.05, -106.48, 1830.0)
 UNIT = UnitSite(SITE, 7.0, "azel")
 NOW = parse_utc("2026-06-21T16:00:00Z")
 
 
-def status_of(site: Site, computed_for_utc_s: float, told_utc_s: float = NOW) -> Status:
-    ax1, ax2 = ideal_axes_deg(MountGeometry("azel", site.latitude_deg), site, computed_for_utc_s)
-    return Status(
-        mode=Mode.TRACK, unit_utc_s=told_utc_s, ideal1_deg=ax1, ideal2_deg=ax2,
-        reading1_deg=ax1, reading2_deg=ax2, counts1=0, counts2=0, target1_deg=ax1,
-        target2_deg=ax2, offsets=Offsets(), moving=(0, 0), approach=(1, 1), update_phase=0.0,
-        referenced=True, unlocked_s=0.0,
-    )  # fmt: skip
+def shown_by(site: Site, computed_for_utc_s: float) -> tuple[float, float]:
+    return ideal_axes_deg(MountGeometry("azel", site.latitude_deg), site, computed_for_utc_s)
 
 
 def test_a_right_unit_agrees():
-    assert check_unit_sun(UNIT, SITE, status_of(SITE, NOW), NOW).agrees
+    assert check_unit_sun(UNIT, SITE, NOW, shown_by(SITE, NOW), NOW).agrees
 
 
 @pytest.mark.parametrize(
@@ -43,7 +36,7 @@ def test_a_right_unit_agrees():
     ],
 )
 def test_what_is_wrong_is_named(site, utc_s, words):
-    check = check_unit_sun(UNIT, SITE, status_of(site, utc_s), NOW)
+    check = check_unit_sun(UNIT, SITE, NOW, shown_by(site, utc_s), NOW)
     assert not check.agrees
     assert words in check.explanation
 

@@ -5,17 +5,18 @@ Angles are degrees in the mount's native frame, AX1 on the branch; ``err = readi
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from solarcal.decimals import Pair
 from solarcal.errors import InputFileError
 from solarcal.optics.aiming import Heliostat
 from solarcal.session.reader import Session, points
 from solarcal.session.records import Header, PointRecord
 from solarcal.site import Site
-from solarcal.timescale import parse_utc
+from solarcal.timescale import parse_many_utc
 from solarcal.units import FloatArray
 
 Column: TypeAlias = FloatArray | tuple[Any, ...] | None
@@ -154,6 +155,7 @@ def table_of_points(
     accepted = np.array([p.status == "accepted" for p in found], dtype=bool)
     ideal = np.array([_pair(p.ideal_deg) for p in found]).reshape(-1, 2)
     error = np.array([_pair(p.error_deg) for p in found]).reshape(-1, 2)
+    stamps = np.array(stamps_utc_s(header, found))
     return PointTable(
         geometry=header.geometry,
         latitude_deg=None if "latitude" in header.unknown else header.site.latitude_deg,
@@ -162,7 +164,8 @@ def table_of_points(
         unit=unit_name(header),
         ax1_centre_deg=header.ax1_centre_deg,
         ideal=ideal_kind(header),
-        utc_s=_column([_instant(p, header) for p in found]),
+        # What compares instants and angles would compare the Moon's with the Sun's.
+        utc_s=np.full(len(found), np.nan) if header.target == "moon" else stamps,
         ax1_deg=ideal[:, 0],
         ax2_deg=ideal[:, 1],
         err1_deg=error[:, 0],
@@ -174,13 +177,29 @@ def table_of_points(
         sources=(source,) * len(found),
         warnings=warnings,
         heliostat=header.unit.heliostat,
-        stamp_utc_s=_column([_stamp(p, header) for p in found])
-        if header.target == "moon"
-        else None,
+        stamp_utc_s=stamps if header.target == "moon" else None,
         **{
             name: given_numbers(_column([getattr(p, name) for p in found]), accepted)
             for name in NUMBERS
         },
+    )
+
+
+class _Stamped(Protocol):
+    @property
+    def utc(self) -> str: ...
+    @property
+    def read_utc(self) -> str | None: ...
+    @property
+    def ideal_deg(self) -> Pair | None: ...
+
+
+def stamps_utc_s(header: Header, found: Sequence[_Stamped]) -> list[float]:
+    """When the angles of each point record were read; NaN for an attempt without angles, and for
+    points of an import, whose time is the import's."""
+    imported = header.unit.imported
+    return parse_many_utc(
+        [p.read_utc or (None if imported or p.ideal_deg is None else p.utc) for p in found]
     )
 
 
@@ -275,22 +294,6 @@ def ideal_kind(header: Header) -> str:
     if header.sun_model in IDEALS:
         return header.sun_model
     return "solartrak" if header.sun_model.startswith("solartrak") else "airless"
-
-
-def _instant(point: PointRecord, header: Header) -> float | None:
-    if header.target == "moon":
-        # What compares instants and angles compares them with the Sun.
-        return None
-    return _stamp(point, header)
-
-
-def _stamp(point: PointRecord, header: Header) -> float | None:
-    if point.read_utc is not None:
-        return parse_utc(point.read_utc)
-    # The time of an import says nothing about when its points were taken.
-    if point.ideal_deg is None or header.unit.imported:
-        return None
-    return parse_utc(point.utc)
 
 
 def _pair(pair: tuple[float, float] | None) -> tuple[float, float]:

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import msgspec
 
+from solarcal.decimals import Pair
 from solarcal.errors import ConfigurationError, SessionFileError
 from solarcal.input_files import read_bytes
 from solarcal.session.lines import damaged_lines, decode_record
-from solarcal.session.points import ideal_kind
-from solarcal.session.records import FORMAT_VERSION, Header, Pair, PointStatus
-from solarcal.timescale import parse_utc
+from solarcal.session.points import ideal_kind, stamps_utc_s
+from solarcal.session.records import FORMAT_VERSION, Header, PointStatus
 
 _WANTED = (b'"point"', b'"void"')
 
@@ -119,17 +119,8 @@ def _points_of(content: bytes) -> PointsOnly:
         header=header,
         ideal=ideal_kind(header),
         labels=[p.seq for p in live],
-        utc_s=[_instant(p, header) for p in live],
+        utc_s=[float("nan")] * len(live) if header.target == "moon" else stamps_utc_s(header, live),
         ideal_deg=ideal,
         error_deg=error,
         sigma_deg=sigma if sigma and len(sigma) == len(live) else None,
     )
-
-
-def _instant(point: _Point, header: Header) -> float:
-    if header.target == "moon":
-        return float("nan")
-    if point.read_utc is not None:
-        return parse_utc(point.read_utc)
-    # The time of an import says nothing about when its points were taken.
-    return float("nan") if header.unit.imported else parse_utc(point.utc)

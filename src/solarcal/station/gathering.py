@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from solarcal.decimals import Pair
 from solarcal.errors import ProcedureRefused
 from solarcal.model.evidence.read_outs import OFFSET_TOLERANCE_DEG, offset_disagreements
 from solarcal.model.evidence.unit_state import check_unit_sun
@@ -32,7 +33,6 @@ from solarcal.unit.tracker import Status, TypedDisplay
 if TYPE_CHECKING:
     from solarcal.station.core import StationCore
 
-Pair = tuple[float, float]
 
 READINGS = 5
 MOST_ERROR_DEG = 180.0
@@ -87,7 +87,14 @@ def gather(station: "StationCore", progress: Callable[[float], None] | None = No
         )
     if station.unit_site is None:
         raise ProcedureRefused("the unit has not reported its site; connect again")
-    sun = check_unit_sun(station.unit_site, station.session.header.site, statuses[-1], times[-1])
+    last = statuses[-1]
+    sun = check_unit_sun(
+        station.unit_site,
+        station.session.header.site,
+        last.unit_utc_s,
+        last.ideal_deg,
+        times[-1],
+    )
     if not sun.agrees:
         raise ProcedureRefused(
             f"the unit's Sun is {sun.difference_deg:.3f} deg from ours for the clock and site it "
@@ -142,8 +149,8 @@ def point_candidate(
             error = _commanded(ideal, basis.offsets, coefficients)
     else:
         read_utc = format_utc(laptop_utc_s)
-        ideal = (last.ideal1_deg, last.ideal2_deg)
-        reading = (last.reading1_deg, last.reading2_deg)
+        ideal = last.ideal_deg
+        reading = last.reading_deg
         counts = (last.counts1, last.counts2)
         approach, coefficients = last.approach, in_force
         error = (round(reading[0] - ideal[0], 6), round(reading[1] - ideal[1], 6))
@@ -266,7 +273,7 @@ def check_candidate(
     """
     last = gathered.statuses[-1]
     basis, why = _standing(session, last, gathered.laptop_utc_s[-1])
-    ideal = basis.ideal_deg if basis else (last.ideal1_deg, last.ideal2_deg)
+    ideal = basis.ideal_deg if basis else last.ideal_deg
     offsets = basis.offsets if basis else last.offsets
     left = (offsets.O1, offsets.O2)
     sky = float(np.hypot(left[0] * np.sin(np.radians(ideal[1])), left[1]))

@@ -50,7 +50,9 @@ def test_read_outs_are_the_rotators_own_and_counts_their_nominal_ones():
 def test_its_sun_is_a_solartraks():
     bench = RotatorBench()
     status = bench.open().status()
-    sun = check_unit_sun(bench.tracker.site(), bench.tracker.site().site, status, status.unit_utc_s)
+    unit, utc_s = bench.tracker.site(), status.unit_utc_s
+    ideal_deg = (status.ideal1_deg, status.ideal2_deg)
+    sun = check_unit_sun(unit, unit.site, utc_s, ideal_deg, utc_s)
     assert sun.agrees
 
 

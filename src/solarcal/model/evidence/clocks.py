@@ -8,7 +8,7 @@ import numpy as np
 from solarcal.model.finding import Finding
 from solarcal.session.view import SessionView
 from solarcal.stopping_rule import SYNCHRONISED_S
-from solarcal.timescale import SECONDS_PER_DAY, SECONDS_PER_SUN_DEG, parse_utc
+from solarcal.timescale import SECONDS_PER_DAY, SECONDS_PER_SUN_DEG, parse_many_utc, parse_utc
 from solarcal.units import FloatArray
 
 CLOCK_SCATTER_S = 0.05
@@ -246,7 +246,7 @@ def clock_evidence(session: SessionView) -> tuple[Finding, ...]:
     """The unit's clock at the points and settings of a session."""
     timed = [p for p in session.accepted if p.unit_minus_laptop_s is not None]
     return clock_findings(
-        [parse_utc(p.utc) for p in timed],
+        parse_many_utc([p.utc for p in timed]),
         [p.unit_minus_laptop_s for p in timed if p.unit_minus_laptop_s is not None],
         [ClockSetting(parse_utc(c.utc), c.before_s, c.after_s) for c in session.clock_sets],
         [p.seq for p in timed],

@@ -88,10 +88,12 @@ def offset_disagreements(unit: UnitRecord, point: PointRecord) -> tuple[str, ...
 def offset_evidence(session: SessionView) -> tuple[Finding, ...]:
     """Accepted points whose O contradicts their read-outs, or whose error is neither."""
     unit = session.header.unit
+    if unit.typed:
+        return ()
     found = []
     for point in session.accepted:
         said = list(offset_disagreements(unit, point))
-        if point.reading_deg and point.ideal_deg and point.error_deg and not unit.typed:
+        if point.reading_deg and point.ideal_deg and point.error_deg:
             for axis in (0, 1):
                 read = point.reading_deg[axis] - point.ideal_deg[axis]
                 read -= 360.0 * round(read / 360.0)

@@ -8,16 +8,20 @@ disagreement is a wrong setting, and the one that explains it is searched for an
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
+from solarcal.decimals import Pair
 from solarcal.model.evidence.clocks import CLOCK_TOLERANCE_S
 from solarcal.model.finding import Finding
-from solarcal.mount.controller import ideal_axes_deg
+from solarcal.mount.controller import ideal_and_elevation_deg
 from solarcal.mount.formula import COEFFICIENT_NAMES
-from solarcal.mount.geometry import MountGeometry
+from solarcal.mount.geometry import MountGeometry, Value
 from solarcal.session.records import PointRecord
 from solarcal.session.view import SessionView
 from solarcal.site import Site
-from solarcal.timescale import SECONDS_PER_DAY, SECONDS_PER_SUN_DEG, parse_utc
-from solarcal.unit.tracker import Mode, Status, UnitSite
+from solarcal.timescale import SECONDS_PER_DAY, SECONDS_PER_SUN_DEG, parse_many_utc
+from solarcal.unit.tracker import UnitSite
+from solarcal.units import Angles
 
 AGREEMENT_DEG = 0.002
 """The wire carries milliseconds and 1e-5 deg; anything above this is another Sun."""
@@ -44,14 +48,21 @@ class UnitSunCheck:
         return self.difference_deg <= AGREEMENT_DEG
 
 
-def _geometry(unit_site: UnitSite, latitude_deg: float) -> MountGeometry:
-    return MountGeometry(unit_site.geometry, latitude_deg, unit_site.ax1_centre_deg)
+def sun_difference_deg(
+    unit_site: UnitSite,
+    ideal_deg: tuple[Value, Value],
+    utc_s: Angles,
+    site: Site | None = None,
+) -> Angles:
+    """Ideal angles from those of the unit's own Sun at its site (or another), degrees on sky.
 
-
-def _difference_deg(unit_site: UnitSite, site: Site, utc_s: float, status: Status) -> float:
-    geometry = _geometry(unit_site, site.latitude_deg)
-    ax1, ax2 = ideal_axes_deg(geometry, site, utc_s, unit_site.heliostat)
-    return float(geometry.sky_separation_deg(status.ideal1_deg, status.ideal2_deg, ax1, ax2))
+    ``ideal_deg`` and ``utc_s`` are floats or arrays (n,) that broadcast together, as is the answer.
+    """
+    site = site or unit_site.site
+    geometry = MountGeometry(unit_site.geometry, site.latitude_deg, unit_site.ax1_centre_deg)
+    ax1, ax2, _ = ideal_and_elevation_deg(geometry, site, utc_s, unit_site.heliostat)
+    off_deg: Angles = geometry.sky_separation_deg(*ideal_deg, ax1, ax2)
+    return off_deg
 
 
 def _hypotheses(
@@ -83,15 +94,19 @@ def _hypotheses(
 
 
 def check_unit_sun(
-    unit_site: UnitSite, ours: Site, status: Status, laptop_utc_s: float
+    unit_site: UnitSite,
+    ours: Site,
+    unit_utc_s: float,
+    ideal_deg: tuple[float, float],
+    laptop_utc_s: float,
 ) -> UnitSunCheck:
-    """Compare the unit's ideal angles with ours for the clock, site and zone it reports."""
-    told = unit_site.site
-    difference = _difference_deg(unit_site, told, status.unit_utc_s, status)
+    """Compare the ideal angles a unit showed at its own ``unit_utc_s`` with ours for that instant
+    and for the site and zone it reports."""
+    difference = sun_difference_deg(unit_site, ideal_deg, unit_utc_s)
     if difference <= AGREEMENT_DEG:
         return UnitSunCheck(difference, "the unit's Sun is ours")
-    for words, site, utc_s in _hypotheses(told, ours, status.unit_utc_s, laptop_utc_s):
-        if _difference_deg(unit_site, site, utc_s, status) <= MATCH_DEG:
+    for words, site, utc_s in _hypotheses(unit_site.site, ours, unit_utc_s, laptop_utc_s):
+        if sun_difference_deg(unit_site, ideal_deg, utc_s, site) <= MATCH_DEG:
             return UnitSunCheck(difference, f"the unit computes as if {words}")
     return UnitSunCheck(
         difference,
@@ -190,20 +205,17 @@ def unit_evidence(session: SessionView) -> list[Finding]:
     ]
     if header.sun_model != "solartrak":
         return said
+    told_unit = UnitSite(
+        told,
+        header.unit.zone_west_h,
+        header.geometry,
+        header.ax1_centre_deg,
+        header.unit.heliostat,
+    )
     strange: dict[str, list[tuple[int, float]]] = {}
-    for point in session.accepted:
-        status = _status_at(point)
-        if status is not None and point.read_utc is not None:
-            told_site = UnitSite(
-                told,
-                header.unit.zone_west_h,
-                header.geometry,
-                header.ax1_centre_deg,
-                header.unit.heliostat,
-            )
-            sun = check_unit_sun(told_site, ours, status, parse_utc(point.read_utc))
-            if sun.difference_deg > SUN_AGREEMENT_DEG:
-                strange.setdefault(sun.explanation, []).append((point.seq, sun.difference_deg))
+    for point, read_utc_s, unit_utc_s, ideal_deg in _strange_suns(session, told_unit):
+        sun = check_unit_sun(told_unit, ours, unit_utc_s, ideal_deg, read_utc_s)
+        strange.setdefault(sun.explanation, []).append((point.seq, sun.difference_deg))
     for words, points in strange.items():
         worst = max(off for _, off in points)
         said.append(
@@ -220,32 +232,29 @@ def unit_evidence(session: SessionView) -> list[Finding]:
     return said
 
 
-def _status_at(point: PointRecord) -> Status | None:
-    """What the unit said when a point's angles were read, as far as the point has stored it."""
-    if (
-        point.unit_minus_laptop_s is None
-        or point.read_utc is None
-        or point.ideal_deg is None
-        or point.reading_deg is None
-        or point.counts is None
-        or point.offsets is None
-    ):
-        return None
-    return Status(
-        mode=Mode.TRACK,
-        unit_utc_s=parse_utc(point.read_utc) + point.unit_minus_laptop_s,
-        ideal1_deg=point.ideal_deg[0],
-        ideal2_deg=point.ideal_deg[1],
-        reading1_deg=point.reading_deg[0],
-        reading2_deg=point.reading_deg[1],
-        counts1=point.counts[0],
-        counts2=point.counts[1],
-        target1_deg=point.reading_deg[0],
-        target2_deg=point.reading_deg[1],
-        offsets=point.offsets,
-        moving=(0, 0),
-        approach=point.approach or (0, 0),
-        update_phase=0.0,
-        referenced=True,
-        unlocked_s=0.0,
-    )
+def _strange_suns(
+    session: SessionView, told: UnitSite
+) -> Iterator[tuple[PointRecord, float, float, Pair]]:
+    """Points where the unit's Sun was not ours: laptop's and unit's instant, ideal angles.
+
+    A point on the Moon has no offsets, and one read off a display in degrees no counts: its angles
+    were compared when they were typed, with the time that takes.
+    """
+    seen = [
+        (point, point.unit_minus_laptop_s, point.ideal_deg)
+        for point in session.accepted
+        if point.unit_minus_laptop_s is not None
+        and point.read_utc is not None
+        and point.ideal_deg is not None
+        and point.counts is not None
+        and point.offsets is not None
+    ]
+    if not seen:
+        return
+    read_utc_s = np.array(parse_many_utc([point.read_utc for point, _, _ in seen]))
+    unit_utc_s = read_utc_s + np.array([ahead_s for _, ahead_s, _ in seen])
+    ideal1_deg, ideal2_deg = np.array([ideal for _, _, ideal in seen]).T
+    off_deg = sun_difference_deg(told, (ideal1_deg, ideal2_deg), unit_utc_s)
+    for index in np.flatnonzero(off_deg > SUN_AGREEMENT_DEG).tolist():
+        point, _, ideal_deg = seen[index]
+        yield point, float(read_utc_s[index]), float(unit_utc_s[index]), ideal_deg

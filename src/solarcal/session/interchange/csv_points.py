@@ -207,7 +207,10 @@ class Sheet:
                 raise ValueError(f"is not between 1900-01-01 and 2200-12-31; {cure}")
             return utc_s
 
-        values = np.array(parse_many_utc(self.column(name)) or [np.nan])
+        try:
+            values = np.array(parse_many_utc(self.column(name)))
+        except ConfigurationError:
+            values = np.array([np.nan])
         if not np.all((values >= _EARLIEST_UTC_S) & (values < _LATEST_UTC_S)):
             values = np.array(self.convert(name, instant), dtype=np.float64)
         for row in np.flatnonzero(np.isnan(values) & ~may_lack)[:1]:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from solarcal.decimals import Pair
 from solarcal.mount.controller import ControllerModel, ideal_axes_deg
 from solarcal.mount.drive import reading_deg, register
 from solarcal.mount.formula import Coefficients, Offsets
@@ -10,9 +11,7 @@ from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.station.typed.forms import Values
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.unit.tracker import UnitParameters, UnitSite
-from solarcal.units import wrap_deg
-
-Pair = tuple[float, float]
+from solarcal.units import Angles, wrap_deg
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +38,8 @@ class TypedControllerModel:
         told = self.unit_site
         return MountGeometry(told.geometry, told.site.latitude_deg, told.ax1_centre_deg)
 
-    def unit_utc_s(self, laptop_utc_s: float) -> float:
-        """What the unit's clock makes of an instant, as UTC."""
+    def unit_utc_s(self, laptop_utc_s: Angles) -> Angles:
+        """What the unit's clock makes of an instant (or of several), as UTC."""
         return laptop_utc_s + self.unit_minus_laptop_s
 
     def unit_day_s(self, laptop_utc_s: float) -> float:

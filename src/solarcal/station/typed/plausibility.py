@@ -5,14 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 
+from solarcal.decimals import Pair
 from solarcal.errors import ConfigurationError
-from solarcal.model.evidence.unit_state import AGREEMENT_DEG, check_unit_sun
+from solarcal.model.evidence.unit_state import (
+    AGREEMENT_DEG,
+    check_unit_sun,
+    sun_difference_deg,
+)
 from solarcal.mount.formula import Offsets
-from solarcal.station.typed.controller_model import Pair, TypedControllerModel
+from solarcal.station.typed.controller_model import TypedControllerModel
 from solarcal.station.typed.forms import Doubt, decimals, number, plain_text, time_of_day_s
 from solarcal.station.typed.typo_hints import Fit, difference_named, reading_doubts
 from solarcal.timescale import SECONDS_PER_SUN_DEG
-from solarcal.unit.tracker import Mode, Status
 from solarcal.units import wrap_deg
 
 READ_LAG_S = 15.0
@@ -193,55 +197,25 @@ def _sun_doubts(held: TypedControllerModel, texts: Texts, read_utc_s: float) -> 
     slack_s = CLOCK_READ_S if texts.get("time") else READ_LAG_S
     half_digit = 0.5 * 10.0 ** -min(decimals(texts["sun1"]), decimals(texts["sun2"]))
     allowed_deg = AGREEMENT_DEG + np.hypot(half_digit, half_digit)
-    checks = [
-        (
-            check_unit_sun(
-                held.unit_site,
-                held.unit_site.site,
-                _status_with_sun(held, (shown[0], shown[1]), moment_s + shift_s),
-                moment_s,
-            ),
-            shift_s,
-        )
-        for shift_s in (0.0, *_slack_steps(slack_s))
-    ]
-    # The Sun they show moved on between the look and the key: any moment within it will do.
-    if min(check.difference_deg for check, _ in checks) <= allowed_deg:
+    # The Sun they show moved on between the look and the key: any moment within it will do, at
+    # steps so close that none moves it by a milli-degree.
+    moments_s = moment_s + np.arange(-slack_s, slack_s + 0.25, 0.25)
+    off_deg = sun_difference_deg(held.unit_site, (shown[0], shown[1]), held.unit_utc_s(moments_s))
+    if off_deg.min() <= allowed_deg:
         return []
-    check = checks[0][0]
+    check = check_unit_sun(
+        held.unit_site,
+        held.unit_site.site,
+        held.unit_utc_s(moment_s),
+        (shown[0], shown[1]),
+        moment_s,
+    )
     return [
         Doubt(
             f"The Sun angles are {check.difference_deg:.3f} deg from ours: {check.explanation}.",
             "sun1",
         )
     ]
-
-
-def _slack_steps(slack_s: float) -> tuple[float, ...]:
-    """Moments a Sun angle may belong to, close enough that none moves it by a milli-degree."""
-    steps = np.arange(0.25, slack_s + 0.25, 0.25)
-    return tuple(float(sign * step) for step in steps for sign in (1.0, -1.0))
-
-
-def _status_with_sun(held: TypedControllerModel, sun: Pair, laptop_utc_s: float) -> Status:
-    return Status(
-        mode=Mode.TRACK,
-        unit_utc_s=held.unit_utc_s(laptop_utc_s),
-        ideal1_deg=sun[0],
-        ideal2_deg=sun[1],
-        reading1_deg=sun[0],
-        reading2_deg=sun[1],
-        counts1=0,
-        counts2=0,
-        target1_deg=sun[0],
-        target2_deg=sun[1],
-        offsets=held.offsets,
-        moving=(0, 0),
-        approach=(0, 0),
-        update_phase=0.0,
-        referenced=True,
-        unlocked_s=0.0,
-    )
 
 
 # -- texts -----------------------------------------------------------------------------------
