@@ -2,6 +2,7 @@
 
 import json
 import math
+import statistics
 from pathlib import Path
 
 import pytest
@@ -52,32 +53,34 @@ def run(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(1, 21))
-def test_a_day_with_a_human_eye_leaves_less_than_0_03_deg(tmp_path, seed):
-    done = run(tmp_path / "s.jsonl", seed=seed)
-    assert done.completed
-    assert len(done.session.accepted) == 12
-    assert done.truth_before.day_rms_deg > 0.5
-    assert done.truth_after.day_rms_deg < 0.03
+def test_a_day_with_a_human_eye_leaves_less_than_0_03_deg(tmp_path):
+    """Every day; and 0.015 deg is usual (0.003 from day to day), so that eight days together show
+    an error grown by a quarter, which no single day would."""
+    left_deg = []
+    for seed in range(1, 9):
+        done = run(tmp_path / f"{seed}.jsonl", seed=seed)
+        assert done.completed, seed
+        assert len(done.session.accepted) == 12, seed
+        assert done.truth_before.day_rms_deg > 0.5, seed
+        assert done.truth_after.day_rms_deg < 0.03, seed
+        left_deg.append(done.truth_after.day_rms_deg)
+    assert statistics.fmean(left_deg) < 0.018
 
 
 @pytest.mark.parametrize("scenario", ["tijeras-azel", "southern", "ns-tiltroll", "ew-tiltroll"])
 def test_without_noise_and_unknown_physics_the_coefficients_are_the_truth(tmp_path, scenario):
+    """By the linear fit; and the robust one, whose prior does not bend what points say clearly,
+    finds in them the same."""
     done = run(tmp_path / "s.jsonl", scenario, SMALL, noise_deg=0.0, method="linear")
-    for name in COEFFICIENT_NAMES:
-        found = getattr(done.solution.coefficients(), name)
-        true = getattr(done.truth_after.coefficients, name)
-        assert found == pytest.approx(true, abs=1e-4 if name in ("P5", "P6") else 5e-3), name
+    # Of a north-south tracker a day does not show P6 apart from the rest: the next test.
+    clear = scenario != "ns-tiltroll"
+    for fitted in (done.solution, *([solve(done.session, "robust")] if clear else [])):
+        for name in COEFFICIENT_NAMES:
+            found = getattr(fitted.coefficients(), name)
+            true = getattr(done.truth_after.coefficients, name)
+            tolerance = 1e-4 if name in ("P5", "P6") else 5e-3
+            assert found == pytest.approx(true, abs=tolerance), (fitted.method, name)
     assert done.truth_after.day_max_deg < 0.005
-
-
-@pytest.mark.parametrize("scenario", ["tijeras-azel", "ew-tiltroll"])
-def test_a_prior_does_not_bend_what_the_points_say_clearly(tmp_path, scenario):
-    done = run(tmp_path / "s.jsonl", scenario, SMALL, noise_deg=0.0)
-    for name in COEFFICIENT_NAMES:
-        found = getattr(done.solution.coefficients(), name)
-        true = getattr(done.truth_after.coefficients, name)
-        assert found == pytest.approx(true, abs=1e-4 if name in ("P5", "P6") else 5e-3), name
 
 
 @pytest.mark.parametrize(
