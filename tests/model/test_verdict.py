@@ -231,16 +231,17 @@ class TestBase:
 
 class TestCrossChecks:
     def test_a_whole_day_of_clean_points_is_rarely_called_out_of_order(self):
-        """One day in a hundred, judged after every point; none of 60 to two of 60 then."""
+        """One day in a hundred, judged after every point: at most one of 40 then. One day in ten
+        would give more than one with a probability of 0.92."""
         alarms = 0
-        for seed in range(60):
+        for seed in range(40):
             context, points = day_of("azel", 14, JUNE, seed=seed)
             alarms += any(
                 checks.order_probability < checks.order_limit
                 for n in range(7, 15)
                 for checks in [cross_check(fit_exact(points.subset(list(range(n))), context))]
             )
-        assert alarms <= 2
+        assert alarms <= 1
 
     def test_the_limits_of_all_looks_add_up_to_one_percent(self):
         assert sum(order_limit(n) for n in range(7, 2000)) == pytest.approx(0.01, rel=0.01)
