@@ -5,6 +5,7 @@ contract, use no more than 300 MB, and answer in words: no traceback, no page of
 """
 
 import argparse
+import functools
 import os
 import random
 import resource
@@ -12,7 +13,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -161,6 +162,7 @@ def bad_calls(files: BadFiles, count: int, seed: int) -> Iterator[tuple[str, ...
         yield (command, *words)
 
 
+@functools.cache
 def _actions(command: str) -> list[argparse.Action]:
     parser = build_parser(command)
     for action in parser._actions:
@@ -173,6 +175,13 @@ def _actions(command: str) -> list[argparse.Action]:
 
 def call(words: tuple[str, ...], home: Path) -> Outcome:
     """Run the program with these words, in a home of its own."""
+    return measured(words, home, ("-m", "solarcal", *words))
+
+
+def measured(
+    words: tuple[str, ...], home: Path, arguments: Sequence[str], longest_s: float = LONGEST_S
+) -> Outcome:
+    """Run Python with these arguments as `call` does."""
     environment = os.environ | {
         "SOLARCAL_SESSIONS": str(home / "sessions"), "SOLARCAL_CONFIG": str(home / "config"),
         "COLUMNS": "80",
@@ -180,11 +189,11 @@ def call(words: tuple[str, ...], home: Path) -> Outcome:
     started = time.perf_counter()
     with open(home / "error.txt", "w+b") as error:
         running = subprocess.Popen(
-            [sys.executable, "-m", "solarcal", *words],
+            [sys.executable, *arguments],
             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=error,
             cwd=home, env=environment,
         )  # fmt: skip
-        killer = threading.Timer(LONGEST_S, running.kill)
+        killer = threading.Timer(longest_s, running.kill)
         killer.start()
         _, status, usage = os.wait4(running.pid, 0)
         killer.cancel()
@@ -197,7 +206,7 @@ def call(words: tuple[str, ...], home: Path) -> Outcome:
     here = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     largest = usage.ru_maxrss if usage.ru_maxrss > 1.01 * here else 0
     megabytes = largest / (1e3 if sys.platform != "darwin" else 1e6)
-    overdue = code < 0 and seconds >= LONGEST_S
+    overdue = code < 0 and seconds >= longest_s
     return Outcome(words, None if overdue else code, seconds, megabytes, text)
 
 

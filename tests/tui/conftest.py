@@ -7,6 +7,7 @@ import pytest
 import textual.app
 import textual.pilot
 from textual.app import App
+from textual.css.stylesheet import Stylesheet
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -49,6 +50,32 @@ def keys_wait_for_messages():
     patched = pytest.MonkeyPatch()
     patched.setattr(textual.app, "wait_for_idle", nothing_to_run)
     patched.setattr(textual.pilot, "wait_for_idle", nothing_to_paint)
+    yield
+    patched.undo()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def style_sheets_are_parsed_once():
+    """A program has one app, which parses each style sheet once; a test run has hundreds of apps.
+
+    What the rules are depends on the text, where it comes from, and the theme's variables, and they
+    are only read afterwards.
+    """
+    parse_rules, parsed = Stylesheet._parse_rules, {}
+
+    def known(self, css, read_from, is_default_rules=False, tie_breaker=0, scope=""):
+        # The theme's variables are the same object until the theme is another.
+        if getattr(self, "_variables_known", None) is not self._variables:
+            self._variables_known = self._variables
+            self._variables_key = tuple(self._variables.items())
+        place = (css, read_from, is_default_rules, tie_breaker, scope)
+        rules = parsed.setdefault(self._variables_key, {})
+        if place not in rules:
+            rules[place] = parse_rules(self, *place)
+        return rules[place]
+
+    patched = pytest.MonkeyPatch()
+    patched.setattr(Stylesheet, "_parse_rules", known)
     yield
     patched.undo()
 
