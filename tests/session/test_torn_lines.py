@@ -42,10 +42,14 @@ def test_the_last_line_cut_anywhere_is_ignored_and_reported() -> None:
 
 
 def test_a_session_cut_anywhere_can_be_continued_and_cut_again(tmp_path: Path) -> None:
-    """Kill, resume, kill, resume: after every pair of cuts both survivors are read."""
+    """Kill, resume, kill, resume: after every pair of cuts both survivors are read.
+
+    Of the second cuts every third byte, another third for each first cut, and the ends of lines.
+    """
     path = tmp_path / "day.jsonl"
     whole = HEAD + FIRST + LAST
-    for first_cut in [*range(len(HEAD), len(whole), 37), len(whole) - 2, len(whole) - 1]:
+    first_cuts = [*range(len(HEAD), len(whole), 37), len(whole) - 2, len(whole) - 1]
+    for number, first_cut in enumerate(first_cuts):
         path.write_bytes(whole[:first_cut])
         with Journal.resume(path) as journal:
             survived = [r.seq for r in journal.records]
@@ -53,7 +57,10 @@ def test_a_session_cut_anywhere_can_be_continued_and_cut_again(tmp_path: Path) -
         continued = path.read_bytes()
         assert continued.startswith(whole[:first_cut])
         assert parse(continued)[0] == [*survived, len(survived) + 1]
-        for cut in range(first_cut, len(continued)):
+        cuts = set(range(first_cut + number % 3, len(continued), 3))
+        ends = [at for at, byte in enumerate(continued) if byte == ord("\n")]
+        cuts |= {at + more for at in ends for more in (-1, 0, 1)}
+        for cut in sorted(cut for cut in cuts if first_cut <= cut < len(continued)):
             path.write_bytes(continued[:cut])
             assert parse(continued[:cut])[0][: len(survived)] == survived
             with Journal.resume(path) as journal:

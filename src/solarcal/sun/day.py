@@ -1,5 +1,6 @@
 """Sunrise, transit, sunset: by root finding on the precise Sun, or by NOAA's formulas."""
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -55,6 +56,8 @@ class DayEvents:
         return 0.0 if span is None else span[1] - span[0]
 
 
+# A year's table is asked for again with another collector, and has the same days.
+@functools.lru_cache(maxsize=256)
 def day_events(
     utc_s: float,
     site: Site,
