@@ -353,3 +353,48 @@ async def test_a_status_that_comes_while_a_dialog_is_put_together_is_shown_when_
         app.push_screen(dialog := LinkDialog())
         dialog.show_state(app.state)
         await shows(pilot, "State CONNECTED")
+
+
+@on_loop
+async def test_the_key_of_the_next_step_follows_a_step_that_is_done() -> None:
+    """No Escape between clock, check and offset; a step that is not done keeps its dialog."""
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f10")
+        await shows(pilot, "Set the unit's clock")
+        await pilot.press("f5")
+        await pilot.pause()
+        assert isinstance(app.screen, ClockDialog)
+        await pilot.press("enter")
+        await shows(pilot, "Set and recorded")
+        await pilot.press("f5")
+        await shows(pilot, "Start: drive")
+        assert len(app.screen_stack) == 2
+        await pilot.press("f6")
+        await pilot.pause()
+        assert isinstance(app.screen, RefCheckDialog)
+        await pilot.press("enter")
+        await shows(pilot, "Check no. 2 complete")
+        await pilot.press("o")
+        await shows(pilot, "Set here")
+        assert len(app.screen_stack) == 2
+
+
+@on_loop
+async def test_time_passes_as_before_after_dialogs_that_follow_one_another() -> None:
+    """Each of the two sets a fast emulator to x1; the first must not undo it for the second."""
+    station, _ = bench()
+    station.tracker.emulation.set_speed(60.0)
+    async with workstation(station) as (app, pilot):
+        await until(pilot, lambda: app.emulated_speed == 60.0)
+        await pilot.press("f10", "enter")
+        await shows(pilot, "Set and recorded")
+        assert app.emulated_speed == 1.0
+        await pilot.press("f6")
+        await shows(pilot, "Set here")
+        await until(pilot, lambda: len(app.screen_stack) == 2)
+        for _ in range(5):
+            await pilot.pause()
+        assert app.emulated_speed == 1.0
+        await pilot.press("escape")
+        await until(pilot, lambda: app.emulated_speed == 60.0)

@@ -66,6 +66,31 @@ async def test_arrows_jog_in_the_chosen_step_and_enter_sets_the_offset() -> None
 
 
 @on_loop
+async def test_once_the_offset_is_set_the_key_of_another_step_leads_on() -> None:
+    """Before, and after a new jog, the dialog stays: the unit does not track."""
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        dialog = await opened(pilot)
+        await pilot.press("5", "left")
+        await pass_time(pilot, station.tracker.emulation, 5)
+        await pilot.press("f3")
+        await pilot.pause()
+        assert app.screen is dialog
+        await pilot.press("enter")
+        await shows(pilot, "SET and recorded")
+        await pilot.press("right")
+        await until(pilot, lambda: station.poll().mode is Mode.JOG and not dialog.finished())
+        await pilot.press("f3")
+        await pilot.pause()
+        assert app.screen is dialog
+        await pilot.press("enter")
+        await until(pilot, dialog.finished)
+        await pilot.press("f3")
+        await shows(pilot, "Are you sure?")
+        assert len(app.screen_stack) == 2
+
+
+@on_loop
 async def test_going_backward_warns_until_b_has_gone_behind_and_forward() -> None:
     station, _ = bench()
     async with workstation(station) as (_, pilot):

@@ -182,10 +182,9 @@ class ClockDialog(PacedDialog):
             result = done.result
             self._offer()
             what = "unit - laptop" if self._has_clock else "the correction"
-            self.say(
+            self.finish(
                 f"{'Set' if self._has_clock else 'Used'} and recorded: {what} was "
-                f"{result.before_s:+.3f} s, is {result.after_s:+.3f} s.",
-                "good",
+                f"{result.before_s:+.3f} s, is {result.after_s:+.3f} s."
             )
 
     def step_failed(self, failed: StepFailed) -> None:

@@ -76,6 +76,14 @@ SPEED_KEYS = (
     DialogKey("slower", "emulator slower", "minus", "-", button=False),
 )
 
+STEPS = frozenset(
+    {
+        "clock", "initialise", "plan", "ref_check", "sun_offset", "take_point", "upload",
+        "recompute", "report", "void", "note",
+    }
+)  # fmt: skip
+"""Actions that may follow a dialog whose own step is done, without leaving it first."""
+
 BLINK_S = 0.6
 """How long a key that was not taken shows."""
 
@@ -118,6 +126,7 @@ class Dialog(StationModal[None]):
         super().__init__()
         self._ready = False
         self._lost = False
+        self._finished = False
         self._blinking: Timer | None = None
 
     def compose(self) -> ComposeResult:
@@ -161,6 +170,15 @@ class Dialog(StationModal[None]):
         del seconds
         self.say(sentence, "plain" if severity == "information" else severity)
 
+    def finish(self, sentence: str, tone: Tone = "good") -> None:
+        """The step is done: say so; from now on the key of another step leads on to it."""
+        self._finished = True
+        self.say(sentence, tone)
+
+    def finished(self) -> bool:
+        """Whether there is nothing left here that a key of another step could interrupt."""
+        return self._finished
+
     def leave_saying(self, sentence: str, severity: SeverityLevel = "information") -> None:
         """Leave; the screen below shows the sentence on its line."""
         app = self.workstation
@@ -193,10 +211,22 @@ class Dialog(StationModal[None]):
         return button
 
     def on_key(self, event: Key) -> None:
-        """A key that comes before its question is on the screen is seen not to be taken."""
+        """A key that comes before its question is on the screen is seen not to be taken; one of
+        another step follows a step that is done."""
+        own = any(event.key in key.keys.split(",") for key in self.KEYS)
+        if self.finished() and not own and (step := self._step_of(event.key)) is not None:
+            event.stop()
+            self.dismiss(None)
+            self.workstation.action_perform(step)
+            return
         early = [k for k in self.KEYS if k.button and event.key in k.keys.split(",")]
         if early and not any(self.offered(key.action) for key in early):
             self._blink(f"{shown_key(event.key)} not taken: not asked yet")
+
+    def _step_of(self, key: str) -> str | None:
+        """The step of the procedure that a key begins on the screen below."""
+        actions = self.workstation.actions
+        return next((a.id for a in actions if key in a.keys and a.id in STEPS), None)
 
     def _blink(self, words: str) -> None:
         frame = self.query_one("#dialog")
@@ -237,6 +267,7 @@ class Dialog(StationModal[None]):
     def submit(
         self, kind: type[Done[Result]], step: Callable[[Station], Result], *, moves: bool = False
     ) -> None:
+        self._finished = False
         self.worker.submit(kind, step, moves=moves)
 
     def show_state(self, state: StationState) -> None:

@@ -36,7 +36,16 @@ def open_screen(app: Workstation) -> None:
     open_dialog(app, RefCheckDialog(session is None or session.header.unit.has_switches))
 
 
-class RefCheckDialog(Dialog):
+class _CheckTeller(Dialog):
+    """Says what a check that has ended found; a complete one is a step done."""
+
+    def tell(self, check: RefCheck) -> None:
+        session = self.workstation.state.session
+        words = ref_check_words(check, session.ref_checks if session is not None else ())
+        (self.finish if check.complete else self.say)(*words)
+
+
+class RefCheckDialog(_CheckTeller):
     """Asks, drives, and shows the difference against the check before.
 
     Parameters
@@ -128,7 +137,7 @@ class RefCheckDialog(Dialog):
         match done:
             case ReferenceChecked(check):
                 self.offer("start", "track")
-                self._tell(check)
+                self.tell(check)
             case Tracking():
                 self.dismiss(None)
 
@@ -136,13 +145,6 @@ class RefCheckDialog(Dialog):
         super().step_failed(failed)
         if failed.kind in (ReferenceChecked, Tracking):
             self.offer("start", "track")
-
-    def _checks(self) -> Sequence[RefCheck]:
-        session = self.workstation.state.session
-        return session.ref_checks if session is not None else ()
-
-    def _tell(self, check: RefCheck) -> None:
-        self.say(*ref_check_words(check, self._checks()))
 
 
 def ref_check_words(check: RefCheck, checks: Sequence[RefCheck]) -> tuple[str, Tone]:
@@ -171,7 +173,7 @@ def _motion(sense: int) -> str:
     return {1: "driving +", -1: "driving -"}.get(sense, "at rest")
 
 
-class TypedRefCheckDialog(Dialog):
+class TypedRefCheckDialog(_CheckTeller):
     """The checks so far; the next one is done at the unit, and typed."""
 
     HEADING = "Reference check, at the unit"
@@ -211,10 +213,7 @@ class TypedRefCheckDialog(Dialog):
         super().step_done(done)
         if isinstance(done, ReferenceChecked):
             self.offer("type")
-            session = self.workstation.state.session
-            self.say(
-                *ref_check_words(done.result, session.ref_checks if session is not None else ())
-            )
+            self.tell(done.result)
 
     def step_failed(self, failed: StepFailed) -> None:
         super().step_failed(failed)

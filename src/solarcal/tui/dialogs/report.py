@@ -121,7 +121,7 @@ class ReportDialog(Dialog):
         )
         self.query_one("#told", Words).update(self._told)
         word = "Signed off" if after.signed_off else "Not signed off"
-        self.say(f"Written. {word}: {after.reason}.", "good" if after.signed_off else "warning")
+        self.finish(f"Written. {word}: {after.reason}.", "good" if after.signed_off else "warning")
 
 
 BOTH_ROWS = 40

@@ -228,12 +228,11 @@ class UploadDialog(Dialog):
                 "READ BACK DIFFERS from what was written: upload again, or roll back.", "error"
             )
         elif record.rollback:
-            self.say("Rolled back: the unit holds its previous values, read back equal.", "good")
+            self.finish("Rolled back: the unit holds its previous values, read back equal.")
         else:
-            self.say(
+            self.finish(
                 "Uploaded, stored and read back EQUAL. Now prove it with two check points: "
-                "track, set the Sun offset, take point.",
-                "good",
+                "track, set the Sun offset, take point."
             )
 
 

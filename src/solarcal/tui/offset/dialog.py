@@ -299,6 +299,10 @@ class SunOffsetDialog(PacedDialog):
             event.prevent_default()
             self.set_focus(None)
 
+    def finished(self) -> bool:
+        # The unit tracks again once the offset is set; a jog after that takes it off the Sun.
+        return self._set is not None and self._view is not None and self._view.aim is None
+
     def action_leave(self) -> None:
         if self._lost:
             self.dismiss(None)
