@@ -26,6 +26,7 @@ from solarcal.report.certificate import (
 )
 from solarcal.report.forecast_map import COLOURS, GLYPHS, forecast_map, level, year_cells
 from solarcal.report.markup import paragraph
+from solarcal.report.scales import Sheet
 from solarcal.report.svg_figures import forecast_figure
 from solarcal.session.journal import Journal
 from solarcal.session.records import CheckRecord, UploadRecord, Void
@@ -201,7 +202,7 @@ def test_the_map_grows_darker_with_the_error_and_keeps_the_worst_of_a_cell(judge
     assert level(np.nan, 0.1) is None
     worst = level(float(np.nanmax(expected.map_rms_deg)), 0.02)
     for width, height in ((40, 10), (80, 24), (130, 45)):
-        drawn = forecast_map(expected, width, height, colour=False, tolerance_deg=0.02)
+        drawn = forecast_map(expected, Sheet(width, height, colour=False), tolerance_deg=0.02)
         lines = drawn.split("\n")
         assert len(lines) <= height
         assert max(map(len, lines)) <= width
@@ -214,8 +215,8 @@ def test_the_map_grows_darker_with_the_error_and_keeps_the_worst_of_a_cell(judge
 def test_colour_only_repeats_what_the_glyphs_say(judged, monkeypatch):
     monkeypatch.delenv("NO_COLOR", raising=False)
     expected = judged.of_the_controller().forecast
-    plain = forecast_map(expected, 80, 24, colour=False)
-    tinted = re.sub(r"\x1b\[[0-9;]*m", "", forecast_map(expected, 80, 24, colour=True))
+    plain = forecast_map(expected, Sheet(80, 24, colour=False))
+    tinted = re.sub(r"\x1b\[[0-9;]*m", "", forecast_map(expected, Sheet(80, 24)))
     assert [line.rstrip() for line in tinted.split("\n")] == plain.split("\n")
 
 
@@ -223,7 +224,7 @@ def test_a_fine_map_has_two_half_hours_a_row_and_a_legend_in_degrees(judged, mon
     """Each half block has the colour of its own half hour's level."""
     monkeypatch.delenv("NO_COLOR", raising=False)
     expected = judged.of_the_controller().forecast
-    drawn = forecast_map(expected, 80, 24, tolerance_deg=0.02, fine=True)
+    drawn = forecast_map(expected, Sheet(80, 24), tolerance_deg=0.02, fine=True)
     lines = drawn.split("\n")
     legend = re.sub(r"\x1b\[[0-9;]*m", "", lines[0])
     assert "deg" in legend

@@ -46,13 +46,15 @@ def print_answer(answer: "Answer", as_json: bool) -> int:
     if as_json:
         print_json(answer.document)
         return 0
+    from solarcal.report.scales import Sheet
+
     width, colour = terminal_size()
     screen = min(max(shutil.get_terminal_size((80, 24)).lines - 2, 20), TALLEST_CHART)
     for block in answer.blocks:
         if isinstance(block, str):
             print(block)
         else:
-            print(block.draw(width, block.height or screen, colour, "phosphor"))
+            print(block.draw(Sheet(width, block.height or screen, colour)))
     return 0
 
 

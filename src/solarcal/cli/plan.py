@@ -34,15 +34,14 @@ def run_forecast(args: argparse.Namespace) -> int:
         return 0
     from solarcal.report.forecast_map import forecast_map
     from solarcal.report.judgement import forecast_facts, verdict_blocks
+    from solarcal.report.scales import Sheet
 
     for warning in judged.warnings:
         say(f"warning: {warning}")
     width, height = shutil.get_terminal_size((80, 24))
     drawn = forecast_map(
         judgement.forecast,
-        max(40, min(width, 120)),
-        max(16, min(height - 2, 40)),
-        sys.stdout.isatty(),
+        Sheet(max(40, min(width, 120)), max(16, min(height - 2, 40)), sys.stdout.isatty()),
         tolerance_deg=judged.tolerance_deg,
     )
     parts = (

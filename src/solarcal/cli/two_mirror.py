@@ -193,9 +193,11 @@ def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
 def _panels(points: "MirrorPoints", base: "EulerBase") -> list[str]:
     """Calculated against actual angles, axis by axis, by a level base and by the fitted one."""
     from solarcal.report.instrument_plots import Curve, curve_plot
+    from solarcal.report.scales import Sheet
     from solarcal.two_mirror.mirrors import EulerBase
 
     width, colour = terminal_size()
+    sheet = Sheet(width, PANEL_ROWS, colour)
     panels = []
     for axis in (0, 1):
         actual = (points.axis1_deg, points.axis2_deg)[axis]
@@ -205,9 +207,7 @@ def _panels(points: "MirrorPoints", base: "EulerBase") -> list[str]:
                 Curve("calculated", points.calculated_deg(by)[axis], "●"),
             ]
             title = f"axis {axis + 1} {name} the fit, deg"
-            panels.append(
-                curve_plot(title, actual, curves, "actual, deg", width, PANEL_ROWS, colour)
-            )
+            panels.append(curve_plot(title, actual, curves, "actual, deg", sheet))
     return panels
 
 

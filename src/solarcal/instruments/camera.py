@@ -18,7 +18,7 @@ from solarcal.optics.disc_image import (
 )
 from solarcal.optics.sunspot import spot_error_deg
 from solarcal.report.instrument_plots import Ring, plate_drawing, rings_drawing
-from solarcal.report.scales import Theme
+from solarcal.report.scales import Sheet
 from solarcal.two_mirror.diode import QuadrantDiode
 from solarcal.units import FloatArray, format_degrees
 
@@ -93,10 +93,11 @@ def camera(form: Form) -> Answer:
         Ring("where it is", "o", diameter, 1e3 * d1, 1e3 * d2),
     ]
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
-        return rings_drawing("traced back, mrad", rings, width, height, colour, theme)
-
-    return Answer(document, (paragraph(*lines),), Drawing("image", draw))
+    return Answer(
+        document,
+        (paragraph(*lines),),
+        Drawing("image", lambda sheet: rings_drawing("traced back, mrad", rings, sheet)),
+    )
 
 
 def plate(form: Form) -> Answer:
@@ -150,10 +151,8 @@ def plate(form: Form) -> Answer:
         f"  on the sky               {math.hypot(*errors):8.4f} deg",
     ]
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
-        return plate_drawing(
-            hole_diameter, spot_size, pixel * right, pixel * up, width, height, colour, theme
-        )
+    def draw(sheet: Sheet) -> str:
+        return plate_drawing(hole_diameter, spot_size, pixel * right, pixel * up, sheet)
 
     return Answer(document, (paragraph(*lines), Drawing("plate", draw, 15)))
 

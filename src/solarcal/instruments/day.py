@@ -15,7 +15,7 @@ from solarcal.mount.limits import Limits
 from solarcal.mount.reach import AxisPath, axis_path, reach_of_day
 from solarcal.report.blocks import columns, number
 from solarcal.report.instrument_plots import DayTrack, day_chart
-from solarcal.report.scales import Theme
+from solarcal.report.scales import Sheet
 from solarcal.site import Site
 from solarcal.sun import sun_position
 from solarcal.sun.day import (
@@ -125,7 +125,7 @@ def day(form: Form) -> Answer:
     if asked.table_every_min is not None:
         document["table"] = _rows(asked, events, asked.table_every_min)
         lines += ["", *_table_lines(document["table"], asked.geometry.name, asked.limited)]
-    chart = Drawing("the day", lambda *size: _chart(asked, events, *size), None)
+    chart = Drawing("the day", lambda sheet: _chart(asked, events, sheet), None)
     if asked.chart:
         return Answer(document, (paragraph(*lines, ""), chart))
     return Answer(document, (paragraph(*lines),), chart)
@@ -209,9 +209,7 @@ def _table_lines(rows: list[dict[str, Any]], geometry: str, limited: bool) -> li
     return [f"Airless Sun, degrees; AX1 and AX2 of {geometry}", *columns(headings, lines, align)]
 
 
-def _chart(
-    asked: AskedDay, events: DayEvents, width: int, height: int, colour: bool, theme: Theme
-) -> str:
+def _chart(asked: AskedDay, events: DayEvents, sheet: Sheet) -> str:
     transit_s = events.transit_utc_s
     path = asked.path(transit_s - _HALF_DAY_S, transit_s + _HALF_DAY_S, _CHART_STEP_S)
     sun = sun_position("precise", path.utc_s, asked.site, dut1_s=asked.dut1_s)
@@ -225,4 +223,4 @@ def _chart(
         within_limits=path.margin_deg >= 0.0 if asked.limited else None,
         latitude_deg=asked.site.latitude_deg,
     )
-    return day_chart(track, width, height, colour, theme)
+    return day_chart(track, sheet)

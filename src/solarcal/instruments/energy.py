@@ -12,7 +12,7 @@ from solarcal.instruments.mount_and_collector import (
     collector_text,
 )
 from solarcal.report.instrument_plots import Curve, curve_plot
-from solarcal.report.scales import Theme
+from solarcal.report.scales import Sheet
 from solarcal.sun.circular_orbit import CircularDay, days_after_march_equinox
 from solarcal.sun.energy import (
     SUNCALC_W_M2,
@@ -137,13 +137,12 @@ def energy(form: Form) -> Answer:
         *(f"  {label:<20}{text}" for label, text in rows),
     ]
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
+    def draw(sheet: Sheet) -> str:
         hours = np.linspace(0.0, 24.0, _DRAWN)
         caught = np.array([moment_percent(collector, day, float(one)) for one in hours])
         return curve_plot(
             "caught, % of full Sun", hours, [Curve("collector", caught, "●")],
-            "solar time, h", width, height, colour, theme, hours=True,
-            marks=[(solar_time_h, "the time asked")],
+            "solar time, h", sheet, hours=True, marks=[(solar_time_h, "the time asked")],
         )  # fmt: skip
 
     return Answer(document, (paragraph(*lines),), Drawing("over the day", draw))

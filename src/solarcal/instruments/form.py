@@ -16,10 +16,10 @@ from solarcal.site import Site, day_utc_s
 from solarcal.timescale import parse_utc
 
 if TYPE_CHECKING:
-    from solarcal.report.scales import Theme
+    from solarcal.report.scales import Sheet
 
-Draw = Callable[[int, int, bool, "Theme"], str]
-"""Width, height, colour wanted, theme -> the drawing as text with ANSI colours."""
+Draw = Callable[["Sheet"], str]
+"""The drawing for a sheet as text with ANSI colours."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.instruments.form import Answer, Drawing, Form, paragraph
+from solarcal.instruments.form import Answer, Draw, Drawing, Form, paragraph
 from solarcal.instruments.mount_and_collector import asked_geometry, drawn_latitude_deg
 from solarcal.instruments.sun import apparent_sun, asked_sun_deg
 from solarcal.optics.aiming import Heliostat, drift_over, format_mirror, format_target
@@ -14,7 +14,7 @@ from solarcal.optics.mirror_roots import Root, circle_roots, exact_roots, publis
 from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.optics.reflection import angle_deg, direction_enu
 from solarcal.report.instrument_plots import Curve, curve_plot, directions_plot
-from solarcal.report.scales import Theme
+from solarcal.report.scales import Sheet
 from solarcal.sun.day import daylight
 from solarcal.timescale import format_utc
 from solarcal.units import format_degrees
@@ -84,10 +84,11 @@ def target(form: Form) -> Answer:
         for number, one in enumerate(sightings, start=1)
     ]
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
-        return directions_plot(places, latitude_deg, width, height, colour, theme)
-
-    return Answer(document, (paragraph(*lines),), Drawing("directions", draw))
+    return Answer(
+        document,
+        (paragraph(*lines),),
+        Drawing("directions", lambda sheet: directions_plot(places, latitude_deg, sheet)),
+    )
 
 
 def circle(form: Form) -> Answer:
@@ -131,7 +132,7 @@ def circle(form: Form) -> Answer:
                 f"gives {getattr(roots, f'{side}_deg'):.6f}",
             ]
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
+    def draw(sheet: Sheet) -> str:
         ratios = np.linspace(min(_CIRCLE_REACH[0], ratio), max(_CIRCLE_REACH[1], 1.5 * ratio), 40)
         both = [circle_roots(angle_deg, float(one)) for one in ratios]
         curves = [
@@ -139,9 +140,8 @@ def circle(form: Form) -> Answer:
             Curve("back", np.array([one.back_deg for one in both]), "+"),
         ]
         return curve_plot(
-            "incidence T, deg", ratios, curves, "distance / radius", width, height, colour, theme,
-            marks=[(ratio, "asked")],
-        )  # fmt: skip
+            "incidence T, deg", ratios, curves, "distance / radius", sheet, marks=[(ratio, "asked")]
+        )
 
     return Answer(document, (paragraph(*lines),), Drawing("both roots", draw))
 
@@ -151,12 +151,12 @@ def shift(form: Form) -> Answer:
     by, distance = form.number("by"), form.number("distance")
     angle = translation_deg(by, distance)
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
+    def draw(sheet: Sheet) -> str:
         far = np.linspace(0.5 * distance, 2.0 * distance, 60)
         turned = np.array([translation_deg(by, float(one)) for one in far])
         return curve_plot(
             "target turned by, deg", far, [Curve("angle", turned, "●")], "distance",
-            width, height, colour, theme, marks=[(distance, "asked")],
+            sheet, marks=[(distance, "asked")],
         )  # fmt: skip
 
     said = f"  A translation of {by:g} at {distance:g} turns the target by {angle:.4f} deg"
@@ -242,10 +242,8 @@ def aim(form: Form) -> Answer:
         ("T", "target", target.azimuth_deg, 90.0 - target.zenith_deg),
     ]
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
-        return directions_plot(places, latitude_deg, width, height, colour, theme)
-
-    return Answer(document, (paragraph(*lines), Drawing("directions", draw, 12)))
+    drawing = Drawing("directions", lambda sheet: directions_plot(places, latitude_deg, sheet), 12)
+    return Answer(document, (paragraph(*lines), drawing))
 
 
 def _root_document(root: Root) -> dict[str, Any]:
@@ -295,19 +293,17 @@ def drift(form: Form) -> Answer:
     }
     hours = sun.solar_time_h
 
-    def beam(width: int, height: int, colour: bool, theme: Theme) -> str:
-        curves = [Curve("right", day.right, "●"), Curve("up", day.up, "+")]
-        return curve_plot(
-            "beam from the target's middle", hours, curves, "apparent solar time, h",
-            width, height, colour, theme, hours=True,
-        )  # fmt: skip
+    def over_the_day(title: str, *curves: Curve) -> Draw:
+        return lambda sheet: curve_plot(
+            title, hours, curves, "apparent solar time, h", sheet, hours=True
+        )
 
-    def first_order(width: int, height: int, colour: bool, theme: Theme) -> str:
-        return curve_plot(
-            "normal, first order from exact, deg", hours,
-            [Curve("apart", day.first_order_deg, "●")], "apparent solar time, h",
-            width, height, colour, theme, hours=True,
-        )  # fmt: skip
+    beam = over_the_day(
+        "beam from the target's middle", Curve("right", day.right, "●"), Curve("up", day.up, "+")
+    )
+    first_order = over_the_day(
+        "normal, first order from exact, deg", Curve("apart", day.first_order_deg, "●")
+    )
 
     return Answer(
         document,

@@ -9,7 +9,7 @@ from solarcal.instruments.mount_and_collector import asked_mount
 from solarcal.mount.geometry import MountGeometry
 from solarcal.report.blocks import columns, number
 from solarcal.report.instrument_plots import Curve, curve_plot
-from solarcal.report.scales import Theme
+from solarcal.report.scales import Sheet
 from solarcal.site import Site
 from solarcal.sun.moon import (
     BRIGHT_ENOUGH,
@@ -111,14 +111,14 @@ def moon_passage(form: Form, utc_s: float, site: Site) -> Answer:
         ]
         lines += ["", *_table_lines(document["table"], mount.name, limited)]
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
+    def draw(sheet: Sheet) -> str:
         hours = np.linspace(-0.5, 0.5, _DRAWN) * LUNAR_DAY_S / 3600.0
         path = moon_position(day.transit_utc_s + 3600.0 * hours, site, dut1_s)
         up = path.elevation_deg >= 0.0
         kept = up if up.any() else np.ones_like(up)
         return curve_plot(
             "elevation, deg", hours[kept], [Curve("Moon", path.elevation_deg[kept], "●")],
-            "hours from transit", width, height, colour, theme,
+            "hours from transit", sheet,
         )  # fmt: skip
 
     chart = Drawing("the passage", draw, None)

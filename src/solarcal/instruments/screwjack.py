@@ -21,7 +21,7 @@ from solarcal.mount.screwjack_setup import (
     wrong_length,
 )
 from solarcal.report.instrument_plots import Curve, curve_plot
-from solarcal.report.scales import Theme
+from solarcal.report.scales import Sheet
 from solarcal.units import FloatArray, format_degrees
 
 LENGTH_UNITS = {"in": 1.0 / 25.4, "mm": 1.0, "cm": 0.1, "m": 0.001}
@@ -194,11 +194,11 @@ def _length_drawing(
 ) -> Drawing:
     dead = [(angle, "dead point") for angle in dead_points_deg(jack)]
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
+    def draw(sheet: Sheet) -> str:
+        curves = [Curve("L", length, "●")]
         return curve_plot(
-            f"length L, {asked.unit}", angles, [Curve("L", length, "●")], "axis angle, deg",
-            width, height, colour, theme, marks=dead,
-        )  # fmt: skip
+            f"length L, {asked.unit}", angles, curves, "axis angle, deg", sheet, marks=dead
+        )
 
     return Drawing("length", draw, 16)
 
@@ -206,10 +206,7 @@ def _length_drawing(
 def _wrong_drawing(asked: Asked, angles: FloatArray, change: float, wrong: WrongLength) -> Drawing:
     curves = [Curve("read-out", wrong.error_deg, "●"), Curve("left", wrong.left_deg, "+")]
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
-        return curve_plot(
-            f"R1 {change:+.4g} {asked.unit}: error, deg", angles, curves, "axis angle, deg",
-            width, height, colour, theme,
-        )  # fmt: skip
-
-    return Drawing("wrong R1", draw, 14)
+    title = f"R1 {change:+.4g} {asked.unit}: error, deg"
+    return Drawing(
+        "wrong R1", lambda sheet: curve_plot(title, angles, curves, "axis angle, deg", sheet), 14
+    )

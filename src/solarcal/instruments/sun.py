@@ -6,7 +6,7 @@ from solarcal.instruments.form import Answer, Drawing, Form, paragraph
 from solarcal.instruments.moon import moon
 from solarcal.instruments.mount_and_collector import asked_geometry
 from solarcal.report.instrument_plots import Curve, curve_plot
-from solarcal.report.scales import Theme
+from solarcal.report.scales import Sheet
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun import SunPosition, sun_position
 from solarcal.sun.position import compare_models
@@ -80,7 +80,7 @@ def sun(form: Form) -> Answer:
     ):
         lines.append(f"  {label:<24}{value:>10} {unit}".rstrip())
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
+    def draw(sheet: Sheet) -> str:
         hours = np.linspace(0.0, 24.0, _DRAWN)
         times = utc_s + 3600.0 * (hours - now.solar_time_h)
         day = sun_position(model, times, site, dut1_s=dut1_s)
@@ -88,7 +88,7 @@ def sun(form: Form) -> Answer:
         kept = up if up.any() else np.ones_like(up)
         return curve_plot(
             "elevation, deg", hours[kept], [Curve("Sun", day.elevation_deg[kept], "●")],
-            "apparent solar time, h", width, height, colour, theme, hours=True,
+            "apparent solar time, h", sheet, hours=True,
             marks=[(float(now.solar_time_h), "this moment")],
         )  # fmt: skip
 
@@ -130,11 +130,12 @@ def compare(form: Form) -> Answer:
         ),
     ]  # fmt: skip
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
-        return curve_plot(
-            "worst of the year, deg", years,
-            [Curve("altitude", altitude, "●"), Curve("azimuth on sky", cross, "+")],
-            "year", width, height, colour, theme,
-        )  # fmt: skip
-
-    return Answer(document, (paragraph(*lines),), Drawing("year by year", draw))
+    curves = [Curve("altitude", altitude, "●"), Curve("azimuth on sky", cross, "+")]
+    return Answer(
+        document,
+        (paragraph(*lines),),
+        Drawing(
+            "year by year",
+            lambda sheet: curve_plot("worst of the year, deg", years, curves, "year", sheet),
+        ),
+    )

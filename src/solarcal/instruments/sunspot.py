@@ -10,7 +10,7 @@ from solarcal.optics.sunspot import (
     two_position_check,
 )
 from solarcal.report.instrument_plots import plate_drawing
-from solarcal.report.scales import Theme
+from solarcal.report.scales import Sheet
 from solarcal.units import format_degrees
 
 
@@ -47,10 +47,10 @@ def error(form: Form) -> Answer:
         ]
     above = 0.0 if edge_up is None else edge_up - rim
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
-        return plate_drawing(hole, spot, edge - rim, above, width, height, colour, theme)
-
-    return Answer(document, (paragraph(*lines), Drawing("plate", draw, 15)))
+    drawing = Drawing(
+        "plate", lambda sheet: plate_drawing(hole, spot, edge - rim, above, sheet), 15
+    )
+    return Answer(document, (paragraph(*lines), drawing))
 
 
 def design(form: Form) -> Answer:
@@ -83,10 +83,14 @@ def design(form: Form) -> Answer:
         )
     ]
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
+    def draw(sheet: Sheet) -> str:
         return plate_drawing(
-            device.hole_diameter, device.spot_diameter, 0.0, 0.0, width, height, colour, theme,
+            device.hole_diameter,
+            device.spot_diameter,
+            0.0,
+            0.0,
+            sheet,
             plate_diameter=device.plate_diameter,
-        )  # fmt: skip
+        )
 
     return Answer(document, (paragraph(*lines),), Drawing("plate", draw))

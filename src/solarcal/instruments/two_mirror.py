@@ -7,7 +7,6 @@ from solarcal.instruments.form import Answer, Drawing, Form, paragraph
 from solarcal.instruments.mount_and_collector import drawn_latitude_deg
 from solarcal.instruments.sun import asked_sun_deg
 from solarcal.report.instrument_plots import Ring, directions_plot, rings_drawing
-from solarcal.report.scales import Theme
 from solarcal.two_mirror.diode import (
     SUN_RADIUS_MRAD,
     QuadrantDiode,
@@ -63,10 +62,11 @@ def point(form: Form) -> Answer:
         ("A", "where a level base's axes would look", 180.0 - t1, 90.0 - t2),
     ]
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
-        return directions_plot(places, latitude_deg, width, height, colour, theme)
-
-    return Answer(document, (paragraph(*lines),), Drawing("directions", draw))
+    return Answer(
+        document,
+        (paragraph(*lines),),
+        Drawing("directions", lambda sheet: directions_plot(places, latitude_deg, sheet)),
+    )
 
 
 SINGULAR_BELOW = math.sin(3.0 * RAD_PER_DEG)
@@ -140,10 +140,11 @@ def trace(form: Form) -> Answer:
         Ring("where it is", "o", 2.0 * SUN_RADIUS_MRAD, across, up),
     ]
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
-        return rings_drawing("traced back", rings, width, height, colour, theme)
-
-    return Answer(document, (paragraph(*lines),), Drawing("diode", draw))
+    return Answer(
+        document,
+        (paragraph(*lines),),
+        Drawing("diode", lambda sheet: rings_drawing("traced back", rings, sheet)),
+    )
 
 
 def fov(form: Form) -> Answer:
@@ -175,7 +176,8 @@ def fov(form: Form) -> Answer:
         Ring("Sun", "o", field.sun_mrad),
     ]
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
-        return rings_drawing("fields of view", rings, width, height, colour, theme)
-
-    return Answer(document, (paragraph(*lines),), Drawing("fields", draw))
+    return Answer(
+        document,
+        (paragraph(*lines),),
+        Drawing("fields", lambda sheet: rings_drawing("fields of view", rings, sheet)),
+    )

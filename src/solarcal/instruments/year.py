@@ -14,7 +14,7 @@ from solarcal.instruments.mount_and_collector import (
 from solarcal.mount.reach import reach_of_day
 from solarcal.report.blocks import columns, number
 from solarcal.report.instrument_plots import Curve, curve_plot
-from solarcal.report.scales import Theme
+from solarcal.report.scales import Sheet
 from solarcal.sun.circular_orbit import CircularDay, days_after_march_equinox
 from solarcal.sun.day import DayEvents, day_events
 from solarcal.sun.energy import day_percent, year_percent
@@ -89,15 +89,13 @@ def year(form: Form) -> Answer:
         *_month_lines(document),
     ]
 
-    def draw(width: int, height: int, colour: bool, theme: Theme) -> str:
+    def draw(sheet: Sheet) -> str:
         curves = [Curve("daylight", np.array([m["daylight_h"] for m in months]), "●")]
         if mount is not None:
             curves.append(
                 Curve("within limits", np.array([m["within_limits_h"] for m in months]), "+")
             )
-        return curve_plot(
-            "hours a day", np.arange(1.0, 13.0), curves, "month", width, height, colour, theme
-        )
+        return curve_plot("hours a day", np.arange(1.0, 13.0), curves, "month", sheet)
 
     return Answer(document, (paragraph(*lines),), Drawing("over the year", draw))
 

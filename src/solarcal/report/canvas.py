@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from solarcal.report import scales
-from solarcal.report.scales import PALETTES, Scale, Theme
+from solarcal.report.scales import PALETTES, Scale, Sheet
 from solarcal.units import FloatArray
 
 LABEL_MIN_HEIGHT = 14
@@ -30,15 +30,16 @@ def _plotext() -> Any:
 class Canvas:
     """One plot being drawn: a header line of our own, then plotext's frame and rulers."""
 
-    def __init__(self, width: int, height: int, colour: bool, theme: Theme, x_label: str) -> None:
+    def __init__(self, sheet: Sheet, x_label: str) -> None:
+        width, height = sheet.width, sheet.height
         self._plt = _plotext()
-        self._colour = scales.colour_wanted(colour)
+        self._colour = scales.colour_wanted(sheet.colour)
         self._width = width
-        self.palette = PALETTES[theme]
+        self.palette = PALETTES[sheet.theme]
         self._x_label = x_label if height >= LABEL_MIN_HEIGHT else ""
         self.rows = height - 4 - bool(self._x_label)
         self.columns = width - 8  # before the tick labels are known; exact after ``frame``
-        name = f"solarcal-{theme}"
+        name = f"solarcal-{sheet.theme}"
         self._plt.add_theme(name, canvas="default", text=self.palette.frame)
         self._figure = self._plt.figure
         self._figure.clear()

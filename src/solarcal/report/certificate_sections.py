@@ -12,6 +12,7 @@ from solarcal.report.judgement import (
     verdict_blocks,
 )
 from solarcal.report.plots import error_plot, residual_plot
+from solarcal.report.scales import Sheet
 from solarcal.report.svg_figures import (
     HEIGHT,
     WIDTH,
@@ -26,7 +27,8 @@ from solarcal.station.analysing import FileAnalysis
 from solarcal.station.curves import table_plot_data
 from solarcal.station.sign_off import SignOff, forecast_with
 
-TEXT_WIDTH, TEXT_HEIGHT = 78, 22
+TEXT_SHEET = Sheet(78, 22, colour=False)
+MAP_SHEET = Sheet(78, 36, colour=False)
 
 
 def subject_section(judged: FileAnalysis, header: Header | None) -> Section:
@@ -115,14 +117,14 @@ def points_section(judged: FileAnalysis) -> Section:
             *file_points_table(judged.table, judged.solution, most=None),
             Figure(
                 "Error of the axes at every point, and the model",
-                error_plot(data, TEXT_WIDTH, TEXT_HEIGHT, colour=False),
+                error_plot(data, TEXT_SHEET),
                 error_figure(data),
                 WIDTH,
                 HEIGHT,
             ),
             Figure(
                 "What the model leaves of every point on the sky",
-                residual_plot(data, TEXT_WIDTH, TEXT_HEIGHT, colour=False),
+                residual_plot(data, TEXT_SHEET),
                 residual_figure(data),
                 WIDTH,
                 HEIGHT,
@@ -140,7 +142,7 @@ def forecast_section(judgement: Analysis, tolerance_deg: float) -> Section:
             forecast_facts(expected, tolerance_deg),
             Figure(
                 "Expected error by day of the year and solar hour",
-                forecast_map(expected, TEXT_WIDTH, 36, colour=False, tolerance_deg=tolerance_deg),
+                forecast_map(expected, MAP_SHEET, tolerance_deg),
                 forecast_figure(expected, tolerance_deg),
                 WIDTH,
                 HEIGHT,

@@ -11,7 +11,7 @@ import numpy as np
 
 from solarcal.model.forecast import Forecast
 from solarcal.report import scales
-from solarcal.report.scales import Theme
+from solarcal.report.scales import Sheet, Theme
 from solarcal.stopping_rule import TOLERANCE_DEG
 from solarcal.timescale import SECONDS_PER_DAY, format_utc
 from solarcal.units import FloatArray
@@ -75,78 +75,59 @@ def level_names(tolerance_deg: float) -> tuple[str, ...]:
 
 def forecast_map(
     forecast: Forecast,
-    width: int,
-    height: int,
-    colour: bool = True,
-    theme: Theme = "phosphor",
+    sheet: Sheet,
     tolerance_deg: float = TOLERANCE_DEG,
     fine: bool = False,
 ) -> str:
-    """At most ``height`` lines of at most ``width`` characters; 40 x 10 is the least.
+    """At most as many lines and columns as the sheet has; 40 x 10 is the least.
 
     A cell that stands for several days or half hours shows the worst of them. ``fine``: two half
     hours a character in half blocks, where there is colour to tell them apart.
     """
     cells = year_cells(forecast)
-    if fine and scales.colour_wanted(colour):
-        return _half_blocks(cells, width, height, tolerance_deg, COLOURS[theme])
-    down = _share(len(cells.hours), height - 3)
-    across = _share(len(cells.months), width - _RULER)
+    coloured = scales.colour_wanted(sheet.colour)
+    tones = COLOURS[sheet.theme] if coloured else None
+    halves = 2 if fine and coloured else 1
+    down = _share(len(cells.hours), halves * (sheet.height - 3))
+    across = _share(len(cells.months), sheet.width - _RULER)
     worst = _worst(cells.rms_deg, down, across)
-    stretch = 2 if 2 * worst.shape[1] + _RULER <= width else 1
-    coloured = scales.colour_wanted(colour)
-    tones = COLOURS[theme]
-
-    def cell(value: float) -> str:
-        step = level(value, tolerance_deg)
-        if step is None:
-            return " " * stretch
-        shown = GLYPHS[step] * stretch
-        return f"\x1b[38;5;{tones[step]}m{shown}\x1b[0m" if coloured else shown
-
-    lines = [_legend(width, tolerance_deg, tones if coloured else None)]
-    for row, hour in zip(worst.tolist(), cells.hours[::down].tolist(), strict=True):
-        ruler = f"{int(hour):02d} " if hour == int(hour) else " " * _RULER
-        line = ruler + "".join(map(cell, row))
+    levels = [[level(value, tolerance_deg) for value in row] for row in worst.tolist()]
+    if len(levels) % halves:
+        levels.append([None] * worst.shape[1])
+    stretch = max(1, (sheet.width - _RULER) // worst.shape[1])
+    if halves == 1:
+        stretch = min(stretch, 2)
+    hours = cells.hours[::down].tolist()
+    lines = [_legend(sheet.width, tolerance_deg, tones, "█" * 5 if halves == 2 else GLYPHS)]
+    for row in range(0, len(levels), halves):
+        whole = [hour for hour in hours[row : row + halves] if hour == int(hour)]
+        line = f"{int(whole[0]):02d} " if whole else " " * _RULER
+        for steps in zip(*levels[row : row + halves], strict=True):
+            line += _cell(steps, stretch, tones)
         lines.append(line if coloured else line.rstrip())
     lines.append(" " * _RULER + _months_ruler(cells.months, across, stretch))
     note = "mean solar hour down, day of the year across; blank: no Sun, or out of reach"
     short = "solar hour down, day of the year across"
-    lines.append(note if len(note) <= width else short[:width])
+    lines.append(note if len(note) <= sheet.width else short[: sheet.width])
     return "\n".join(lines)
 
 
-def _half_blocks(
-    cells: YearCells, width: int, height: int, tolerance_deg: float, tones: tuple[int, ...]
-) -> str:
-    """The map with two rows of cells in each line."""
-    down = _share(len(cells.hours), 2 * (height - 3))
-    across = _share(len(cells.months), width - _RULER)
-    worst = _worst(cells.rms_deg, down, across)
-    stretch = max(1, (width - _RULER) // worst.shape[1])
-    levels = [[level(value, tolerance_deg) for value in row] for row in worst.tolist()]
-    if len(levels) % 2:
-        levels.append([None] * worst.shape[1])
-    hours = cells.hours[::down].tolist()
-    lines = [_legend(width, tolerance_deg, tones, "█" * len(GLYPHS))]
-    for row in range(0, len(levels), 2):
-        whole = [hour for hour in hours[row : row + 2] if hour == int(hour)]
-        line = f"{int(whole[0]):02d} " if whole else " " * _RULER
-        for upper, lower in zip(levels[row], levels[row + 1], strict=True):
-            if upper is None and lower is None:
-                line += " " * stretch
-            elif lower is None and upper is not None:
-                line += f"\x1b[38;5;{tones[upper]}m{'▀' * stretch}\x1b[0m"
-            elif upper is None and lower is not None:
-                line += f"\x1b[38;5;{tones[lower]}m{'▄' * stretch}\x1b[0m"
-            elif upper is not None and lower is not None:
-                line += f"\x1b[38;5;{tones[upper]};48;5;{tones[lower]}m{'▀' * stretch}\x1b[0m"
-        lines.append(line)
-    lines.append(" " * _RULER + _months_ruler(cells.months, across, stretch))
-    note = "mean solar hour down, day of the year across; blank: no Sun, or out of reach"
-    short = "solar hour down, day of the year across"
-    lines.append(note if len(note) <= width else short[:width])
-    return "\n".join(lines)
+def _cell(steps: tuple[int | None, ...], stretch: int, tones: tuple[int, ...] | None) -> str:
+    """One level as its glyph, or two above one another as half blocks in their colours."""
+    upper, lower = steps[0], steps[-1]
+    if upper is None and lower is None:
+        return " " * stretch
+    if len(steps) == 1:
+        assert upper is not None
+        shown = GLYPHS[upper] * stretch
+        return shown if tones is None else f"\x1b[38;5;{tones[upper]}m{shown}\x1b[0m"
+    assert tones is not None
+    if lower is None:
+        assert upper is not None
+        return f"\x1b[38;5;{tones[upper]}m{'▀' * stretch}\x1b[0m"
+    if upper is None:
+        return f"\x1b[38;5;{tones[lower]}m{'▄' * stretch}\x1b[0m"
+    return f"\x1b[38;5;{tones[upper]};48;5;{tones[lower]}m{'▀' * stretch}\x1b[0m"
 
 
 def _share(cells: int, room: int) -> int:

@@ -5,14 +5,14 @@ Any size from 40 x 10 on; nothing is shown by colour alone. Draw on one thread o
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.report import scales
 from solarcal.report.canvas import Canvas, HeaderPart
-from solarcal.report.scales import Scale, Theme
+from solarcal.report.scales import Scale, Sheet
 from solarcal.units import FloatArray
 
 SMALLEST_HEIGHT = 20
@@ -33,22 +33,20 @@ class DayTrack:
     latitude_deg: float
 
 
-def day_chart(
-    track: DayTrack, width: int, height: int, colour: bool = True, theme: Theme = "phosphor"
-) -> str:
-    """Two charts on one time scale, together ``height`` lines of at most ``width`` characters.
+def day_chart(track: DayTrack, sheet: Sheet) -> str:
+    """Two charts on one time scale, together as high as the sheet.
 
     Both need 40 x 20; in fewer lines only the elevation is drawn. Only the Sun above the horizon is
     drawn; where it is beyond the mount's limits the dots are ``:``.
     """
     up = track.elevation_deg >= 0.0
-    if height < SMALLEST_HEIGHT:
-        return _elevation(track, up, width, height, colour, theme)
-    upper = (height + 1) // 2
+    if sheet.height < SMALLEST_HEIGHT:
+        return _elevation(track, up, sheet)
+    upper = (sheet.height + 1) // 2
     return "\n".join(
         (
-            _elevation(track, up, width, upper, colour, theme),
-            _azimuth(track, up, width, height - upper, colour, theme),
+            _elevation(track, up, replace(sheet, height=upper)),
+            _azimuth(track, up, replace(sheet, height=sheet.height - upper)),
         )
     )
 
@@ -64,10 +62,8 @@ def _draw(canvas: Canvas, track: DayTrack, up: NDArray[np.bool_], y: FloatArray,
     canvas.dots(track.solar_time_h[within], y[within], scales.AXIS1, tone)
 
 
-def _elevation(
-    track: DayTrack, up: NDArray[np.bool_], width: int, height: int, colour: bool, theme: Theme
-) -> str:
-    canvas = Canvas(width, height, colour, theme, "")
+def _elevation(track: DayTrack, up: NDArray[np.bool_], sheet: Sheet) -> str:
+    canvas = Canvas(sheet, "")
     palette = canvas.palette
     top = 10.0 * np.ceil(max(float(track.elevation_deg.max()), 10.0) / 10.0)
     canvas.frame(
@@ -82,10 +78,8 @@ def _elevation(
     return canvas.finish(head)
 
 
-def _azimuth(
-    track: DayTrack, up: NDArray[np.bool_], width: int, height: int, colour: bool, theme: Theme
-) -> str:
-    canvas = Canvas(width, height, colour, theme, "")
+def _azimuth(track: DayTrack, up: NDArray[np.bool_], sheet: Sheet) -> str:
+    canvas = Canvas(sheet, "")
     palette = canvas.palette
     azimuth = scales.on_bearing_branch(track.azimuth_deg, track.latitude_deg)
     bearings = scales.bearing_scale(azimuth[up])
@@ -123,10 +117,7 @@ def curve_plot(
     x: FloatArray,
     curves: Sequence[Curve],
     x_label: str,
-    width: int,
-    height: int,
-    colour: bool = True,
-    theme: Theme = "phosphor",
+    sheet: Sheet,
     *,
     hours: bool = False,
     marks: Sequence[tuple[float, str]] = (),
@@ -135,7 +126,7 @@ def curve_plot(
 
     ``hours``: x is solar time, its ruler whole hours.
     """
-    canvas = Canvas(width, height, colour, theme, x_label)
+    canvas = Canvas(sheet, x_label)
     palette = canvas.palette
     values = np.concatenate([curve.y for curve in curves])
     values = values[np.isfinite(values)]
@@ -169,13 +160,10 @@ def curve_plot(
 def directions_plot(
     places: Sequence[tuple[str, str, float, float]],
     latitude_deg: float,
-    width: int,
-    height: int,
-    colour: bool = True,
-    theme: Theme = "phosphor",
+    sheet: Sheet,
 ) -> str:
     """Sun, mirror normal and target in the sky: (letter, name, azimuth, elevation), degrees."""
-    canvas = Canvas(width, height, colour, theme, "azimuth")
+    canvas = Canvas(sheet, "azimuth")
     palette = canvas.palette
     azimuth = scales.on_bearing_branch(np.array([place[2] for place in places]), latitude_deg)
     elevation = np.array([place[3] for place in places])
@@ -199,10 +187,7 @@ def plate_drawing(
     spot_diameter: float,
     across: float,
     up: float,
-    width: int,
-    height: int,
-    colour: bool = True,
-    theme: Theme = "phosphor",
+    sheet: Sheet,
     *,
     plate_diameter: float | None = None,
 ) -> str:
@@ -210,7 +195,7 @@ def plate_drawing(
     rings = [Ring("hole", "#", hole_diameter), Ring("spot", "o", spot_diameter, across, up)]
     if plate_diameter is not None:
         rings.insert(0, Ring("plate", ".", plate_diameter))
-    return rings_drawing("the plate from the mirror", rings, width, height, colour, theme)
+    return rings_drawing("the plate from the mirror", rings, sheet)
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,13 +212,10 @@ class Ring:
 def rings_drawing(
     title: str,
     rings: Sequence[Ring],
-    width: int,
-    height: int,
-    colour: bool = True,
-    theme: Theme = "phosphor",
+    sheet: Sheet,
 ) -> str:
     """Circles in one plane, all of one unit, round and in view."""
-    canvas = Canvas(width, height, colour, theme, "")
+    canvas = Canvas(sheet, "")
     palette = canvas.palette
     turn = np.linspace(0.0, 2.0 * math.pi, _CIRCLE_POINTS)
     largest = max(ring.diameter for ring in rings)

@@ -13,7 +13,7 @@ import numpy as np
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.report import scales
 from solarcal.report.canvas import Canvas, HeaderPart
-from solarcal.report.scales import WHOLE, Scale, Theme, View
+from solarcal.report.scales import WHOLE, Scale, Sheet, View
 from solarcal.session.records import FitRecord
 from solarcal.station.curves import ErrorPlotData
 from solarcal.units import FloatArray
@@ -170,10 +170,7 @@ def error_reach(*data: ErrorPlotData) -> tuple[float, float]:
 
 def error_plot(
     data: ErrorPlotData,
-    width: int,
-    height: int,
-    colour: bool = True,
-    theme: Theme = "phosphor",
+    sheet: Sheet,
     view: View = WHOLE,
     reach_deg: tuple[float, float] | None = None,
 ) -> str:
@@ -185,7 +182,7 @@ def error_plot(
     curves in braille with dotted bands at any height. ``reach_deg``: ends of the ruler of errors
     where it is not this plot's own.
     """
-    canvas = Canvas(width, height, colour, theme, _time_label(data))
+    canvas = Canvas(sheet, _time_label(data))
     points, model, palette = data.points, data.model, canvas.palette
     low, high = reach_deg or error_reach(data)
     hours, values = _rulers(canvas, data, view, low, high, points.err1_deg, points.err2_deg)
@@ -199,7 +196,7 @@ def error_plot(
     if view.fine:
         band = _model_curves(canvas, data)
     else:
-        band = _model_dots(canvas, data, height)
+        band = _model_dots(canvas, data, sheet.height)
     both = _draw_points(canvas, data, hours, values, points.err1_deg, points.err2_deg)
     if not points.labels:
         canvas.say("No points yet. The first one appears here as soon as it is stored.")
@@ -208,7 +205,7 @@ def error_plot(
         if data.has_model:
             words = f"  residual {points.residual1_deg[at]:+.4f} {points.residual2_deg[at]:+.4f}"
         what = _reading(canvas, data, at, points.err1_deg, points.err2_deg, words)
-        return canvas.finish(_header(width, what, what[:3]))
+        return canvas.finish(_header(sheet.width, what, what[:3]))
     curves: list[HeaderPart] = []
     if data.has_model:
         glyphs = ("⠒⠒", "⠒ ⠒") if view.fine else (scales.MODEL1, scales.MODEL2)
@@ -231,7 +228,7 @@ def error_plot(
     short = _legend(canvas, data, both, "error, deg", ("ax1", "ax2")) + curves
     bare = _legend(canvas, data, False, "deg", ("ax1", "ax2")) + curves
     shorter = [short + marks[:k] for k in range(len(marks), -1, -1)]
-    return canvas.finish(_header(width, long + marks, *shorter, bare))
+    return canvas.finish(_header(sheet.width, long + marks, *shorter, bare))
 
 
 def _model_dots(canvas: Canvas, data: ErrorPlotData, height: int) -> bool:
@@ -256,10 +253,7 @@ def _model_dots(canvas: Canvas, data: ErrorPlotData, height: int) -> bool:
 
 def residual_plot(
     data: ErrorPlotData,
-    width: int,
-    height: int,
-    colour: bool = True,
-    theme: Theme = "phosphor",
+    sheet: Sheet,
     view: View = WHOLE,
 ) -> str:
     """What the model leaves of each point ON THE SKY, against solar time, with the tolerance.
@@ -267,7 +261,7 @@ def residual_plot(
     Where the view is fine a braille line goes from zero to each residual: a quarter of a row is
     seen.
     """
-    canvas = Canvas(width, height, colour, theme, _time_label(data))
+    canvas = Canvas(sheet, _time_label(data))
     points, palette = data.points, canvas.palette
     cross, along = points.cross_deg, points.along_deg
     # On screen a point that is not used must not flatten the others; in print all are shown.
@@ -296,7 +290,7 @@ def residual_plot(
     if at is not None and data.has_model:
         sky = f"  on the sky {np.hypot(cross[at], along[at]):.4f} deg"
         what = _reading(canvas, data, at, cross, along, sky)
-        return canvas.finish(_header(width, what, what[:3]))
+        return canvas.finish(_header(sheet.width, what, what[:3]))
     names = ("across (axis 1)", "along (axis 2)")
     long = _legend(canvas, data, both, "residual on the sky, deg", names)
     short = _legend(canvas, data, both, "on sky, deg", ("axis 1", "axis 2"))
@@ -306,19 +300,16 @@ def residual_plot(
         marks.append((f"  {beyond} beyond the frame", palette.text))
     if data.tolerance_deg <= reach:
         marks.append((f"  {scales.TOLERANCE} tolerance {data.tolerance_deg:g}", palette.text))
-    return canvas.finish(_header(width, long + marks, short + marks, long, short, bare))
+    return canvas.finish(_header(sheet.width, long + marks, short + marks, long, short, bare))
 
 
 def sky_map(
     data: ErrorPlotData,
-    width: int,
-    height: int,
-    colour: bool = True,
-    theme: Theme = "phosphor",
+    sheet: Sheet,
     view: View = WHOLE,
 ) -> str:
     """Where in the sky the points lie: elevation against azimuth, with the Sun's path."""
-    canvas = Canvas(width, height, colour, theme, "azimuth")
+    canvas = Canvas(sheet, "azimuth")
     points, path, palette = data.points, data.path, canvas.palette
     tallest = max([30.0, *path.elevation_deg.tolist(), *points.elevation_deg.tolist()])
     top = min(90.0, 10.0 * np.ceil(tallest / 10.0))
@@ -373,15 +364,12 @@ def sky_map(
         (f"  {scales.PATH} Sun", palette.text),
     ]
     outside: list[HeaderPart] = [(f"  {scales.PATH_OUTSIDE} beyond limits", palette.text)]
-    return canvas.finish(_header(width, head + (outside if (~within).any() else []), head))
+    return canvas.finish(_header(sheet.width, head + (outside if (~within).any() else []), head))
 
 
 def convergence_plot(
     history: Sequence[FitRecord],
-    width: int,
-    height: int,
-    colour: bool = True,
-    theme: Theme = "phosphor",
+    sheet: Sheet,
 ) -> str:
     """P1..P6 against the number of points, each drawn with its own digit, with one-sigma bars.
 
@@ -389,7 +377,7 @@ def convergence_plot(
     90 deg of travel. Early values are wild: the frame holds the later half of the history, and
     what lies beyond it is counted in the header.
     """
-    canvas = Canvas(width, height, colour, theme, "points")
+    canvas = Canvas(sheet, "points")
     palette = canvas.palette
     n = np.array([fit.points for fit in history], dtype=np.float64)
     weights = np.array([1.0] * 4 + [SCALE_TRAVEL_DEG] * 2)
@@ -406,11 +394,13 @@ def convergence_plot(
     values = scales.value_scale(low, high, canvas.rows)
     first, last = (float(n.min()), float(n.max())) if n.size else (3.0, 12.0)
     last = max(last, first + 2.0)
-    step = next(s for s in (1, 2, 5, 10, 20, 50, 100, 1000) if (last - first) / s * 5 <= width)
+    step = next(
+        s for s in (1, 2, 5, 10, 20, 50, 100, 1000) if (last - first) / s * 5 <= sheet.width
+    )
     ticks = tuple(float(k) for k in range(int(first), int(last) + 1, step))
     canvas.frame(Scale(first - 0.5, last + 0.5, ticks, tuple(f"{int(k)}" for k in ticks)), values)
     canvas.level(0.0, scales.ZERO)
-    tones = [scales.SERIES[i] if theme == "phosphor" else palette.text for i in range(6)]
+    tones = [scales.SERIES[i] if sheet.theme == "phosphor" else palette.text for i in range(6)]
     beside = n[:, np.newaxis] + SIDE_BY_SIDE * (np.arange(6) - 2.5)
     # Bars first: a digit may lie on a bar, no bar on a digit.
     for index in range(6):
@@ -433,4 +423,4 @@ def convergence_plot(
     ]
     if beyond:
         long.append((f"  {beyond} beyond the frame", palette.text))
-    return canvas.finish(_header(width, long, short))
+    return canvas.finish(_header(sheet.width, long, short))

@@ -14,6 +14,16 @@ Theme = Literal["phosphor", "light"]
 
 
 @dataclass(frozen=True, slots=True)
+class Sheet:
+    """What a plot is drawn for: columns and rows of characters, colour wanted, theme."""
+
+    width: int
+    height: int
+    colour: bool = True
+    theme: Theme = "phosphor"
+
+
+@dataclass(frozen=True, slots=True)
 class Palette:
     """Colours out of the 256 every terminal has; the background is left to the terminal."""
 

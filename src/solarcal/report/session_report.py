@@ -19,6 +19,7 @@ from solarcal.report.judgement import (
     verdict_blocks,
 )
 from solarcal.report.plots import error_plot
+from solarcal.report.scales import Sheet
 from solarcal.report.tables import (
     checks_table,
     clocks_table,
@@ -62,9 +63,12 @@ if TYPE_CHECKING:
 WIDEST_PLOT = 100
 
 
-def _plot_size() -> tuple[int, int]:
+def _sheet() -> Sheet:
+    """For a plot between the tables on this terminal."""
     columns, rows = shutil.get_terminal_size((80, 24))
-    return min(max(columns, 60), WIDEST_PLOT), min(max(rows - 2, 20), 30)
+    return Sheet(
+        min(max(columns, 60), WIDEST_PLOT), min(max(rows - 2, 20), 30), sys.stdout.isatty()
+    )
 
 
 def diagnosis_section(findings: Sequence[Finding]) -> str:
@@ -107,7 +111,6 @@ def _judged(judgement: Analysis, tolerance_deg: float) -> list[str]:
 
 def session_text(session: SessionView, judgement: Analysis | None) -> str:
     """A session so far: checks, points, fit, verdict, plot, upload, check points, evidence."""
-    width, height = _plot_size()
     solution = None if judgement is None else judgement.solution
     parts = [
         heading(session),
@@ -120,7 +123,7 @@ def session_text(session: SessionView, judgement: Analysis | None) -> str:
         parts.append(section_text("Fit", *fit_summary(solution)))
         parts += _judged(judgement, session.header.tolerance_deg)
     data = session_plot_data(session.header, session.points, solution)
-    parts.append(error_plot(data, width, height, colour=sys.stdout.isatty()))
+    parts.append(error_plot(data, _sheet()))
     parts += [section_text("Upload", *upload_table(upload)) for upload in session.uploads]
     if session.checks:
         parts.append(
@@ -168,9 +171,8 @@ def fit_text(judged: FileAnalysis, *, plot: bool) -> str:
     if judged.analysis is not None:
         parts += _judged(judged.analysis, judged.tolerance_deg)
     if plot:
-        width, height = _plot_size()
         data = table_plot_data(fitted.table, fitted.solution)
-        parts.append(error_plot(data, width, height, colour=sys.stdout.isatty()))
+        parts.append(error_plot(data, _sheet()))
     if fitted.findings:
         parts.append(diagnosis_section(fitted.findings))
     return "\n\n".join(parts)

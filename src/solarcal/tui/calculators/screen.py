@@ -225,7 +225,7 @@ class CalculatorScreen(StationScreen):
             draw = self.drawings[at].draw
             plot.show(draw)
         else:
-            plot.show(lambda *size: "")
+            plot.show(lambda sheet: "")
         width = max(20, self.app.size.width - 1)
         lines = self.answer.lines if self.answer is not None else ["no result"]
         self.query_one(TextLines).show([part for line in lines for part in _fitted(line, width)])

@@ -15,14 +15,14 @@ from textual.reactive import reactive
 from textual.strip import Strip
 from textual.widget import Widget
 
-from solarcal.report.scales import Theme, View
+from solarcal.report.scales import Sheet, Theme, View
 
 _SGR = re.compile(r"\x1b\[([0-9;]*)m")
 
-Draw = Callable[[int, int, bool, Theme], str]
-"""Width, height, colour wanted, theme -> the plot as text with ANSI colours."""
+Draw = Callable[[Sheet], str]
+"""The plot for a sheet as text with ANSI colours."""
 
-DrawView = Callable[[int, int, bool, Theme, View], str]
+DrawView = Callable[[Sheet, View], str]
 """The same of the part of the plot that is looked at."""
 
 MOST_ZOOM = 64.0
@@ -118,7 +118,7 @@ class AnsiPlot(Widget):
         if width < least_width or height < least_height:
             return strips_of_ansi("the plot does not fit; make the window larger", width, base)
         theme: Theme = "phosphor" if self.app.current_theme.dark else "light"
-        return strips_of_ansi(self._draw(width, height, True, theme), width, base)
+        return strips_of_ansi(self._draw(Sheet(width, height, theme=theme)), width, base)
 
 
 def fine_characters(encoding: str | None) -> bool:
@@ -176,12 +176,7 @@ class ExploredPlot(AnsiPlot, can_focus=True):
         self._points = points
         if (cursor := self.view.cursor) is not None and cursor >= points:
             self.view = replace(self.view, cursor=None, follows=False)
-        self.show(
-            lambda width, height, colour, theme: draw(
-                width, height, colour, theme, replace(self.view, fine=fine, shades=shades)
-            ),
-            what,
-        )
+        self.show(lambda sheet: draw(sheet, replace(self.view, fine=fine, shades=shades)), what)
 
     def watch_view(self) -> None:
         self.refresh()

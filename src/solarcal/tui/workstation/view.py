@@ -364,23 +364,15 @@ def drawing(
 ) -> DrawView:
     """How to draw one of ``PLOTS`` for a session as it stands."""
     if kind == "forecast":
-        return lambda width, height, colour, theme, view: (
+        return lambda sheet, view: (
             forecast_map(
-                judgement.forecast,
-                width,
-                height,
-                colour,
-                theme,
-                session.header.tolerance_deg,
-                view.fine and view.shades,
+                judgement.forecast, sheet, session.header.tolerance_deg, view.fine and view.shades
             )
             if judgement is not None
             else "The forecast of the year comes with the first point."
         )
     if kind == "history":
-        return lambda width, height, colour, theme, view: convergence_plot(
-            session.fits, width, height, colour, theme
-        )
+        return lambda sheet, view: convergence_plot(session.fits, sheet)
     plot = {"error": error_plot, "residuals": residual_plot, "sky map": sky_map}[kind]
 
     @cache
@@ -388,9 +380,7 @@ def drawing(
         # Zooming and walking draw the same numbers again.
         return session_plot_data(session.header, session.points, solution)
 
-    return lambda width, height, colour, theme, view: plot(
-        data(), width, height, colour, theme, view
-    )
+    return lambda sheet, view: plot(data(), sheet, view)
 
 
 def check_lines(session: SessionView) -> list[str]:
