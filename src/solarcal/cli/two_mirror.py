@@ -5,6 +5,7 @@ The subcommands and the keys of their JSON documents are in docs/two-mirror.md.
 
 import argparse
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from solarcal.cli.calibrate import add_seed_option, add_set_option
@@ -134,7 +135,6 @@ def watch_folder(args: argparse.Namespace, clock: Clock) -> int:
 
 
 def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
-    from solarcal.instruments.two_mirror import base_document
     from solarcal.session.interchange.csv_points import read_points_csv
     from solarcal.two_mirror.base import MirrorPoints, fit_base
     from solarcal.two_mirror.mirrors import EulerBase
@@ -157,9 +157,9 @@ def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     document = {
         "file": str(args.file),
         "points": solution.n_points,
-        "base": base_document(solution.base),
+        "base": asdict(solution.base),
         "sigma_deg": solution.sigma_deg,
-        "start": base_document(solution.start),
+        "start": asdict(solution.start),
         "before_rms_deg": float((before_deg @ before_deg / len(points)) ** 0.5),
         "before_max_deg": float(before_deg.max()),
         "sky_rms_deg": solution.sky_rms_deg,

@@ -99,7 +99,7 @@ _SUNSPOT = (
     ),
     Instrument(
         "sunspot-picture", "Drives and devices", "Sunspot picture", "E from a picture of the plate",
-        "camera", "plate",
+        "sunspot", "plate",
         (
             Field(
                 "image", "Picture or folder", hint="a .pgm or .png", flag="--picture",

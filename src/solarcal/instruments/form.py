@@ -57,6 +57,11 @@ def paragraph(*lines: str) -> str:
     return "\n".join(lines)
 
 
+def labelled(*rows: tuple[str, str, str]) -> list[str]:
+    """Lines of a label, a number and its unit."""
+    return [f"  {label:<24}{value:>10} {unit}".rstrip() for label, value, unit in rows]
+
+
 @dataclass(frozen=True, slots=True)
 class Field:
     """One thing asked for.

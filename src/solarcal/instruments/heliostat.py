@@ -1,5 +1,6 @@
 """A heliostat's mirror over a day, its target; a mirror on a circle, a translation."""
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -58,14 +59,7 @@ def target(form: Form) -> Answer:
     """The target's direction from sightings, at least one."""
     sightings, latitude_deg = _sightings(form), drawn_latitude_deg(form)
     found = targeting(*np.array(sightings, dtype=np.float64).T)
-    document = {
-        "azimuth_deg": found.azimuth_deg,
-        "zenith_deg": found.zenith_deg,
-        "residual_deg": found.residual_deg,
-        "rms_deg": found.rms_deg,
-        "sigma_deg": found.sigma_deg,
-        "observations": len(sightings),
-    }
+    document = {**asdict(found), "observations": len(sightings)}
     lines = [f"  TARGET  azimuth {found.azimuth_deg:9.4f}  zenith angle {found.zenith_deg:8.4f}"]
     lines += [
         f"  observation {number}: {residual:.4f} deg away from there"
@@ -247,15 +241,8 @@ def aim(form: Form) -> Answer:
 
 
 def _root_document(root: Root) -> dict[str, Any]:
-    return {
-        "azimuth_deg": root.azimuth_deg,
-        "zenith_deg": root.zenith_deg,
-        "normal_azimuth_deg": root.normal_azimuth_deg,
-        "normal_zenith_deg": root.normal_zenith_deg,
-        "incidence_deg": root.incidence_deg,
-        "from_target_deg": root.from_target_deg,
-        "miss": root.miss,
-    }
+    """The part of a document about a root, whose side is its key."""
+    return {name: value for name, value in asdict(root).items() if name != "side"}
 
 
 def drift(form: Form) -> Answer:

@@ -199,7 +199,7 @@ _TWO_MIRROR = (
     ),
     Instrument(
         "mirrors-camera", "Two-mirror tracker", "Camera", "the disc in an image as corrections",
-        "camera", "camera",
+        "two_mirror", "camera",
         (
             Field(
                 "image", "Image or folder", hint="a .pgm or .png", metavar="FILE|FOLDER",

@@ -1,8 +1,7 @@
 """A screwjack's SJP#1-3 from measured lengths, its dead points, what a wrong R1 does."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import asdict
 
 import msgspec
 import numpy as np
@@ -13,7 +12,6 @@ from solarcal.mount.drive import ScrewjackDrive, format_drive
 from solarcal.mount.screwjack_setup import (
     Measured,
     ScrewjackSetup,
-    WrongLength,
     dead_points_deg,
     fit_beta,
     measured,
@@ -22,7 +20,7 @@ from solarcal.mount.screwjack_setup import (
 )
 from solarcal.report.instrument_plots import Curve, curve_plot
 from solarcal.report.scales import Sheet
-from solarcal.units import FloatArray, format_degrees
+from solarcal.units import format_degrees
 
 LENGTH_UNITS = {"in": 1.0 / 25.4, "mm": 1.0, "cm": 0.1, "m": 0.001}
 """Units of the lengths, each with how many of it a millimetre is."""
@@ -33,66 +31,48 @@ _INSIDE_DEG = 5.0
 """How far inside the dead points the axis is looked at when no limits are given."""
 
 
-@dataclass(frozen=True, slots=True)
-class Asked:
-    """What was measured; lengths in ``unit``."""
-
-    R1: float
-    R2: float
-    R3: float
-    observations: Sequence[Measured]
-    grows: bool
-    counts: float | None
-    limits: tuple[float, float] | None
-    reference_deg: float | None
-    unit: str
-    wrong_R1: float | None
-
-
-def _asked(form: Form) -> Asked:
-    R1, R2, R3 = (form.number(name) for name in ("R1", "R2", "R3"))
+def _observations(form: Form, R3: float) -> list[Measured]:
     pins = form.choice("pins") == "pin to pin"
     rows = form.filled_rows("at")
     if not rows:
         raise form.error("at", "measure the length at one axis angle at least")
     pairs = [pair for row in rows if (pair := form.pair(row)) is not None]
-    return Asked(
-        R1=R1,
-        R2=R2,
-        R3=R3,
-        observations=[measured(*pair, R3, pin_to_pin=pins) for pair in pairs],
-        grows=form.choice("sense") == "grows",
-        counts=form.optional("counts"),
-        limits=form.pair("limits"),
-        reference_deg=form.optional("reference"),
-        unit=form.choice("unit"),
-        wrong_R1=form.optional("wrong_R1"),
-    )
+    return [measured(*pair, R3, pin_to_pin=pins) for pair in pairs]
 
 
 def screwjack(form: Form) -> Answer:
     """Parameters, their consistency, and both curves."""
-    asked = _asked(form)
-    unset = ScrewjackDrive(
-        R1=asked.R1,
-        R2=asked.R2,
-        R3=asked.R3,
-        beta_deg=0.0,
-        counts_per_length=1.0 if asked.counts is None else asked.counts,
-        sign=-1 if asked.grows else 1,
+    R1, R2, R3 = (form.number(name) for name in ("R1", "R2", "R3"))
+    observations = _observations(form, R3)
+    grows = form.choice("sense") == "grows"
+    counts, limits, reference = (
+        form.optional("counts"),
+        form.pair("limits"),
+        form.optional("reference"),
     )
-    setup = fit_beta(unset, asked.observations)
+    unit, change = form.choice("unit"), form.optional("wrong_R1")
+    unset = ScrewjackDrive(
+        R1=R1,
+        R2=R2,
+        R3=R3,
+        beta_deg=0.0,
+        counts_per_length=1.0 if counts is None else counts,
+        sign=-1 if grows else 1,
+    )
+    setup = fit_beta(unset, observations)
     jack = setup.drive
     lowest, highest = reach_deg(jack)
-    low, high = asked.limits or (lowest + _INSIDE_DEG, highest - _INSIDE_DEG)
+    low, high = limits or (lowest + _INSIDE_DEG, highest - _INSIDE_DEG)
     if not low < high:
         raise ConfigurationError(f"limits: {low:g} is not below {high:g}")
-    reference = high if asked.reference_deg is None else asked.reference_deg
     angles = np.linspace(low, high, _CURVE_POINTS)
-    change = _WRONG_R1_MM * LENGTH_UNITS[asked.unit] if asked.wrong_R1 is None else asked.wrong_R1
+    if change is None:
+        change = _WRONG_R1_MM * LENGTH_UNITS[unit]
     true = msgspec.structs.replace(jack, R1=jack.R1 + change)
-    wrong = wrong_length(true, jack, reference, angles)
+    wrong = wrong_length(true, jack, high if reference is None else reference, angles)
     length = jack.length(angles)
+    dead = dead_points_deg(jack)
+    drive = None if counts is None else format_drive(jack)
     document = {
         "SJP1": jack.SJP1,
         "SJP2": jack.SJP2,
@@ -104,28 +84,51 @@ def screwjack(form: Form) -> Answer:
         "consistent": setup.consistent,
         "length_residuals": setup.length_residuals,
         "angle_residuals_deg": setup.angle_residuals_deg,
-        "explanations": [
-            {"name": one.name, "change": one.change, "rms": one.rms} for one in setup.explanations
-        ],
-        "dead_points_deg": dead_points_deg(jack),
+        "explanations": [asdict(one) for one in setup.explanations],
+        "dead_points_deg": dead,
         "reach_deg": (lowest, highest),
-        "drive": None if asked.counts is None else format_drive(jack),
+        "drive": drive,
         "curve": {
             "angle_deg": angles,
             "length": length,
-            "counts": None if asked.counts is None else asked.counts * length,
+            "counts": None if counts is None else counts * length,
         },
-        "wrong_R1": _wrong_document(change, wrong),
+        "wrong_R1": {
+            "change": change,
+            "error_max_deg": float(abs(wrong.error_deg).max()),
+            "left_max_deg": float(abs(wrong.left_deg).max()),
+            "offset_deg": wrong.offset_deg,
+            "scale": wrong.scale,
+            "angle_deg": wrong.angle_deg,
+            "error_deg": wrong.error_deg,
+            "left_deg": wrong.left_deg,
+        },
     }
+    slopes = []
+    if counts is not None:
+        slope = abs(counts * (length[1:] - length[:-1]) / (angles[1:] - angles[:-1]))
+        slopes = [f"  counts a degree: {slope.min():.0f} to {slope.max():.0f}"]
+
+    def length_plot(sheet: Sheet) -> str:
+        curves, marks = [Curve("L", length, "●")], [(angle, "dead point") for angle in dead]
+        return curve_plot(
+            f"length L, {unit}", angles, curves, "axis angle, deg", sheet, marks=marks
+        )
+
+    def wrong_plot(sheet: Sheet) -> str:
+        curves = [Curve("read-out", wrong.error_deg, "●"), Curve("left", wrong.left_deg, "+")]
+        title = f"R1 {change:+.4g} {unit}: error, deg"
+        return curve_plot(title, angles, curves, "axis angle, deg", sheet)
+
     return Answer(
         document,
         (
-            paragraph(*_setup_lines(asked, setup), ""),
-            _length_drawing(asked, jack, angles, length),
-            paragraph(*_slope_lines(asked, length, angles), ""),
-            _wrong_drawing(asked, angles, change, wrong),
+            paragraph(*_setup_lines(setup, observations, unit, drive), ""),
+            Drawing("length", length_plot, 16),
+            paragraph(*slopes, ""),
+            Drawing("wrong R1", wrong_plot, 14),
             paragraph(
-                f"  R1 {change:+.4g} {asked.unit} from the given value: up to "
+                f"  R1 {change:+.4g} {unit} from the given value: up to "
                 f"{abs(wrong.error_deg).max():.3f} deg of tracking error;",
                 "  offset and scale (P2 and P5, or P4 and P6) leave "
                 f"{abs(wrong.left_deg).max():.3f} deg.",
@@ -134,32 +137,21 @@ def screwjack(form: Form) -> Answer:
     )
 
 
-def _wrong_document(change: float, wrong: WrongLength) -> dict[str, Any]:
-    return {
-        "change": change,
-        "error_max_deg": float(abs(wrong.error_deg).max()),
-        "left_max_deg": float(abs(wrong.left_deg).max()),
-        "offset_deg": wrong.offset_deg,
-        "scale": wrong.scale,
-        "angle_deg": wrong.angle_deg,
-        "error_deg": wrong.error_deg,
-        "left_deg": wrong.left_deg,
-    }
-
-
-def _setup_lines(asked: Asked, setup: ScrewjackSetup) -> list[str]:
-    jack, unit = setup.drive, asked.unit
+def _setup_lines(
+    setup: ScrewjackSetup, observations: Sequence[Measured], unit: str, drive: str | None
+) -> list[str]:
+    jack = setup.drive
     sigma = "" if setup.beta_sigma_deg is None else f"  (sigma {setup.beta_sigma_deg:.3f})"
     lines = [
         f"  SJP#1  {jack.SJP1:12.4f} deg  (beta){sigma}",
         f"  SJP#2  {jack.SJP2:12.4f} {unit}^2",
         f"  SJP#3  {jack.SJP3:12.4f} {unit}^2",
     ]
-    if asked.counts is not None:
-        lines.append(f"  drive  {format_drive(jack)}")
+    if drive is not None:
+        lines.append(f"  drive  {drive}")
     lines.append(f"  {'angle':>9} {'L':>10} {'its beta':>10} {'residual':>10} {'as angle':>11}")
     for one, beta, length, angle in zip(
-        asked.observations, setup.betas_deg, setup.length_residuals, setup.angle_residuals_deg,
+        observations, setup.betas_deg, setup.length_residuals, setup.angle_residuals_deg,
         strict=True,
     ):  # fmt: skip
         lines.append(
@@ -180,33 +172,3 @@ def _setup_lines(asked: Asked, setup: ScrewjackSetup) -> list[str]:
     low, high = dead_points_deg(jack)
     lines.append(f"  dead points at {low:.3f} and {high:.3f} deg")
     return lines
-
-
-def _slope_lines(asked: Asked, length: FloatArray, angles: FloatArray) -> list[str]:
-    if asked.counts is None:
-        return []
-    slope = abs(asked.counts * (length[1:] - length[:-1]) / (angles[1:] - angles[:-1]))
-    return [f"  counts a degree: {slope.min():.0f} to {slope.max():.0f}"]
-
-
-def _length_drawing(
-    asked: Asked, jack: ScrewjackDrive, angles: FloatArray, length: FloatArray
-) -> Drawing:
-    dead = [(angle, "dead point") for angle in dead_points_deg(jack)]
-
-    def draw(sheet: Sheet) -> str:
-        curves = [Curve("L", length, "●")]
-        return curve_plot(
-            f"length L, {asked.unit}", angles, curves, "axis angle, deg", sheet, marks=dead
-        )
-
-    return Drawing("length", draw, 16)
-
-
-def _wrong_drawing(asked: Asked, angles: FloatArray, change: float, wrong: WrongLength) -> Drawing:
-    curves = [Curve("read-out", wrong.error_deg, "●"), Curve("left", wrong.left_deg, "+")]
-
-    title = f"R1 {change:+.4g} {asked.unit}: error, deg"
-    return Drawing(
-        "wrong R1", lambda sheet: curve_plot(title, angles, curves, "axis angle, deg", sheet), 14
-    )

@@ -1,14 +1,17 @@
-"""Where the Sun is, and which way that turns the axes."""
+"""Where Sun and Moon are, and which way that turns the axes."""
+
+from typing import Any
 
 import numpy as np
 
-from solarcal.instruments.form import Answer, Drawing, Form, paragraph
-from solarcal.instruments.moon import moon
+from solarcal.instruments.form import Answer, Drawing, Form, labelled, paragraph
 from solarcal.instruments.mount_and_collector import asked_geometry
+from solarcal.mount.geometry import MountGeometry
 from solarcal.report.instrument_plots import Curve, curve_plot
 from solarcal.report.scales import Sheet
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun import SunPosition, sun_position
+from solarcal.sun.moon import BRIGHT_ENOUGH, HIGH_ENOUGH_DEG, MoonPosition, moon_position
 from solarcal.sun.position import compare_models
 from solarcal.timescale import format_utc
 from solarcal.units import Angles
@@ -20,6 +23,11 @@ def clock_face(hours: float) -> str:
     """HH:MM:SS of [0, 24) hours, rounded to the second."""
     seconds = round(hours * 3600.0) % 86400
     return f"{seconds // 3600:02d}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"
+
+
+def iso(at_s: float | None) -> str | None:
+    """An instant for a document; None where there is none."""
+    return None if at_s is None else format_utc(at_s)
 
 
 def apparent_sun(utc_s: Angles, site: Site, refraction: str) -> SunPosition[Angles]:
@@ -68,7 +76,7 @@ def sun(form: Form) -> Answer:
     }
     air = "airless" if refraction == "none" else f"refracted ({refraction})"
     lines = [f"Sun by {model}, {air}, {document['utc']}"]
-    for label, value, unit in (
+    lines += labelled(
         ("azimuth (N through E)", f"{now.azimuth_deg:.4f}", "deg"),
         ("zenith angle", f"{now.zenith_deg:.4f}", "deg"),
         ("elevation", f"{now.elevation_deg:+.4f}", "deg"),
@@ -77,8 +85,7 @@ def sun(form: Form) -> Answer:
         ("apparent solar time", solar_time, ""),
         (f"AX1 ({mount.name})", f"{ax1_deg:+.4f}", "deg"),
         (f"AX2 ({mount.name})", f"{ax2_deg:.4f}", "deg"),
-    ):
-        lines.append(f"  {label:<24}{value:>10} {unit}".rstrip())
+    )
 
     def draw(sheet: Sheet) -> str:
         hours = np.linspace(0.0, 24.0, _DRAWN)
@@ -93,6 +100,64 @@ def sun(form: Form) -> Answer:
         )  # fmt: skip
 
     return Answer(document, (paragraph(*lines),), Drawing("that day", draw))
+
+
+def moon(form: Form, utc_s: float, site: Site, mount: MountGeometry) -> Answer:
+    """The Moon at an instant, and whether a tracker can use it."""
+    now = moon_position(utc_s, site, form.number("dut1"))
+    ax1_deg, ax2_deg = mount.axes_from_horizontal(float(now.azimuth_deg), float(now.zenith_deg))
+    document = {
+        "target": "moon",
+        "utc": format_utc(utc_s),
+        "azimuth_deg": float(now.azimuth_deg),
+        "zenith_deg": float(now.zenith_deg),
+        "elevation_deg": float(now.elevation_deg),
+        "distance_km": float(now.distance_km),
+        "semidiameter_deg": float(now.semidiameter_deg),
+        **moon_phase(now),
+        "usable": bool(now.usable),
+        "geometry": mount.name,
+        "ax1_deg": float(ax1_deg),
+        "ax2_deg": float(ax2_deg),
+    }
+    lines = [f"Moon, airless, seen from the site, {document['utc']}"]
+    lines += labelled(
+        ("azimuth (N through E)", f"{now.azimuth_deg:.4f}", "deg"),
+        ("zenith angle", f"{now.zenith_deg:.4f}", "deg"),
+        ("elevation", f"{now.elevation_deg:+.4f}", "deg"),
+        ("distance", f"{now.distance_km:.0f}", "km"),
+        ("semidiameter", f"{now.semidiameter_deg:.4f}", "deg"),
+        ("illuminated", f"{100.0 * now.illuminated:.1f}", "%"),
+        (f"AX1 ({mount.name})", f"{ax1_deg:+.4f}", "deg"),
+        (f"AX2 ({mount.name})", f"{ax2_deg:.4f}", "deg"),
+    )
+    lines.append(
+        f"  {'waxing' if now.waxing else 'waning'}; "
+        + (moon_not_usable(now) or "high and bright enough to follow")
+    )
+    return Answer(document, (paragraph(*lines),), None)
+
+
+def moon_phase(at: MoonPosition) -> dict[str, Any]:
+    """The part of a document about its light."""
+    return {
+        "phase_deg": float(at.phase_deg),
+        "illuminated": float(at.illuminated),
+        "waxing": bool(at.waxing),
+    }
+
+
+def moon_not_usable(at: MoonPosition) -> str:
+    """Why a tracker cannot use it; empty where it can."""
+    reasons = [
+        text
+        for text, lacking in (
+            (f"lower than {HIGH_ENOUGH_DEG:g} deg", at.elevation_deg < HIGH_ENOUGH_DEG),
+            (f"less than {BRIGHT_ENOUGH:.0%} lit", at.illuminated < BRIGHT_ENOUGH),
+        )
+        if lacking
+    ]
+    return f"not usable: {', '.join(reasons)}" if reasons else ""
 
 
 def compare(form: Form) -> Answer:

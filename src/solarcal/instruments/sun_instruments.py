@@ -213,7 +213,7 @@ SUN_INSTRUMENTS = (
     ),
     Instrument(
         "energy", "The Sun", "Collector energy", "for the moment, the day and the year (SUNCALC)",
-        "energy", "energy",
+        "year", "energy",
         (
             Field(
                 "lat", "Latitude", "deg N", "42", low=-90, high=90, metavar="DEG",

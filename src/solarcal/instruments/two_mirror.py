@@ -1,11 +1,15 @@
 """Two 45-degree mirrors on an altazimuth mount: axes, the diode's correction, field of view."""
 
 import math
+from dataclasses import asdict
+from pathlib import Path
 
 from solarcal.errors import ConfigurationError
 from solarcal.instruments.form import Answer, Drawing, Form, paragraph
 from solarcal.instruments.mount_and_collector import drawn_latitude_deg
 from solarcal.instruments.sun import asked_sun_deg
+from solarcal.instruments.sunspot import asked_image, asked_view, disc_line, found_in
+from solarcal.optics.disc_image import find_disc
 from solarcal.report.instrument_plots import Ring, directions_plot, rings_drawing
 from solarcal.two_mirror.diode import (
     SUN_RADIUS_MRAD,
@@ -25,15 +29,6 @@ from solarcal.two_mirror.mirrors import (
 from solarcal.units import RAD_PER_DEG
 
 
-def base_document(base: EulerBase) -> dict[str, float]:
-    """Euler angles as JSON."""
-    return {
-        "alpha_deg": base.alpha_deg,
-        "beta_deg": base.beta_deg,
-        "gamma_deg": base.gamma_deg,
-    }
-
-
 def point(form: Form) -> Answer:
     """Axis angles that look at the Sun."""
     base = EulerBase(form.number("alpha"), form.number("beta"), form.number("gamma"))
@@ -45,7 +40,7 @@ def point(form: Form) -> Answer:
     document = {
         "azimuth_deg": azimuth_deg,
         "zenith_deg": zenith_deg,
-        "base": base_document(base),
+        "base": asdict(base),
         "t1_deg": t1,
         "t2_deg": t2,
         "tracker_matrix": matrix,
@@ -144,6 +139,65 @@ def trace(form: Form) -> Answer:
         document,
         (paragraph(*lines),),
         Drawing("diode", lambda sheet: rings_drawing("traced back", rings, sheet)),
+    )
+
+
+def camera(form: Form) -> Answer:
+    """The disc in a camera's image as axis corrections, as those of the diode."""
+    path, image = asked_image(form)
+    disc = found_in(form, lambda: find_disc(image, form.optional("threshold")))
+    aim = form.pair("aim") or (0.5 * (image.shape[1] - 1), 0.5 * (image.shape[0] - 1))
+    radius_mrad = form.number("disc")
+    pixel = form.optional("pixel")
+    pixel_mrad = radius_mrad / disc.radius if pixel is None else pixel
+    right, up = asked_view(form).moved(disc.x - aim[0], aim[1] - disc.y)
+    d1, d2 = 1e-3 * pixel_mrad * right, 1e-3 * pixel_mrad * up
+    sigma = 1e-3 * pixel_mrad * disc.sigma
+    # A ray (d1, d2, 1): a diode of gain one, whose signals are the angles themselves.
+    optics = QuadrantDiode.with_fixed_mirrors(asked_mirrors(form), gain_per_rad=1.0)
+    t1_deg, t2_deg = asked_axes_deg(form)
+    turn1, turn2 = optics.corrections_deg(d1, d2, t1_deg, t2_deg)
+    slopes = [
+        optics.corrections_deg(d1 + step1, d2 + step2, t1_deg, t2_deg)
+        for step1, step2 in ((sigma, 0.0), (0.0, sigma))
+    ]
+    sigma1 = math.hypot(*(math.remainder(one - turn1, 360.0) for one, _ in slopes))
+    sigma2 = math.hypot(*(two - turn2 for _, two in slopes))
+    document = {
+        "image": path,
+        "disc": disc.as_json(),
+        "aim": list(aim),
+        "pixel_mrad": pixel_mrad,
+        "d1_mrad": 1e3 * d1,
+        "d2_mrad": 1e3 * d2,
+        "sigma_mrad": 1e3 * sigma,
+        "off_centre_mrad": 1e3 * math.hypot(d1, d2),
+        "correction1_deg": turn1,
+        "correction2_deg": turn2,
+        "correction1_sigma_deg": sigma1,
+        "correction2_sigma_deg": sigma2,
+    }
+    lines = [
+        f"{Path(path).name}, {image.shape[1]} x {image.shape[0]} pixels",
+        disc_line("disc", disc),
+        f"{pixel_mrad:.4f} mrad a pixel"
+        + (f", from a disc of radius {radius_mrad:g} mrad" if pixel is None else ""),
+        f"d1 {1e3 * d1:+.4f}  d2 {1e3 * d2:+.4f} +- {1e3 * sigma:.4f} mrad: "
+        f"{1e3 * math.hypot(d1, d2):.4f} mrad off the aim",
+        f"add to axis 1 {turn1:+.5f} +- {sigma1:.5f} deg",
+        f"add to axis 2 {turn2:+.5f} +- {sigma2:.5f} deg",
+        *near_zenith_warning(t2_deg),
+    ]
+    diameter = 2.0 * pixel_mrad * disc.radius
+    rings = [
+        Ring("disc at the aim", "#", diameter),
+        Ring("where it is", "o", diameter, 1e3 * d1, 1e3 * d2),
+    ]
+
+    return Answer(
+        document,
+        (paragraph(*lines),),
+        Drawing("image", lambda sheet: rings_drawing("traced back, mrad", rings, sheet)),
     )
 
 

@@ -1,5 +1,9 @@
-"""The Sun of one site month by month, and what a mount and a collector make of it."""
+"""What a year brings: the Sun month by month, and what a collector catches of it.
 
+``energy`` follows SUNCALC: at a moment, over a day, over a year.
+"""
+
+import math
 from typing import Any
 
 import numpy as np
@@ -11,13 +15,24 @@ from solarcal.instruments.mount_and_collector import (
     collector_document,
     collector_text,
 )
+from solarcal.instruments.sun import iso
 from solarcal.mount.reach import reach_of_day
 from solarcal.report.blocks import columns, number
 from solarcal.report.instrument_plots import Curve, curve_plot
 from solarcal.report.scales import Sheet
 from solarcal.sun.circular_orbit import CircularDay, days_after_march_equinox
 from solarcal.sun.day import DayEvents, day_events
-from solarcal.sun.energy import day_percent, year_percent
+from solarcal.sun.energy import (
+    SUNCALC_W_M2,
+    day_kwh_m2,
+    day_percent,
+    disc_percent,
+    moment_percent,
+    moment_w_m2,
+    pointing_loss,
+    suncalc_day_percent,
+    year_percent,
+)
 from solarcal.timescale import SECONDS_PER_DAY, SECONDS_PER_SUN_DEG, format_utc, parse_utc
 
 _MONTH_DAY = 21
@@ -52,9 +67,9 @@ def year(form: Form) -> Answer:
         months.append(
             {
                 "date": date,
-                "sunrise_utc": _iso(events.sunrise_utc_s),
-                "transit_utc": _iso(events.transit_utc_s),
-                "sunset_utc": _iso(events.sunset_utc_s),
+                "sunrise_utc": iso(events.sunrise_utc_s),
+                "transit_utc": iso(events.transit_utc_s),
+                "sunset_utc": iso(events.sunset_utc_s),
                 "daylight_h": events.daylight_s / 3600.0,
                 "transit_elevation_deg": events.transit_elevation_deg,
                 "polar": events.polar,
@@ -100,10 +115,6 @@ def year(form: Form) -> Answer:
     return Answer(document, (paragraph(*lines),), Drawing("over the year", draw))
 
 
-def _iso(at_s: float | None) -> str | None:
-    return None if at_s is None else format_utc(at_s)
-
-
 def _month_lines(document: dict[str, Any]) -> list[str]:
     def clock(iso: str | None) -> str:
         return "-" if iso is None else iso[11:16]
@@ -140,3 +151,184 @@ def _month_lines(document: dict[str, Any]) -> list[str]:
     shown = len(headings) if any(line[-1] for line in lines) else len(headings) - 1
     rows = [line[:shown] for line in lines]
     return columns(headings[:shown], rows, "<<<<>>>><"[:shown])
+
+
+SEASON_DAYS = (0, 91, 182, 273)
+SEASONS = ("March equinox", "June solstice", "September equinox", "December solstice")
+_DRAWN_HOURS = 97
+
+
+def energy(form: Form) -> Answer:
+    """A collector at a latitude, some days after the March equinox."""
+    latitude_deg, solar_time_h = form.number("lat"), form.number("time")
+    collector = asked_collector(form, latitude_deg)
+    pointing_error_deg, acceptance_deg = form.optional("error"), form.optional("acceptance")
+    if acceptance_deg is not None and pointing_error_deg is None:
+        raise form.error(
+            "acceptance", f"needs the error whose cost is computed: give {form.label('error')} too"
+        )
+    date = form.text("date")
+    if date:
+        noon = date if "T" in date else f"{date}T12:00Z"
+        days = days_after_march_equinox(form.instant("date", noon))
+    else:
+        days = form.number("day")
+    day = CircularDay(latitude_deg, days)
+    moment = moment_percent(collector, day, solar_time_h)
+    north, east, up = day.direction_neu(solar_time_h).tolist()
+    pointing = None
+    if pointing_error_deg is not None:
+        loss = pointing_loss(collector, day, pointing_error_deg)
+        pointing = {
+            "error_deg": loss.error_deg,
+            "lost_percent": loss.lost_percent,
+            "worst_bearing_deg": loss.worst_bearing_deg,
+            "disc_percent": None
+            if acceptance_deg is None
+            else disc_percent(acceptance_deg, pointing_error_deg),
+        }
+    percent: dict[str, Any] = {
+        "moment": moment,
+        "day": suncalc_day_percent(collector, day),
+        "day_integrated": day_percent(collector, day),
+        "year": year_percent(collector, latitude_deg),
+        "seasons": {
+            str(number): suncalc_day_percent(collector, CircularDay(latitude_deg, number))
+            for number in SEASON_DAYS
+        },
+    }
+    turbidity, height_m = form.number("turbidity"), form.number("height")
+    irradiance = {
+        "outside_w_m2": SUNCALC_W_M2,
+        "moment_outside_w_m2": moment / 100.0 * SUNCALC_W_M2,
+        "day_outside_kwh_m2": percent["day_integrated"] / 100.0 * 24.0 * SUNCALC_W_M2 / 1e3,
+        "clear_sky_w_m2": moment_w_m2(collector, day, solar_time_h, turbidity, height_m),
+        "clear_sky_kwh_m2": day_kwh_m2(collector, day, turbidity, height_m),
+        "turbidity": turbidity,
+    }
+    document: dict[str, Any] = {
+        "latitude_deg": latitude_deg,
+        "day": day.day,
+        "solar_time_h": solar_time_h,
+        "collector": collector_document(collector),
+        "sun": {
+            "north": north,
+            "east": east,
+            "up": up,
+            "elevation_deg": day.elevation_deg(solar_time_h),
+            "high_sun_deg": day.high_sun_deg,
+            "sunrise_bearing_deg": day.sunrise_bearing_deg,
+            "never_sets": day.never_sets,
+        },
+        "daylight_h": day.daylight_h,
+        "dawn_h": day.dawn_h,
+        "dusk_h": day.dusk_h,
+        "due_east_h": day.due_east_h,
+        "due_west_h": day.due_west_h,
+        "percent": percent,
+        "irradiance": irradiance,
+        "pointing": pointing,
+    }
+    rows = [
+        ("Sun towards", f"N {north:+.6f}  E {east:+.6f}  U {up:+.6f}"),
+        ("elevation", f"{day.elevation_deg(solar_time_h):.6f} deg"),
+        ("highest", f"{day.high_sun_deg:.6f} deg at noon"),
+        *_horizon_rows(day),
+        ("due east, due west", _due_text(day)),
+        ("caught now", f"{moment:.6f} % of full Sun"),
+        ("over the day", f"{percent['day']:.6f} % (SUNCALC's 100 steps)"),
+        ("", f"{percent['day_integrated']:.6f} % (integrated)"),
+        ("over the year", f"{percent['year']:.6f} %"),
+    ]
+    for season, name in zip(SEASON_DAYS, SEASONS, strict=True):
+        rows.append((f"day {season}", f"{percent['seasons'][str(season)]:.6f} % ({name})"))
+    rows += [
+        (
+            "outside the air",
+            f"{irradiance['moment_outside_w_m2']:.0f} W/m2 of 1.40 kW/m2 now, "
+            f"{irradiance['day_outside_kwh_m2']:.2f} kWh/m2 a day",
+        ),
+        (
+            "direct, clear sky",
+            f"{irradiance['clear_sky_w_m2']:.0f} W/m2 now, "
+            f"{irradiance['clear_sky_kwh_m2']:.2f} kWh/m2 a day (Linke turbidity {turbidity:g})",
+        ),
+        ("to sight the Sun", _sighting(day, solar_time_h)),
+    ]
+    rows += _pointing_rows(pointing, acceptance_deg)
+    lines = [
+        f"Latitude {latitude_deg:g}, {day.day:g} days after the March equinox, "
+        f"{solar_time_h:g} h solar",
+        f"Collector {collector_text(collector)}",
+        "",
+        *(f"  {label:<20}{text}" for label, text in rows),
+    ]
+
+    def draw(sheet: Sheet) -> str:
+        hours = np.linspace(0.0, 24.0, _DRAWN_HOURS)
+        caught = np.array([moment_percent(collector, day, float(one)) for one in hours])
+        return curve_plot(
+            "caught, % of full Sun", hours, [Curve("collector", caught, "●")],
+            "solar time, h", sheet, hours=True, marks=[(solar_time_h, "the time asked")],
+        )  # fmt: skip
+
+    return Answer(document, (paragraph(*lines),), Drawing("over the day", draw))
+
+
+def _horizon_rows(day: CircularDay) -> list[tuple[str, str]]:
+    if day.never_sets == "day":
+        return [("daylight", f"24 h: the Sun shines all day, lowest {day.low_sun_deg:.3f} deg")]
+    if day.dawn_h is None or day.dusk_h is None or day.sunrise_bearing_deg is None:
+        return [("daylight", "none: the Sun is hidden all day")]
+    bearing = day.sunrise_bearing_deg
+    return [
+        ("rises", f"{bearing:.6f} deg from East towards North"),
+        ("dawn, dusk", f"{day.dawn_h:.6f} h, {day.dusk_h:.6f} h solar time"),
+        ("daylight", f"{day.daylight_h:.6f} h"),
+    ]
+
+
+def _sighting(day: CircularDay, solar_time_h: float) -> str:
+    """Where to look: bearing from North through East, and height."""
+    north, east, _ = day.direction_neu(solar_time_h).tolist()
+    height = day.elevation_deg(solar_time_h)
+    if height <= 0.0:
+        return f"it is below the horizon, {-height:.3f} deg"
+    bearing = math.degrees(math.atan2(east, north)) % 360.0
+    return f"look towards bearing {bearing:.3f}, {height:.3f} deg up"
+
+
+def _due_text(day: CircularDay) -> str:
+    if day.due_east_h is None or day.due_west_h is None:
+        side = "North" if day.declination_deg > day.latitude_deg else "South"
+        return f"never: the Sun stays in the {side}"
+    times = f"{day.due_east_h:.6f} h, {day.due_west_h:.6f} h solar time"
+    height = day.elevation_deg(day.due_east_h)
+    where = "below the horizon" if height < -1e-9 else f"{abs(height):.3f} deg high"
+    return f"{times}, {where}"
+
+
+def _pointing_rows(
+    pointing: dict[str, float | None] | None, acceptance_deg: float | None
+) -> list[tuple[str, str]]:
+    if pointing is None:
+        return []
+    bearing = pointing["worst_bearing_deg"]
+    rows = [
+        (
+            "pointing error",
+            f"{pointing['error_deg']:g} deg costs {pointing['lost_percent']:.6f} % "
+            "of the day's energy",
+        )
+    ]
+    if bearing is not None:
+        rows.append(("", f"at worst: tipped towards azimuth {bearing:.1f}"))
+    if acceptance_deg is not None:
+        rows.append(
+            (
+                "concentrator",
+                f"accepting {acceptance_deg:g} deg sees {pointing['disc_percent']:.3f} % "
+                "of the Sun's disc",
+            )
+        )
+    return rows
