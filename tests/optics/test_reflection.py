@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solarcal.errors import ConfigurationError
-from solarcal.optics.heliostat import Target, aim, targeting, translation_deg
+from solarcal.optics.heliostat import Target, targeting, translation_deg
+from solarcal.optics.mirror_roots import exact_roots
+from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.optics.reflection import (
     angle_deg,
-    angle_sun_target_deg,
     bisector,
     direction_enu,
     horizontal_deg,
@@ -21,6 +22,22 @@ from solarcal.optics.reflection import (
 azimuths = st.floats(0.0, 359.99)
 sun_zeniths = st.floats(0.1, 89.0)
 target_zeniths = st.floats(20.0, 120.0)
+
+
+def angle_sun_target_deg(sun_a, sun_z, target_a, target_z):
+    """gamma of cos(gamma) = cos a_z cos b_z + sin a_z sin b_z cos(a_a - b_a)  (section 6)."""
+    sun, target = math.radians(sun_z), math.radians(target_z)
+    turn = math.radians(sun_a - target_a)
+    return math.degrees(
+        math.acos(
+            math.cos(sun) * math.cos(target) + math.sin(sun) * math.sin(target) * math.cos(turn)
+        )
+    )
+
+
+def aim(sun_a, sun_z, target_a, target_z):
+    """The normal of a mirror without offsets."""
+    return exact_roots(sun_a, sun_z, Target(target_a, target_z, 1.0), MirrorOffset())[0]
 
 
 @settings(derandomize=True, max_examples=200)

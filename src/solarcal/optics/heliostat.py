@@ -17,12 +17,10 @@ import numpy as np
 from solarcal.errors import ConfigurationError
 from solarcal.optics.reflection import (
     angle_deg,
-    bisector,
     direction_enu,
     horizontal_deg,
     reflected,
     require_above_horizon,
-    require_reflection,
     unit,
 )
 from solarcal.units import RAD_PER_DEG, FloatArray
@@ -65,37 +63,6 @@ class Target(msgspec.Struct, frozen=True):
     def vector_enu(self) -> FloatArray:
         """The target as seen from the hub, (3,), in its unit of length."""
         return self.distance * self.direction_enu()
-
-
-@dataclass(frozen=True, slots=True)
-class Aim:
-    """Where the normal must point, with the angle Sun to normal."""
-
-    azimuth_deg: float
-    zenith_deg: float
-    incidence_deg: float
-
-
-def aim(
-    sun_azimuth_deg: float,
-    sun_zenith_deg: float,
-    target_azimuth_deg: float,
-    target_zenith_deg: float,
-) -> Aim:
-    """The mirror's normal for a Sun and the direction of a target.
-
-    Raises
-    ------
-    ConfigurationError
-        The Sun is below the horizon, or target and Sun stand opposite each other.
-    """
-    require_above_horizon(sun_zenith_deg)
-    direction = Target(target_azimuth_deg, target_zenith_deg, 1.0).direction_enu()
-    sun = direction_enu(sun_azimuth_deg, sun_zenith_deg)
-    require_reflection(sun, direction)
-    normal = bisector(sun, direction)
-    azimuth, zenith = horizontal_deg(normal)
-    return Aim(float(azimuth), float(zenith), float(angle_deg(sun, normal)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,8 +8,6 @@ The cosine of the angle Sun-target and the place of the normal half-way between 
 10-physics, section 6. The printed arcsine forms lose the quadrant; the vectors do not.
 """
 
-import math
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -47,21 +45,6 @@ def angle_deg(first: FloatArray, second: FloatArray) -> FloatArray:
     """Angle between directions, 0..180, also where it is tiny."""
     a, b = unit(first), unit(second)
     return np.asarray(2.0 * np.arctan2(_length(a - b), _length(a + b)) / RAD_PER_DEG)
-
-
-def angle_sun_target_deg(
-    sun_azimuth_deg: float,
-    sun_zenith_deg: float,
-    target_azimuth_deg: float,
-    target_zenith_deg: float,
-) -> float:
-    """gamma of cos(gamma) = cos a_z cos b_z + sin a_z sin b_z cos(a_a - b_a)  (section 6)."""
-    sun_z, target_z = math.radians(sun_zenith_deg), math.radians(target_zenith_deg)
-    turn = math.radians(sun_azimuth_deg - target_azimuth_deg)
-    cosine = math.cos(sun_z) * math.cos(target_z) + math.sin(sun_z) * math.sin(target_z) * math.cos(
-        turn
-    )
-    return math.degrees(math.acos(min(1.0, max(-1.0, cosine))))
 
 
 def bisector(sun: FloatArray, target: FloatArray) -> FloatArray:
