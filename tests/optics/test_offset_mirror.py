@@ -8,25 +8,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solarcal.errors import ConfigurationError
-from solarcal.optics.aiming import (
-    Heliostat,
-    format_mirror,
-    format_target,
-    heliostat_of,
-    parse_mirror,
-    parse_target,
-)
-from solarcal.optics.heliostat import Target
 from solarcal.optics.mirror_roots import circle_roots, exact_roots, published_bisection
 from solarcal.optics.offset_mirror import (
+    Heliostat,
     MirrorOffset,
     beam_miss_enu,
     board_shift,
     exact_direction_enu,
     first_order_direction_enu,
+    format_mirror,
+    format_target,
+    heliostat_of,
     normal_enu,
+    parse_mirror,
+    parse_target,
 )
-from solarcal.optics.reflection import angle_deg, direction_enu, horizontal_deg, reflected
+from solarcal.optics.reflection import Target, angle_deg, direction_enu, horizontal_deg, reflected
 
 
 def test_the_first_order_has_the_corrected_turn_in_the_targets_plane():

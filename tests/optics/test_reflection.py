@@ -8,15 +8,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solarcal.errors import ConfigurationError
-from solarcal.optics.heliostat import Target, targeting, translation_deg
 from solarcal.optics.mirror_roots import exact_roots
 from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.optics.reflection import (
+    Target,
     angle_deg,
     bisector,
     direction_enu,
     horizontal_deg,
     reflected,
+    targeting,
+    translation_deg,
 )
 
 azimuths = st.floats(0.0, 359.99)

@@ -13,8 +13,8 @@ from solarcal.model.evidence.branches import branch_warning
 from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.limits import AxisLimits, Limits
-from solarcal.optics.aiming import Heliostat
-from solarcal.optics.heliostat import Target
+from solarcal.optics.offset_mirror import Heliostat
+from solarcal.optics.reflection import Target
 from solarcal.session.interchange import read_table
 from solarcal.session.interchange.csv_points import write_points_csv
 from solarcal.session.journal import Journal

@@ -9,8 +9,8 @@ from solarcal.errors import ProtocolError
 from solarcal.mount.drive import parse_drive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import AxisLimits, Limits
-from solarcal.optics.heliostat import Target
 from solarcal.optics.offset_mirror import MirrorOffset
+from solarcal.optics.reflection import Target
 from solarcal.site import Site
 from solarcal.unit import fields, values
 from solarcal.unit.parameters import PARAMETER_NAMES, parameters_from_texts, parameters_to_texts

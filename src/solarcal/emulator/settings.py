@@ -16,9 +16,8 @@ from solarcal.mount.drive import Drive, parse_drive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import AxisLimits, Limits
-from solarcal.optics.aiming import Heliostat
-from solarcal.optics.heliostat import Target
-from solarcal.optics.offset_mirror import MirrorOffset
+from solarcal.optics.offset_mirror import Heliostat, MirrorOffset
+from solarcal.optics.reflection import Target
 from solarcal.site import Site
 from solarcal.unit.parameters import RANGES
 

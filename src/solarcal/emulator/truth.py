@@ -7,9 +7,8 @@ import msgspec
 from solarcal.errors import ConfigurationError
 from solarcal.mount.drive import Drive, parse_drive
 from solarcal.mount.mechanism import Mechanism
-from solarcal.optics.aiming import Heliostat
-from solarcal.optics.heliostat import Target
-from solarcal.optics.offset_mirror import MirrorOffset
+from solarcal.optics.offset_mirror import Heliostat, MirrorOffset
+from solarcal.optics.reflection import Target
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun import REFRACTIONS, SUN_MODELS
 

@@ -19,7 +19,7 @@ from solarcal.emulator.truth import WorldTruth, after_start_s
 from solarcal.mount.drive import Drive
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
-from solarcal.optics.aiming import Heliostat
+from solarcal.optics.offset_mirror import Heliostat
 from solarcal.site import Site
 from solarcal.sun import apparent_zenith_deg, sun_position
 from solarcal.sun.ephemeris import SiteEphemeris

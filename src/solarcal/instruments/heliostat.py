@@ -9,11 +9,15 @@ from solarcal.errors import ConfigurationError
 from solarcal.instruments.form import Answer, Draw, Drawing, Form, paragraph
 from solarcal.instruments.mount_and_collector import asked_geometry, drawn_latitude_deg
 from solarcal.instruments.sun import apparent_sun, asked_sun_deg
-from solarcal.optics.aiming import Heliostat, drift_over, format_mirror, format_target
-from solarcal.optics.heliostat import Target, targeting, translation_deg
 from solarcal.optics.mirror_roots import Root, circle_roots, exact_roots, published_bisection
-from solarcal.optics.offset_mirror import MirrorOffset
-from solarcal.optics.reflection import angle_deg, direction_enu
+from solarcal.optics.offset_mirror import (
+    Heliostat,
+    MirrorOffset,
+    drift_over,
+    format_mirror,
+    format_target,
+)
+from solarcal.optics.reflection import Target, angle_deg, direction_enu, targeting, translation_deg
 from solarcal.report.instrument_plots import Curve, curve_plot, directions_plot
 from solarcal.report.scales import Sheet
 from solarcal.sun.day import daylight

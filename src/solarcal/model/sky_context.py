@@ -17,7 +17,7 @@ from solarcal.errors import ConfigurationError, FitError
 from solarcal.model.points import PointSet
 from solarcal.mount.geometry import MountGeometry, axes_of_horizontal_deg, horizontal_of_axes_deg
 from solarcal.mount.limits import Limits
-from solarcal.optics.aiming import Heliostat
+from solarcal.optics.offset_mirror import Heliostat
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun.appendix_a import horizontal_deg
 from solarcal.sun.ephemeris import SiteEphemeris

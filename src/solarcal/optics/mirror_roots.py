@@ -14,7 +14,6 @@ from typing import Literal
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.optics.heliostat import Target
 from solarcal.optics.offset_mirror import (
     MirrorOffset,
     beam_miss_enu,
@@ -22,6 +21,7 @@ from solarcal.optics.offset_mirror import (
     require_beyond_reach,
 )
 from solarcal.optics.reflection import (
+    Target,
     angle_deg,
     bisector,
     direction_enu,

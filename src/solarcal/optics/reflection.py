@@ -1,4 +1,4 @@
-"""Directions and mirrors as vectors: the plane of reflection without lost quadrants.
+"""Directions and mirrors as vectors, the plane of reflection; a heliostat's target.
 
 All vectors are East-North-Up (E, N, U) and point AWAY from the mirror: to the Sun, to the target,
 along the mirror's normal. Azimuths run from North through East, zenith angles from straight up;
@@ -6,8 +6,17 @@ degrees. Arrays broadcast; vectors have the shape (..., 3).
 
 The cosine of the angle Sun-target and the place of the normal half-way between them follow
 10-physics, section 6. The printed arcsine forms lose the quadrant; the vectors do not.
+
+**Aiming**: Sun and target given, the mirror's normal stands half-way between them, gamma/2 from
+either. **Targeting** is the inverse: the normal is read from the axes while the beam is seen on
+the target, and the target lies where the Sun is reflected to. Both for a mirror whose surface
+passes through the crossing of the axes; ``offset_mirror`` is about those that do not.
 """
 
+import math
+from dataclasses import dataclass
+
+import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -96,3 +105,126 @@ def require_reflection(sun: FloatArray, target: FloatArray) -> None:
 
 def _length(vector: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.sum(vector * vector, axis=-1)))
+
+
+class Target(msgspec.Struct, frozen=True):
+    """The target vector as the controller keeps it: seen from the hub, the crossing of the axes.
+
+    ``distance`` is in any unit of length, the same as the mirror's offsets.
+
+    Raises
+    ------
+    ConfigurationError
+        A direction or distance that cannot be.
+    """
+
+    azimuth_deg: float
+    zenith_deg: float
+    distance: float
+
+    def __post_init__(self) -> None:
+        if not -360.0 <= self.azimuth_deg <= 360.0:
+            raise ConfigurationError(
+                f"target azimuth {self.azimuth_deg:g} deg is not between -360 and 360"
+            )
+        if not 0.0 <= self.zenith_deg <= 180.0:
+            raise ConfigurationError(
+                f"target zenith angle {self.zenith_deg:g} deg is not between 0 (straight up) and "
+                "180 (straight down)"
+            )
+        if not 0.0 < self.distance < math.inf:
+            raise ConfigurationError(
+                f"the distance of the target must be greater than zero, not {self.distance:g}"
+            )
+
+    def direction_enu(self) -> FloatArray:
+        """Unit vector from the hub, (3,)."""
+        return direction_enu(self.azimuth_deg, self.zenith_deg)
+
+    def vector_enu(self) -> FloatArray:
+        """The target as seen from the hub, (3,), in its unit of length."""
+        return self.distance * self.direction_enu()
+
+
+@dataclass(frozen=True, slots=True)
+class Targeting:
+    """The direction of the target, and how well the observations agree about it.
+
+    ``residual_deg`` (n,): angle between where each observation puts the target and the mean;
+    ``rms_deg`` their root mean square per axis (n - 1 observations' worth), ``sigma_deg`` that of
+    the mean; both ``None`` from a single observation, which contradicts nothing.
+    """
+
+    azimuth_deg: float
+    zenith_deg: float
+    residual_deg: tuple[float, ...]
+    rms_deg: float | None
+    sigma_deg: float | None
+
+
+def targeting(
+    sun_azimuth_deg: FloatArray,
+    sun_zenith_deg: FloatArray,
+    normal_azimuth_deg: FloatArray,
+    normal_zenith_deg: FloatArray,
+) -> Targeting:
+    """The target's direction from observations of the beam on it; arrays (n,).
+
+    Least squares: the unit vector with the smallest sum of squared distances to the reflected
+    directions is their mean, brought to length one. The distance is not in the angles: measure it.
+
+    Raises
+    ------
+    ConfigurationError
+        No observation; one with the Sun below the horizon or behind the mirror; observations so
+        far apart that they cannot be of one target.
+    """
+    suns_azimuth, suns_zenith, normals_azimuth, normals_zenith = (
+        np.atleast_1d(np.asarray(a, dtype=np.float64))
+        for a in (sun_azimuth_deg, sun_zenith_deg, normal_azimuth_deg, normal_zenith_deg)
+    )
+    if not len(suns_azimuth):
+        raise ConfigurationError("targeting needs at least one observation")
+    for sun_zenith in suns_zenith:
+        require_above_horizon(float(sun_zenith))
+    suns = direction_enu(suns_azimuth, suns_zenith)
+    normals = direction_enu(normals_azimuth, normals_zenith)
+    facing = np.sum(suns * normals, axis=-1)
+    if (facing <= 0.0).any():
+        worst = int(np.argmin(facing))
+        raise ConfigurationError(
+            f"observation {worst + 1}: the Sun is behind the mirror "
+            f"({float(angle_deg(suns[worst], normals[worst])):.2f} deg from its normal)"
+        )
+    targets = reflected(suns, normals)
+    mean = targets.mean(axis=0)
+    if float(np.linalg.norm(mean)) < 0.5:
+        raise ConfigurationError(
+            "these observations put the target in opposite directions; they are not of one target"
+        )
+    mean = unit(mean)
+    residuals = angle_deg(targets, mean)
+    n = len(residuals)
+    azimuth, zenith = horizontal_deg(mean)
+    # Two components to each observation, two unknowns in all.
+    rms = math.sqrt(float(np.sum(residuals**2)) / (2.0 * (n - 1))) if n > 1 else None
+    return Targeting(
+        float(azimuth),
+        float(zenith),
+        tuple(residuals.tolist()),
+        rms,
+        None if rms is None else rms / math.sqrt(n),
+    )
+
+
+def translation_deg(shift: float, distance: float) -> float:
+    """By how much a translation across the line of sight turns it: 3 ft at 800 ft is 0.215 deg.
+
+    Raises
+    ------
+    ConfigurationError
+        A distance that is not greater than zero.
+    """
+    if not 0.0 < distance < math.inf:
+        raise ConfigurationError(f"the distance must be greater than zero, not {distance:g}")
+    return math.atan2(shift, distance) / RAD_PER_DEG

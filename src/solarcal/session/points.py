@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from solarcal.decimals import Pair
 from solarcal.errors import InputFileError
-from solarcal.optics.aiming import Heliostat
+from solarcal.optics.offset_mirror import Heliostat
 from solarcal.session.reader import Session, points
 from solarcal.session.records import Header, PointRecord
 from solarcal.site import Site

@@ -16,7 +16,7 @@ from solarcal.model.fit import Solution
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import Limits
-from solarcal.optics.aiming import Heliostat
+from solarcal.optics.offset_mirror import Heliostat
 from solarcal.session.points import PointTable
 from solarcal.session.records import CheckRecord, Header, PointRecord, UploadRecord
 from solarcal.session.view import SessionView

@@ -12,7 +12,7 @@ import numpy as np
 from solarcal.decimals import Pair
 from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.geometry import MountGeometry
-from solarcal.optics.aiming import Heliostat
+from solarcal.optics.offset_mirror import Heliostat
 from solarcal.session.records import Header
 from solarcal.site import Site, Weather
 from solarcal.station.state import LiveView, SessionView

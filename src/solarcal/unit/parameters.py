@@ -6,7 +6,7 @@ from typing import TypeVar
 from solarcal.errors import ConfigurationError, ProtocolError
 from solarcal.mount.drive import format_drive, parse_drive
 from solarcal.mount.limits import AxisLimits, Limits
-from solarcal.optics.aiming import format_mirror, format_target, parse_mirror, parse_target
+from solarcal.optics.offset_mirror import format_mirror, format_target, parse_mirror, parse_target
 from solarcal.unit import values
 from solarcal.unit.tracker import UnitParameters
 

@@ -14,9 +14,8 @@ from solarcal.decimals import Pair
 from solarcal.mount.drive import Drive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import Limits
-from solarcal.optics.aiming import Heliostat, heliostat_of
-from solarcal.optics.heliostat import Target
-from solarcal.optics.offset_mirror import MirrorOffset
+from solarcal.optics.offset_mirror import Heliostat, MirrorOffset, heliostat_of
+from solarcal.optics.reflection import Target
 from solarcal.site import Site, Weather
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from solarcal.model.finding import Finding, points_named
 from solarcal.mount.geometry import MountGeometry, crosses_branch
 from solarcal.mount.limits import AxisLimits, Limits
-from solarcal.optics.aiming import Heliostat
+from solarcal.optics.offset_mirror import Heliostat
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header
 from solarcal.session.view import SessionView

@@ -9,7 +9,7 @@ from typing import Any, TypedDict
 from solarcal.decimals import decimal
 from solarcal.errors import ConfigurationError, InputFileError, one_line
 from solarcal.mount.geometry import GEOMETRIES, default_ax1_centre
-from solarcal.optics.aiming import (
+from solarcal.optics.offset_mirror import (
     Heliostat,
     format_mirror,
     format_target,

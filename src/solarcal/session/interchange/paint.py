@@ -20,9 +20,15 @@ from solarcal.errors import ConfigurationError, InputFileError, one_line
 from solarcal.input_files import read_bytes
 from solarcal.mount.drive import Jack, JackHeliostat
 from solarcal.mount.geometry import MountGeometry
-from solarcal.optics.aiming import Heliostat
-from solarcal.optics.heliostat import Target
-from solarcal.optics.reflection import bisector, direction_enu, horizontal_deg, reflected, unit
+from solarcal.optics.offset_mirror import Heliostat
+from solarcal.optics.reflection import (
+    Target,
+    bisector,
+    direction_enu,
+    horizontal_deg,
+    reflected,
+    unit,
+)
 from solarcal.session.points import PointTable
 from solarcal.units import RAD_PER_DEG, FloatArray, wrap_deg
 
