@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from solarcal.errors import ConfigurationError, InputFileError
-from solarcal.session.interchange import read_table, write_table
-from solarcal.session.interchange.sniffing import point_format
+from solarcal.session.interchange import point_format, read_table, write_table
 from solarcal.session.interchange.tpoint_model import (
     TpointModel,
     read_tpoint_model,

@@ -55,6 +55,7 @@ AddArguments = Callable[[argparse.ArgumentParser], None]
 Run = Callable[[argparse.Namespace], int]
 _CALCULATORS = ("sun", "day", "year", "energy", "sunspot", "screwjack", "heliostat")
 _SHARED = {
+    "demo": "run",
     "doctor": "readiness",
     "emulate": "emulate",
     "export": "session_files",
@@ -62,6 +63,8 @@ _SHARED = {
     "import": "session_files",
     "note": "session_files",
     "plan": "plan",
+    "report": "plan",
+    "replay": "run",
     "ports": "readiness",
     "rollback": "upload",
     "scenarios": "emulate",

@@ -15,7 +15,7 @@ from solarcal.cli.fit import (
     last_coefficients,
     rule_changes,
 )
-from solarcal.cli.output import add_json_option, print_json, say
+from solarcal.cli.process import add_json_option, print_json, say
 from solarcal.cli.unit_options import (
     PORT_HELP,
     add_driver_options,

@@ -14,7 +14,7 @@ import sys
 import threading
 from typing import TYPE_CHECKING, Any
 
-from solarcal.cli.output import add_json_option, print_json
+from solarcal.cli.process import add_json_option, print_json
 from solarcal.decimals import number_option, speed_option
 from solarcal.errors import ConfigurationError
 from solarcal.timescale import SystemClock, format_utc

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from solarcal.cli.output import add_json_option, print_json
+from solarcal.cli.process import add_json_option, print_json
 from solarcal.decimals import decimal, number_option, shortened
 from solarcal.errors import ConfigurationError
 from solarcal.report.blocks import section_text

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from solarcal.cli.output import add_json_option, print_json, say
+from solarcal.cli.process import add_json_option, print_json, say
 from solarcal.decimals import whole_option
 from solarcal.report.blocks import columns, number
 

@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Iterable
 from typing import Any
 
-from solarcal.cli.output import add_json_option, print_answer
+from solarcal.cli.process import add_json_option, print_answer
 from solarcal.errors import ConfigurationError
 from solarcal.instruments.catalogue import INSTRUMENTS
 from solarcal.instruments.form import Field, Flag, Instrument

@@ -6,7 +6,7 @@ import select
 import sys
 from collections.abc import Iterator
 
-from solarcal.cli.output import print_json
+from solarcal.cli.process import print_json
 from solarcal.config import load_keymap
 from solarcal.errors import ConfigurationError
 

@@ -1,14 +1,16 @@
-"""What the points come to: ``solarcal forecast``, how wrong the tracker will be over the year, and
-``solarcal plan``, when to take the next points, and when today is worth stopping.
+"""What the points come to: ``solarcal forecast``, how wrong the tracker will be over the year;
+``solarcal plan``, when to take the next points, and when today is worth stopping; ``solarcal
+report``, a calibration on paper, and the zip for the office.
 """
 
 import argparse
 import re
 import shutil
 import sys
+from pathlib import Path
 
-from solarcal.cli.fit import add_judging_arguments, fill_in, judging
-from solarcal.cli.output import print_json, say
+from solarcal.cli.fit import add_bolt_option, add_judging_arguments, fill_in, judging
+from solarcal.cli.process import print_json, say
 from solarcal.decimals import whole_option
 from solarcal.errors import ConfigurationError
 from solarcal.report.blocks import text_of
@@ -140,3 +142,61 @@ def _interval(text: str, at_utc_s: float) -> tuple[float, float]:
     end_utc_s = next_time(end, at_utc_s, "--strike")
     begin_utc_s = next_time(begin, end_utc_s - SECONDS_PER_DAY, "--strike")
     return begin_utc_s, end_utc_s
+
+
+def add_report_arguments(parser: argparse.ArgumentParser) -> None:
+    add_judging_arguments(parser)
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        action="append",
+        required=True,
+        metavar="OUT",
+        help="certificate to write (repeat for another format)",
+    )
+    parser.add_argument(
+        "--zip",
+        action="store_true",
+        help="write a zip beside the first: certificate, files, profile, checksums",
+    )
+    add_bolt_option(parser)
+
+
+def run_report(args: argparse.Namespace) -> int:
+    from solarcal.report.certificate import WRITERS, issue
+
+    for output in args.output:
+        if output.suffix.lower() not in WRITERS:
+            raise ConfigurationError(
+                f"{output}: a certificate is written as {', '.join(WRITERS)}; choose by the ending"
+            )
+    issued = issue(
+        args.files,
+        fill_in(args),
+        args.output,
+        zip_too=args.zip,
+        judging=lambda files: judging(args, files),
+    )
+    after, judged = issued.after, issued.judged
+    judgement = judged.of_the_controller()
+    if args.json:
+        print_json(
+            {
+                "files": [path.name for path in args.files],
+                "certificate": str(args.output[0]),
+                "certificates": [str(output) for output in args.output],
+                "sha256": issued.sha256,
+                "zip": str(issued.paths[-1]) if args.zip else None,
+                "signed_off": after.signed_off,
+                "reason": after.reason,
+                "prior": judgement.solution.as_json().get("prior"),
+                "verdict": judgement.verdict.as_json(),
+            }
+        )
+        return 0
+    for warning in judged.warnings:
+        say(f"warning: {warning}")
+    state = "signed off" if after.signed_off else "not signed off"
+    print("\n".join([*(f"wrote {path}" for path in issued.paths), f"{state}: {after.reason}"]))
+    return 0

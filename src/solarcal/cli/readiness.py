@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from solarcal.cli.output import add_json_option, print_json
+from solarcal.cli.process import add_json_option, print_json
 from solarcal.config import config_dir, load_keymap, load_settings, sessions_dir
 from solarcal.errors import SolarcalError
 from solarcal.profiles import load_profile, profile_names

@@ -1,4 +1,6 @@
-"""``solarcal run``, and ``solarcal`` alone: the workstation."""
+"""The workstation: ``solarcal run`` and ``solarcal`` alone, ``demo`` on the built-in emulator, to
+see how it is done, and ``replay``, a saved session as it happened.
+"""
 
 import argparse
 import os
@@ -8,16 +10,34 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
+from solarcal.cli.calibrate import (
+    DEFAULT_SCENARIO,
+    add_emulator_arguments,
+    add_schedule_arguments,
+    emulated_tracker,
+    print_calibration,
+    run_calibration,
+    start_utc_s,
+)
 from solarcal.cli.fit import add_last_option, last_coefficients
-from solarcal.cli.process import end_with_terminal, leave_by_signals
+from solarcal.cli.process import (
+    add_json_option,
+    end_with_terminal,
+    leave_by_signals,
+    print_json,
+    say,
+)
 from solarcal.cli.unit_options import PORT_HELP, add_driver_options, port
-from solarcal.config import Choice, load_keymap, load_settings
-from solarcal.errors import ConfigurationError
+from solarcal.config import Choice, file_stem, load_keymap, load_settings
+from solarcal.decimals import speed_option
+from solarcal.errors import ConfigurationError, FitError
 from solarcal.profiles import load_profile, load_site_file
-from solarcal.unit.drivers import demand_driver
+from solarcal.timescale import SystemClock
+from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, demand_driver
 
 if TYPE_CHECKING:
     from solarcal.profiles import Profile
+    from solarcal.station.saved_sessions import Replay
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -140,3 +160,144 @@ def run_workstation(
     finally:
         app.release()
     return app.return_code or 0 if result is None else result
+
+
+def add_demo_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--scenario", metavar="NAME|FILE", default=DEFAULT_SCENARIO)
+    parser.add_argument(
+        "--driver", choices=tuple(name for name, one in DRIVERS.items() if one.has_line),
+        default=DEFAULT_DRIVER,
+        help="emulate a controller, or a rotator that does not compute the Sun",
+    )  # fmt: skip
+    add_emulator_arguments(parser)
+    parser.add_argument(
+        "--speed",
+        type=speed_option(stopped=0.0),
+        metavar="N",
+        help="virtual seconds per real second; default: 1 on the screen (+ and - change it), as "
+        "fast as possible without a screen",
+    )
+    add_schedule_arguments(parser)
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="the session file to write"
+    )
+    parser.add_argument("--headless", action="store_true", help="no screen, even in a terminal")
+    add_json_option(parser)
+
+
+def run_demo(args: argparse.Namespace) -> int:
+    """In a terminal the workstation, for a newcomer to calibrate; else a whole day headless."""
+    if has_terminal() and not (args.headless or args.json):
+        return run_workstation(
+            Choice(
+                scenario=args.scenario,
+                driver=args.driver,
+                settings=tuple(args.settings),
+                start_utc=args.start or "",
+                seed=args.seed,
+                noise_deg=args.noise_deg,
+                speed=args.speed,
+                last_coefficients=last_coefficients(args),
+            ),
+            output=args.output,
+        )
+    return demo_headless(args)
+
+
+def demo_headless(args: argparse.Namespace) -> int:
+    """A full day's calibration over a real pseudo-terminal, with tables and plot."""
+    from solarcal.emulator.emulation import Emulator
+    from solarcal.emulator.scenario import load_scenario
+    from solarcal.emulator.server import serve_here
+    from solarcal.station.connect import open_tracker
+
+    if DRIVERS[args.driver].rotator is not None:
+        # An emulated rotator is spoken to within this process.
+        with emulated_tracker(args) as (tracker, name, noise_deg):
+            say(f"emulated rotator in the world of '{args.scenario}'; a day passes in seconds")
+            return print_calibration(args, run_calibration(args, tracker, name, noise_deg))
+    scenario = load_scenario(args.scenario, args.settings)
+    emulator = Emulator(
+        scenario,
+        start_utc_s=start_utc_s(args),
+        seed=args.seed,
+        noise_deg=args.noise_deg,
+        speed=args.speed or 0.0,
+    )
+    with serve_here(emulator) as url:
+        kind = "TCP" if url.startswith("socket://") else "a serial line"
+        say(f"emulated tracker '{args.scenario}' on {kind}; a day passes in seconds")
+        tracker = open_tracker(url)
+        try:
+            calibration = run_calibration(
+                args, tracker, file_stem(args.scenario), emulator.noise_deg
+            )
+        finally:
+            tracker.close()
+    return print_calibration(args, calibration)
+
+
+def add_replay_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", type=Path, metavar="FILE")
+    parser.add_argument(
+        "--speed",
+        type=speed_option(),
+        metavar="N",
+        help="recorded seconds per real second; default: 600 on the screen (+ and - change it), "
+        "everything at once without a screen",
+    )
+    parser.add_argument(
+        "--headless", action="store_true", help="print the events and the fit, without a screen"
+    )
+    parser.add_argument("--json", action="store_true", help="the final fit as one JSON document")
+
+
+def run_replay(args: argparse.Namespace) -> int:
+    """In a terminal on the workstation's screen; without one printed record by record."""
+    from solarcal.station.saved_sessions import Replay
+
+    replay = Replay.open(args.file)
+    if has_terminal() and not (args.headless or args.json):
+        return run_workstation(Choice(replay=str(args.file), speed=args.speed))
+    if args.speed is not None and not args.json:
+        _tell_as_it_happened(replay, args.speed)
+        return 0
+    replay.jump(len(replay))
+    if args.json:
+        from solarcal.station.analysing import analyse_session
+        from solarcal.station.documents import fit_document
+
+        session = replay.view
+        judgement = analyse_session(session)
+        if judgement is None:
+            raise FitError(f"{args.file}: no accepted point; a fit needs one")
+        print_json(
+            fit_document(
+                [args.file],
+                session.table,
+                judgement.solution,
+                judgement,
+                warnings=replay.warnings,
+            )
+        )
+        return 0
+    from solarcal.report.session_report import replay_text
+
+    print(replay_text(replay))
+    return 0
+
+
+def _tell_as_it_happened(replay: "Replay", speed: float) -> None:
+    """Each record when its time has come, then the session as it ended."""
+    from solarcal.report.session_report import record_line, session_text
+    from solarcal.station.analysing import analyse_session
+
+    for warning in replay.warnings:
+        say(warning)
+    clock = SystemClock()
+    for record in replay.records:
+        before_s = replay.utc_s
+        replay.step()
+        clock.wait(max(0.0, replay.utc_s - before_s) / speed)
+        print(record_line(record), flush=True)
+    print(f"\n{session_text(replay.view, analyse_session(replay.view))}")

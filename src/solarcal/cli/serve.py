@@ -1,12 +1,24 @@
-"""``solarcal serve``: the workstation in a browser, one process for each page that is opened."""
+"""``solarcal serve``: the workstation in a browser, one process for each page that is opened.
+
+A browser lets any page open a websocket to this machine. Without a check a page of a stranger could
+press keys here; so a request must name this server as its host, and as its origin if it has one.
+"""
 
 import argparse
 import shlex
 import subprocess
 import sys
+from collections.abc import Awaitable, Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from solarcal.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from aiohttp import web
+    from textual_serve.server import Server
+
+    Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
 
@@ -51,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
 
         read_session(args.file)
     try:
-        from solarcal.cli.web_server import GuardedServer
+        server = guarded_server(workstation_command(args), args.host, args.tcp_port)
     except ModuleNotFoundError as error:
         raise ConfigurationError(
             f"serve needs the package textual-serve ({error.name} is missing); install it with: "
@@ -64,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
             + "read every saved session. There is no password and no encryption.",
             file=sys.stderr,
         )
-    GuardedServer(workstation_command(args), args.host, args.tcp_port, "solarcal").serve()
+    server.serve()
     return 0
 
 
@@ -76,3 +88,29 @@ def workstation_command(args: argparse.Namespace) -> str:
     else:
         words += ["run"] if args.allow_motion else ["run", "--offline"]
     return subprocess.list2cmdline(words) if sys.platform == "win32" else shlex.join(words)
+
+
+def guarded_server(command: str, host: str, port: int) -> "Server":
+    """Serves ``command`` at ``http://host:port`` and refuses (403) what comes from elsewhere."""
+    from aiohttp import web
+    from textual_serve.server import Server
+
+    class GuardedServer(Server):
+        async def _make_app(self) -> web.Application:
+            app = await super()._make_app()
+            app.middlewares.append(self._only_own_pages)
+            return app
+
+        @web.middleware
+        async def _only_own_pages(
+            self, request: web.Request, handler: "Handler"
+        ) -> web.StreamResponse:
+            origin = request.headers.get("Origin")
+            own = (self.public_url, self.public_url.replace("//localhost", "//127.0.0.1"))
+            if f"http://{request.host}" not in own or (origin is not None and origin not in own):
+                raise web.HTTPForbidden(
+                    text=f"open {self.public_url} itself; this page is of another"
+                )
+            return await handler(request)
+
+    return GuardedServer(command, host, port, "solarcal")

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from solarcal.cli.fit import add_point_options, fill_in
-from solarcal.cli.output import add_json_option, print_json, say
+from solarcal.cli.process import add_json_option, print_json, say
 from solarcal.decimals import whole_option
 from solarcal.errors import ConfigurationError
 from solarcal.timescale import SystemClock, format_utc

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from solarcal.cli.calibrate import add_emulator_arguments, tracker_for
 from solarcal.cli.fit import add_method_option
-from solarcal.cli.output import print_json, say
 from solarcal.cli.plan import next_time
+from solarcal.cli.process import print_json, say
 from solarcal.cli.unit_options import PORT_HELP, add_driver_options, port
 from solarcal.decimals import number_option
 from solarcal.errors import ConfigurationError

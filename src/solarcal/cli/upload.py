@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from solarcal.cli.fit import add_method_option
-from solarcal.cli.output import add_json_option, print_json, say
+from solarcal.cli.process import add_json_option, print_json, say
 from solarcal.cli.unit_options import add_unit_options, asked_tracker, port_words
 from solarcal.config import sessions_dir
 from solarcal.errors import ConfigurationError, ProcedureRefused

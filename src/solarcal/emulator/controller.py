@@ -6,8 +6,13 @@ the start and never decrease; nothing here depends on how often it is asked.
 
 from typing import Final
 
-from solarcal.emulator.axis_control import AxisControl, MotorPort, ReferenceCheck
-from solarcal.emulator.controller_model import EmulatedControllerModel, Quartz
+from solarcal.emulator.controller_model import (
+    AxisControl,
+    EmulatedControllerModel,
+    MotorPort,
+    Quartz,
+    ReferenceCheck,
+)
 from solarcal.emulator.following import NEVER_S, SunFollower
 from solarcal.emulator.settings import UnitSettings
 from solarcal.mount.formula import Coefficients, Offsets

@@ -14,8 +14,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from solarcal.emulator.axis_control import AxisControl
-from solarcal.emulator.controller_model import EmulatedControllerModel
+from solarcal.emulator.controller_model import AxisControl, EmulatedControllerModel
 from solarcal.units import FloatArray
 
 NODE_S = 30.0

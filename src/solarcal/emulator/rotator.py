@@ -13,12 +13,11 @@ from collections.abc import Callable
 from typing import Protocol
 
 from solarcal.emulator.controller import Controller
-from solarcal.emulator.emulation import almanac, told_truth
+from solarcal.emulator.emulation import TrueError, almanac, told_truth
 from solarcal.emulator.emulator_requests import MAX_SPEED, VirtualTime
 from solarcal.emulator.motor import Motor
 from solarcal.emulator.rotator_protocols import RotatorProtocol, RotctldProtocol
 from solarcal.emulator.scenario import Scenario
-from solarcal.emulator.true_error import TrueError
 from solarcal.emulator.world import World
 from solarcal.errors import ConfigurationError
 from solarcal.mount.drive import Drive, reading_deg, register

@@ -21,9 +21,15 @@ from solarcal.model.methods import DEFAULT_METHOD, fit
 from solarcal.model.prior import Prior
 from solarcal.model.solution import Solution
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients
-from solarcal.session.interchange import FillIn, is_paint, read_paint, read_table
+from solarcal.session.interchange import (
+    SESSION,
+    FillIn,
+    is_paint,
+    point_format,
+    read_paint,
+    read_table,
+)
 from solarcal.session.interchange.paint import paint_table
-from solarcal.session.interchange.sniffing import SESSION, point_format
 from solarcal.session.points import PointTable, merge_tables
 from solarcal.session.records import Header
 from solarcal.session.view import SessionView, read_view

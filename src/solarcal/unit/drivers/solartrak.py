@@ -11,7 +11,6 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.unit import fields, values
 from solarcal.unit.conversation import Conversation, Timing
 from solarcal.unit.link import Link
-from solarcal.unit.parameters import ABSENT, PARAMETER_NAMES, parameters_from_texts
 from solarcal.unit.tracker import (
     Capabilities,
     Code,
@@ -27,6 +26,7 @@ from solarcal.unit.tracker import (
     UnitParameters,
     UnitSite,
 )
+from solarcal.unit.values import ABSENT, PARAMETER_NAMES, parameters_from_texts
 from solarcal.unit.verbs import read, verb
 
 PROTOCOL_VERSION = 1
