@@ -1,8 +1,13 @@
 """The floors stay apart: each one is imported alone in a fresh interpreter and looked at."""
 
+import dataclasses
+import importlib
+import inspect
+import pkgutil
 import subprocess
 import sys
 
+import msgspec
 import pytest
 
 SCREEN = {"textual", "rich", "plotext"}
@@ -30,3 +35,35 @@ def test_importing_a_floor_loads_nothing_it_must_not_know(module):
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = set(done.stdout.split())
     assert not LOADED[module] & loaded
+
+
+CHANGING = {
+    "solarcal.session.interchange.tpoint._Reading",
+    "solarcal.session.lines.SessionText",
+    "solarcal.session.lines._Reading",
+    "solarcal.station.opening.OpenLine",
+    "solarcal.station.saved_sessions.Replay",
+    "solarcal.station.sun_tracking.TrackingRun",
+}
+"""What holds a state that moves on: readers under way, an open line, a replay, a run."""
+
+
+@pytest.mark.parametrize("floor", ["sun", "optics", "mount", "session", "unit", "model", "station"])
+def test_values_cannot_be_changed_once_made(floor):
+    """Records, points, solutions and settings are shared by threads, screens and caches."""
+    package = importlib.import_module(f"solarcal.{floor}")
+    changeable = set()
+    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+        found = importlib.import_module(module.name)
+        for name, kind in vars(found).items():
+            if not inspect.isclass(kind) or kind.__module__ != module.name:
+                continue
+            if issubclass(kind, msgspec.Struct):
+                frozen = kind.__struct_config__.frozen
+            elif dataclasses.is_dataclass(kind):
+                frozen = kind.__dataclass_params__.frozen
+            else:
+                continue
+            if not frozen:
+                changeable.add(f"{module.name}.{name}")
+    assert changeable == {name for name in CHANGING if name.startswith(f"solarcal.{floor}.")}

@@ -45,3 +45,16 @@ def test_columns_that_the_model_holds_already_explain_nothing():
     rng = np.random.default_rng(1)
     base, values = rng.normal(size=(20, 6)), rng.normal(size=20)
     assert ColumnFit(base, values).columns(base[:, :2])[0] == 1.0
+
+
+@pytest.mark.parametrize(("apart", "seen"), [(1e-11, False), (1e-7, True)])
+def test_a_column_that_differs_from_the_others_by_rounding_only_is_not_seen(apart, seen):
+    """A thousandth of a millionth of its length is where rounding begins."""
+    rng = np.random.default_rng(3)
+    base, values, beside = (rng.normal(size=size) for size in ((20, 6), 20, 20))
+    beside -= base @ np.linalg.lstsq(base, beside, rcond=None)[0]
+    column = base[:, 0] / np.linalg.norm(base[:, 0]) + apart * beside / np.linalg.norm(beside)
+    amount, sigma, probability = ColumnFit(base, values).column(column)
+    assert np.isfinite(sigma) == seen
+    assert (probability < 1.0) == seen
+    assert (amount != 0.0) == seen

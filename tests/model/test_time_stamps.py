@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from solarcal.cli import run_command
-from solarcal.model.evidence.times import stamp_evidence
+from solarcal.model.evidence.times import _thinned, stamp_evidence
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
 from solarcal.session.interchange import write_table
@@ -243,3 +243,10 @@ def test_angles_that_need_the_sun_of_such_a_date_are_refused_with_the_way_out(
     (line,) = capsys.readouterr().err.splitlines()
     assert "is dated outside 1960-01-01 to 2100-02-28" in line
     assert line.endswith("correct utc or give ideal=airless")
+
+
+@pytest.mark.parametrize(("rows", "kept"), [(5, 5), (24, 24), (100, 24)])
+def test_of_many_rows_some_are_searched_from_the_first_to_the_last(rows: int, kept: int) -> None:
+    places = _thinned(np.arange(10, 10 + rows))
+    assert (places[0], places[-1]) == (10, 9 + rows)
+    assert len(set(places)) == kept

@@ -335,6 +335,23 @@ def test_a_mechanism_that_cannot_be_is_refused(values):
         Mechanism(**values)
 
 
+@pytest.mark.parametrize(
+    ("names", "largest"),
+    [
+        (("P1", "P3", "collimation_deg", "nonperpendicularity_deg", "sag_deg"), 45.0),
+        (("P2", "P4", "backlash1_deg", "backlash2_deg"), 360.0),
+        (("P5", "P6"), 0.5),
+        (("air",), 100.0),
+    ],
+)
+def test_the_largest_a_mechanism_can_have_of_each(names, largest):
+    for name in names:
+        for value in (-largest, largest):
+            Mechanism(**{name: value})
+            with pytest.raises(ConfigurationError, match=f"not within \\+-{largest:g}"):
+                Mechanism(**{name: 1.0001 * value})
+
+
 def test_slopes_are_continuous_where_a_mount_stands_turned_by_half_a_turn():
     """Between its own axis and the nominal one: there an error may be +180 or -180 deg."""
     mount, mechanism = MountGeometry("azel", 35.0), Mechanism(P1=1.0)

@@ -57,6 +57,15 @@ def test_without_limits_it_is_the_time_above_the_elevation() -> None:
     assert found.hours == pytest.approx(day.daylight_s / 3600.0, abs=1e-4)
 
 
+def test_unless_told_otherwise_the_sun_counts_from_the_horizon_on() -> None:
+    everywhere = Limits(ANYWHERE, POLAR_DISTANCES)
+    transit_s = day_events(parse_utc("2026-12-21T19:00Z"), TIJERAS).transit_utc_s
+    mount = MountGeometry("azel", TIJERAS.latitude_deg)
+    found = reach_of_day(TIJERAS, mount, everywhere, transit_s)
+    day = day_events(parse_utc("2026-12-21T19:00Z"), TIJERAS, altitude_deg=0.0)
+    assert found.hours == pytest.approx(day.daylight_s / 3600.0, abs=1e-4)
+
+
 def test_a_mount_that_cannot_reach_its_zenith_has_two_spans() -> None:
     overhead = Site(23.0, -106.5)
     limits = Limits(ANYWHERE, AxisLimits(20.0, 90.0))

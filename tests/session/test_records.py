@@ -1,29 +1,14 @@
-"""What a record is beside its fields: it cannot be changed, and what it holds when nobody says."""
+"""What a record is beside its fields: made by their names, and what it holds when nobody says."""
 
 import inspect
-from types import ModuleType
 
-import msgspec
 import pytest
 from session_samples import HEADER, UTC, point
 
-from solarcal.mount import controller, formula, limits
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session import records
 from solarcal.session.records import FitRecord, Record, UploadBegun, UploadRecord
 from solarcal.session.view import view_session
-from solarcal.unit import rotator, tracker
-
-
-@pytest.mark.parametrize("module", [records, tracker, rotator, controller, formula, limits])
-def test_what_several_threads_share_cannot_be_changed(module: ModuleType) -> None:
-    structs = [
-        one
-        for _, one in inspect.getmembers(module, inspect.isclass)
-        if issubclass(one, msgspec.Struct) and one.__module__ == module.__name__
-    ]
-    assert structs
-    assert [one.__name__ for one in structs if not one.__struct_config__.frozen] == []
 
 
 def test_records_are_made_by_the_names_of_their_fields() -> None:

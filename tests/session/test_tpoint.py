@@ -368,6 +368,15 @@ SPACED_ROWS = ["210 30 00.0 41 15 00 210 36 0 41 30 00.00", "-0 30 00 -0 00 30.5
 COLON_ROWS = ["210:30:00.0 41:15:00 210:36:0 41:30:00", "-0:30:00 -0:00:30.5 0:30:00 -0:00:30"]
 
 
+def test_degrees_and_minutes_without_seconds_keep_the_sign_of_the_degrees() -> None:
+    cells = ["-10:30", "20:15", "-0:45", "-5:06:36"]
+    with pytest.raises(InputFileError, match="25 deg from the true place"):
+        sexagesimal_row(cells, COLONS, "")
+    cells[3] = "19:54"
+    row = sexagesimal_row(cells, COLONS, "")
+    assert row == pytest.approx((-10.5, 20.25, -0.75, 19.9), abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("layout", "rows"), [(DECIMAL, DECIMALS), (SPACED, SPACED_ROWS), (COLONS, COLON_ROWS)]
 )

@@ -1,6 +1,7 @@
 """Places of the source a mutation run may change, and each change that cosmic-ray knows there.
 
 Left out is what cannot fail or cannot run: annotations, decorators and blocks for the type checker;
+``strict`` of a ``zip``, which asserts and changes nothing;
 operators between kinds that never meet (bits of floats), and ``is`` for ``==``.
 """
 
@@ -102,9 +103,12 @@ def _closed(tree: ast.Module) -> Iterator[tuple[Position, Position]]:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             shut += [node.returns, *node.decorator_list]
         elif isinstance(node, ast.ClassDef):
-            shut += node.decorator_list
+            # What a class is made with is a declaration, as its decorators are.
+            shut += [*node.decorator_list, *(keyword.value for keyword in node.keywords)]
         elif isinstance(node, ast.arg | ast.AnnAssign):
             shut += [node.annotation]
+        elif isinstance(node, ast.keyword) and node.arg == "strict":
+            shut += [node.value]
         elif isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
             shut += [node]
         elif isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitOr):

@@ -101,6 +101,7 @@ class Reach:
     def __init__(self, documents: list[Path], root: Path) -> None:
         self.durations: dict[str, float] = {}
         self._root = root
+        self._texts: dict[str, str] = {}
         self._lines: dict[str, dict[int, set[str]]] = defaultdict(lambda: defaultdict(set))
         for path in documents:
             document = json.loads(path.read_text(encoding="utf-8"))
@@ -116,7 +117,8 @@ class Reach:
                             reached.update(used.get(context, ()))
 
     def tests(self, path: str, first_line: int, last_line: int) -> set[str]:
-        """Tests that reach any of these lines; of what runs at import, those that use its names."""
+        """Tests that reach any of these lines; of what runs at import, those that use its names,
+        themselves or in a line of the program that they reach."""
         found = self._of_lines(path, range(first_line, last_line + 1))
         if found:
             return found
@@ -127,7 +129,15 @@ class Reach:
                 text = (self._root / file).read_text(encoding="utf-8").splitlines()
                 using = [i for i, line in enumerate(text, start=1) if word.search(line)]
                 found |= self._of_lines(file, using)
+            found |= {test for test in self.durations if word.search(self._text_of(test))}
         return found or self._of_lines(path, self._lines[path])
+
+    def _text_of(self, test: str) -> str:
+        """Of the file a test stands in."""
+        file = test.partition("::")[0]
+        if file not in self._texts:
+            self._texts[file] = (self._root / file).read_text(encoding="utf-8")
+        return self._texts[file]
 
     def _of_lines(self, path: str, lines: Any) -> set[str]:
         known = self._lines.get(path, {})

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 MEMORY_BYTES = 6 * 2**30
-TIMES_WALL = 12.0
+TIMES_WALL = 3.0
 """Real seconds allowed for one of the processor's: the machine may have other work."""
 
 

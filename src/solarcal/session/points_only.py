@@ -22,7 +22,7 @@ from solarcal.session.records import FORMAT_VERSION, Header, PointStatus
 _WANTED = (b'"point"', b'"void"')
 
 
-class _Point(msgspec.Struct, tag="point"):
+class _Point(msgspec.Struct, tag="point", frozen=True):
     seq: int
     utc: str
     status: PointStatus
@@ -32,7 +32,7 @@ class _Point(msgspec.Struct, tag="point"):
     read_utc: str | None = None
 
 
-class _Void(msgspec.Struct, tag="void"):
+class _Void(msgspec.Struct, tag="void", frozen=True):
     seq: int
     utc: str
     voids: int

@@ -20,11 +20,11 @@ from solarcal.timescale import Clock, format_utc
 from solarcal.unit.tracker import Mode, Status, Tracker
 
 
-class _Value(msgspec.Struct):
+class _Value(msgspec.Struct, frozen=True):
     value: float
 
 
-class _FitDocument(msgspec.Struct):
+class _FitDocument(msgspec.Struct, frozen=True):
     geometry: str
     coefficients: dict[str, _Value]
     method: str = ""

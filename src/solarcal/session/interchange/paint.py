@@ -49,12 +49,12 @@ _Metres = Annotated[float, msgspec.Meta(ge=-1e3, le=1e3)]
 _Angle = Annotated[float, msgspec.Meta(ge=-360.0, le=360.0)]
 
 
-class _Motors(msgspec.Struct):
+class _Motors(msgspec.Struct, frozen=True):
     Axis1MotorPosition: _Steps
     Axis2MotorPosition: _Steps
 
 
-class Record(msgspec.Struct):
+class Record(msgspec.Struct, frozen=True):
     """A calibration record as its file has it."""
 
     motor_position: _Motors
@@ -64,7 +64,7 @@ class Record(msgspec.Struct):
     Sun_azimuth: _Angle
 
 
-class _Actuator(msgspec.Struct):
+class _Actuator(msgspec.Struct, frozen=True):
     increment: Annotated[float, msgspec.Meta(ge=1.0, le=1e9)]
     initial_stroke_length: _Metres
     offset: _Metres
@@ -74,7 +74,7 @@ class _Actuator(msgspec.Struct):
     type_axis: str = "linear"
 
 
-class _Kinematics(msgspec.Struct):
+class _Kinematics(msgspec.Struct, frozen=True):
     actuators: list[_Actuator]
     first_joint_translation_e: _Metres = 0.0
     first_joint_translation_n: _Metres = 0.0
@@ -87,12 +87,12 @@ class _Kinematics(msgspec.Struct):
     concentrator_translation_u: _Metres = 0.0
 
 
-class _Properties(msgspec.Struct):
+class _Properties(msgspec.Struct, frozen=True):
     heliostat_position: Place
     kinematic_properties: _Kinematics
 
 
-class _Plant(msgspec.Struct):
+class _Plant(msgspec.Struct, frozen=True):
     coordinates: Place
 
 
