@@ -26,6 +26,8 @@ PACES = (5, 5, 2, 1)
 KITTY = re.compile(rb"\x1b\[[<=>?][0-9;]*u")
 """Keyboard protocol requests, which pyte takes for something else."""
 
+NO_FRAMES = dict.fromkeys(map(ord, "┃│╭╮╰╯─━┏┓┗┛▌▐"), " ")
+
 ALT_F3, ALT_F5, ALT_F7, CTRL_F9 = b"\x1b[1;3R", b"\x1b[15;3~", b"\x1b[18;3~", b"\x1b[20;5~"
 F2, F6, F8, F10, F12 = b"\x1bOQ", b"\x1b[17~", b"\x1b[19~", b"\x1b[21~", b"\x1b[24~"
 ENTER, ESC, CTRL_Q, CTRL_S = b"\r", b"\x1b", b"\x11", b"\x13"
@@ -156,17 +158,17 @@ class Terminal:
         return True
 
     def text(self) -> str:
-        # Put together cell by cell, which costs more than drawing: once for each drawing.
+        # Put together cell by cell, which costs more than drawing: once for each drawing. The cell
+        # beside a wide character holds nothing.
         if self._text is None:
-            self._text = "\n".join(line.rstrip() for line in self.screen.display)
+            buffer, columns = self.screen.buffer, range(self.screen.columns)
+            rows = ([buffer[y][x].data for x in columns] for y in range(self.screen.lines))
+            self._text = "\n".join("".join(row).rstrip() for row in rows)
         return self._text
 
     def words(self) -> str:
         if self._words is None:
-            text = self.text()
-            for frame in "┃│╭╮╰╯─━┏┓┗┛▌▐":
-                text = text.replace(frame, " ")
-            self._words = " ".join(text.split())
+            self._words = " ".join(self.text().translate(NO_FRAMES).split())
         return self._words
 
     def until(self, true: Callable[[], object], what: str = "") -> None:

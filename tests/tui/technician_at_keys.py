@@ -20,6 +20,7 @@ from pty_bench import (
 )
 
 SPOT = re.compile(r"spot (\d+\.\d+) (right|left), (\d+\.\d+) (up|down)")
+PACE = re.compile(r"time x(\d+) \[")
 CENTRED_DEG = 0.06
 MOVED = 0.4
 """Of what was off: more than the Sun goes between two looks."""
@@ -64,11 +65,20 @@ def moved(before: tuple[float, float], now: tuple[float, float] | None) -> bool:
     return now is not None and math.dist(before, now) > MOVED * max(map(abs, before))
 
 
-def hurry(terminal: Terminal, to: int = 60) -> None:
-    """Let the emulator's time run fast, from the pace of life on."""
+def hurry(terminal: Terminal, to: int = 60, since: int = 1) -> None:
+    """Let the emulator's time run fast, from the pace of life on or another."""
+    paces = (1, 2, 5, 10, 30, 60)
     with terminal.uncounted():
-        terminal.press(*["+"] * (1, 2, 5, 10, 30, 60).index(to))
+        terminal.press(*["+"] * (paces.index(to) - paces.index(since)))
     terminal.shows(f"time x{to} [")
+
+
+def pace(terminal: Terminal) -> int:
+    """How fast the emulator's time runs, as the screen says."""
+    terminal.until(lambda: PACE.search(terminal.words()))
+    found = PACE.search(terminal.words())
+    assert found is not None
+    return int(found.group(1))
 
 
 def press_until(terminal: Terminal, key: bytes, *words: str) -> None:
@@ -141,10 +151,12 @@ def take_point(terminal: Terminal, kind: str = "") -> None:
     terminal.press("y")
     terminal.shows("3. Do you like the way it is tracking?")
     terminal.press("y")
-    terminal.shows("Store it?")
+    # The heading of its table is never broken, as the question "Store it?" may be.
+    heading = "left, axis 1" if kind == "c" else "in sigmas"
+    terminal.shows(heading)
     terminal.press("y")
     terminal.shows("tored as record")
-    terminal.shows_no("Store it?")
+    terminal.shows_no(heading)
 
 
 def wait_for_next(terminal: Terminal) -> None:
