@@ -21,6 +21,8 @@ NODE_S = 30.0
 """Spacing of the nodes: (30 s * 15 deg/h)^4 / 384 of a radian is 2e-12 deg of interpolation error
 far from the primary axis, 1e-7 deg where AX1 runs ten times as fast."""
 BLOCK = 120
+FEW_NODES = 8
+CHANGE_S, HALVINGS = 1e-3, 5
 SEARCH_BLOCKS = 24
 """A day of nodes: what does not happen within it is looked for again after it."""
 
@@ -63,6 +65,12 @@ class TargetCurve:
         The end of the search where that does not happen within a day: look again then.
         """
         first = math.floor(now_s / NODE_S)
+        # Nearly always it is one of the next nodes: these are looked at without arrays.
+        nodes, k = self._lists(axis, first)
+        for ahead in range(min(FEW_NODES, BLOCK + 1 - k)):
+            here, there = nodes[k + ahead], nodes[k + ahead + 1]
+            if (there - reading_deg) * (1.0 if there >= here else -1.0) >= half_deg:
+                return self._lagging_s(axis, first + ahead, reading_deg, half_deg, now_s)
         for number in range(first // BLOCK, first // BLOCK + SEARCH_BLOCKS):
             targets = self._block(number).targets[axis, 1:-1]
             start = number * BLOCK
@@ -127,13 +135,20 @@ class TargetCurve:
         return high
 
     def _changing_s(self, node: int, within: bool, now_s: float) -> float:
+        """By halving; the target is computed for five halvings at once."""
         low, high = max(now_s, node * NODE_S), (node + 1) * NODE_S
-        while high - low > 1e-3:
-            middle = 0.5 * (low + high)
-            if self.is_within(middle) == within:
-                low = middle
-            else:
-                high = middle
+        while high - low > CHANGE_S:
+            times = np.array([low, high])
+            for _ in range(HALVINGS):
+                halves = np.empty(2 * times.size - 1)
+                halves[::2], halves[1::2] = times, 0.5 * (times[:-1] + times[1:])
+                times = halves
+            as_before = (self._targets(times)[1] >= 0.0) == within
+            first, last = 0, times.size - 1
+            while last - first > 1 and times[last] - times[first] > CHANGE_S:
+                middle = (first + last) // 2
+                first, last = (middle, last) if as_before[middle] else (first, middle)
+            low, high = float(times[first]), float(times[last])
         return high
 
     def _curve_from(self, axis: int, node: int) -> Callable[[float], float]:
