@@ -48,6 +48,7 @@ class TargetCurve:
     def __init__(self, targets: Callable[[FloatArray], tuple[FloatArray, FloatArray]]) -> None:
         self._targets = targets
         self._blocks: dict[int, _Block] = {}
+        self._cubics: dict[tuple[int, int], Callable[[float], float]] = {}
 
     def target_deg(self, axis: int, now_s: float) -> float:
         """Reading the axis (0 or 1) belongs at, interpolated."""
@@ -152,7 +153,13 @@ class TargetCurve:
         return high
 
     def _curve_from(self, axis: int, node: int) -> Callable[[float], float]:
-        """The curve between a node and the next as a function of time."""
+        """The curve between a node and the next as a function of time: asked for some times."""
+        cubic = self._cubics.get((axis, node))
+        if cubic is None:
+            cubic = self._cubics[axis, node] = self._cubic(axis, node)
+        return cubic
+
+    def _cubic(self, axis: int, node: int) -> Callable[[float], float]:
         nodes, k = self._lists(axis, node)
         before, here, there, after = nodes[k - 1 : k + 3]
         if max(before, here, there, after) - min(before, here, there, after) > 180.0:
