@@ -75,7 +75,7 @@ def _exchange_search(slots: Slots, start: FloatArray, weight: FloatArray, count:
     for _ in range(RANDOM_STARTS):
         chosen: list[int] = []
         while len(chosen) < count:
-            free = np.flatnonzero(slots.free(chosen))
+            free = np.flatnonzero(~slots.too_near()[chosen].any(axis=0))
             if not len(free):
                 chosen = []
                 continue

@@ -63,13 +63,11 @@ class Slots:
     def __len__(self) -> int:
         return len(self.utc_s)
 
-    def free(self, taken: Sequence[int], until_s: float = np.inf) -> NDArray[np.bool_]:
-        """Slots not too near to the taken ones, and not after ``until_s``: (c,)."""
-        free = self.utc_s <= until_s
-        for index in taken:
-            # A second of grace: times are sums of floating-point seconds.
-            free &= np.abs(self.utc_s - self.utc_s[index]) >= self.gap_s - 1.0
-        return free
+    def too_near(self) -> NDArray[np.bool_]:
+        """Which slots stand too near to each for both to be taken: (c, c)."""
+        # A second of grace: times are sums of floating-point seconds.
+        near: NDArray[np.bool_] = np.abs(self.utc_s - self.utc_s[:, np.newaxis]) < self.gap_s - 1.0
+        return near
 
 
 def gains(rows: FloatArray, covariance: FloatArray, weight: FloatArray) -> FloatArray:
@@ -178,6 +176,10 @@ def exchanged(
     """The schedule after moving single points to better slots until none is better; sorted."""
     schedule = list(chosen)
     start = _inverse(covariance)
+    too_near = slots.too_near()
+    within = slots.utc_s <= until_s
+    # By how many points each slot is blocked.
+    blocked = too_near[schedule].sum(axis=0)
     for _ in range(_ROUNDS):
         moved = False
         for place in range(len(schedule)):
@@ -186,9 +188,12 @@ def exchanged(
             without = _inverse(start + rows.T @ rows)
             gain = gains(slots.rows, without, weight)
             now = gain[schedule[place]]
-            gain = np.where(slots.free(others, until_s), gain, -np.inf)
+            free = within & (blocked == too_near[schedule[place]])
+            gain = np.where(free, gain, -np.inf)
             best = int(np.argmax(gain))
             if gain[best] > now * (1.0 + 1e-6):
+                blocked += too_near[best]
+                blocked -= too_near[schedule[place]]
                 schedule[place], moved = best, True
         if not moved:
             break
@@ -220,7 +225,7 @@ def best_schedule(
 
     Starting from equal spacing too, the answer is never worse than that.
     """
-    eligible = np.flatnonzero(slots.free((), until_s))
+    eligible = np.flatnonzero(slots.utc_s <= until_s)
     count = min(count, len(eligible))
     if count == 0:
         return []
