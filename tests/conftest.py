@@ -1,6 +1,8 @@
 """For all tests: the same cases every time, nobody waits for the medium or a second thread."""
 
+import functools
 import gc
+import gettext
 import itertools
 import os
 import socket
@@ -34,6 +36,16 @@ def no_waiting_for_the_medium():
     """
     patched = pytest.MonkeyPatch()
     patched.setattr(os, "fsync", lambda descriptor: None)
+    yield
+    patched.undo()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def translations_are_looked_for_once():
+    """argparse asks the file system for a translation of each word of every parser it makes; a
+    program makes one parser, a test run a thousand."""
+    patched = pytest.MonkeyPatch()
+    patched.setattr(gettext, "find", functools.cache(gettext.find))
     yield
     patched.undo()
 
