@@ -59,7 +59,7 @@ def style_sheets_are_parsed_once():
     """A program has one app, which parses each style sheet once; a test run has hundreds of apps.
 
     What the rules are depends on the text, where it comes from, and the theme's variables, and they
-    are only read afterwards.
+    are only read afterwards. Gives what parses them in the program.
     """
     parse_rules, parsed = Stylesheet._parse_rules, {}
 
@@ -76,7 +76,7 @@ def style_sheets_are_parsed_once():
 
     patched = pytest.MonkeyPatch()
     patched.setattr(Stylesheet, "_parse_rules", known)
-    yield
+    yield parse_rules
     patched.undo()
 
 

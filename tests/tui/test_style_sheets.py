@@ -13,8 +13,9 @@ from solarcal.tui.workstation.screen import WorkstationScreen
 
 
 @pytest.fixture
-def parsed(monkeypatch):
-    """How often each sheet was parsed."""
+def parsed(monkeypatch, style_sheets_are_parsed_once):
+    """How often each sheet was parsed, as in the program: with nothing known of other apps."""
+    monkeypatch.setattr(stylesheet.Stylesheet, "_parse_rules", style_sheets_are_parsed_once)
     counted, parse = Counter(), stylesheet.parse
 
     def counting(scope, css, read_from, **options):
