@@ -28,8 +28,7 @@ from solarcal.station import planning
 from solarcal.station.fitting import solve
 from solarcal.station.news import StatusRead
 from solarcal.station.planning import HALF_HOUR_S, MISSED_S
-from solarcal.tui.plan.half_hours import HalfHours
-from solarcal.tui.plan.screen import PlanScreen
+from solarcal.tui.plan import HalfHours, PlanScreen
 from solarcal.tui.widgets.footer import StopKey
 from solarcal.tui.workstation.screen import WorkstationScreen
 

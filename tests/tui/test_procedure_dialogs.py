@@ -28,8 +28,7 @@ from solarcal.session.records import Closed, Note, Override, Void
 from solarcal.station.opening import OpenLine
 from solarcal.station.state import Activity, LinkState
 from solarcal.tui.action_handlers import ACTION_HANDLERS
-from solarcal.tui.dialogs.clock import ClockDialog
-from solarcal.tui.dialogs.link import LinkDialog
+from solarcal.tui.dialogs.link import ClockDialog, LinkDialog
 from solarcal.tui.dialogs.ref_check import RefCheckDialog
 from solarcal.tui.keys import ACTIONS
 from solarcal.unit.tracker import Mode

@@ -18,12 +18,12 @@ from procedure_bench import (
 from solarcal.session.records import FitRecord, LinkLost, LinkRestored
 from solarcal.station.news import FitReady, RecordVoided, StateChanged, StatusRead
 from solarcal.station.state import LiveView
+from solarcal.tui.base import Told
 from solarcal.tui.keys import ACTIONS
-from solarcal.tui.messages import Told
 from solarcal.tui.palette import ActionProvider
 from solarcal.tui.widgets.footer import ActionFooter, FooterKey, StopKey
 from solarcal.tui.widgets.plot import strips_of_ansi
-from solarcal.tui.workstation.coefficients_pane import sparkline
+from solarcal.tui.workstation.lines import sparkline
 from solarcal.tui.workstation.live_pane import limit_bar, phase_bar
 from solarcal.tui.workstation.screen import FOOTER, WorkstationScreen
 from solarcal.tui.workstation.view import TABS, WorkstationView

@@ -9,7 +9,7 @@ from textual.pilot import Pilot
 from solarcal.config import Choice, Settings
 from solarcal.station.news import StatusRead
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.messages import MenuEntriesFound
+from solarcal.tui.base import MenuEntriesFound
 from solarcal.tui.start.menu_entries import Entry, MenuEntries, menu_entries
 from solarcal.tui.start.screen import StartScreen
 from solarcal.tui.workstation.view import PLOTS, WorkstationView

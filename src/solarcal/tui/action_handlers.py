@@ -12,13 +12,16 @@ from solarcal.station.news import SpeedTold, TimeSkipped
 from solarcal.station.next_step import next_step
 from solarcal.station.state import Activity
 from solarcal.tui.base import Workstation
-from solarcal.tui.calculators import list as calculators_list
-from solarcal.tui.dialogs import clock, initialise, link, ref_check, report, upload, void_note
-from solarcal.tui.dialogs.leave import LeaveDialog
+from solarcal.tui.calculators.screen import open_list
+from solarcal.tui.dialogs import ref_check, report
+from solarcal.tui.dialogs.data_file import InitialiseDialog, LeaveDialog, NoteDialog, VoidDialog
+from solarcal.tui.dialogs.dialog import Dialog, open_dialog
+from solarcal.tui.dialogs.link import ClockDialog, open_link
+from solarcal.tui.dialogs.upload import UploadDialog
 from solarcal.tui.help import HelpScreen
 from solarcal.tui.offset import dialog as offset_dialog
-from solarcal.tui.plan import screen as plan_screen
-from solarcal.tui.point import dialog as point_dialog
+from solarcal.tui.plan import open_screen as open_plan
+from solarcal.tui.point.dialog import TakePointDialog
 from solarcal.tui.replay import recompute
 from solarcal.tui.workstation.view import PanesScreen
 
@@ -32,6 +35,11 @@ ActionHandler = Callable[[Workstation], None]
 SPEEDS = (1.0, 2.0, 5.0, 10.0, 30.0, 60.0, 120.0)
 LOW_SUN_SKIP_S = 1800.0
 """How far to skip while the Sun is too low and no point is due."""
+
+
+def opens(dialog: Callable[[], Dialog]) -> ActionHandler:
+    """What opens a dialog of the procedure."""
+    return lambda app: open_dialog(app, dialog())
 
 
 def open_help(app: Workstation) -> None:
@@ -114,19 +122,19 @@ def _skip(station: "Station", judgement: "Analysis | None") -> float:
 
 
 ACTION_HANDLERS: dict[str, ActionHandler] = {
-    "link": link.open_screen,
-    "initialise": initialise.open_screen,
+    "link": open_link,
+    "initialise": opens(InitialiseDialog),
     "ref_check": ref_check.open_screen,
     "sun_offset": offset_dialog.open_screen,
-    "take_point": point_dialog.open_screen,
-    "upload": upload.open_screen,
+    "take_point": opens(TakePointDialog),
+    "upload": opens(UploadDialog),
     "recompute": recompute.open_screen,
-    "clock": clock.open_screen,
-    "plan": plan_screen.open_screen,
+    "clock": opens(ClockDialog),
+    "plan": open_plan,
     "report": report.open_screen,
-    "void": void_note.open_void,
-    "note": void_note.open_note,
-    "calculators": calculators_list.open_list,
+    "void": opens(VoidDialog),
+    "note": opens(NoteDialog),
+    "calculators": open_list,
     "help": open_help,
     "next_plot": next_plot,
     "theme": change_theme,

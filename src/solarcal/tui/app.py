@@ -18,7 +18,17 @@ from solarcal.config import Choice, Settings, save_settings
 from solarcal.errors import ConfigurationError, SolarcalError, harmless
 from solarcal.profiles import Profile
 from solarcal.station.news import StepFailed
-from solarcal.tui.base import ONE_IMPORT, ShowsNotices, StationModal, is_typed
+from solarcal.tui.base import (
+    ONE_IMPORT,
+    FormAsked,
+    LineFailed,
+    LineNews,
+    LineOpened,
+    ShowsNotices,
+    StationModal,
+    Told,
+    is_typed,
+)
 from solarcal.tui.keys import (
     ACTIONS,
     QUIT_EVERYWHERE,
@@ -27,7 +37,6 @@ from solarcal.tui.keys import (
     bound_actions,
     modified_f3,
 )
-from solarcal.tui.messages import FormAsked, LineFailed, LineNews, LineOpened, Told
 from solarcal.tui.palette import ActionProvider, OwnThemesFirst, Palette
 from solarcal.tui.start.screen import StartScreen
 from solarcal.tui.station_app import StationApp

@@ -1,18 +1,24 @@
-"""What a screen may use of the program, what the program calls on a screen, and its STOP."""
+"""What a screen may use of the program, what the program calls on a screen, and its STOP.
+
+And what comes to the app from other threads, as messages of its queue: that makes it safe.
+"""
 
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar, cast
 
 from textual.binding import Binding, BindingType
 from textual.dom import DOMNode
+from textual.message import Message
 from textual.message_pump import MessagePump
 from textual.reactive import Reactive
 from textual.screen import ModalScreen, Screen
 from textual.widget import Widget
 
-from solarcal.station.news import Done, FitReady, Progress, StepFailed
+from solarcal.errors import SolarcalError
+from solarcal.station.news import Done, FitReady, News, Progress, StateChanged, StepFailed
 from solarcal.tui.behind import draw_behind
 from solarcal.tui.widgets.lines import LogLine, say_if_too_small
 
@@ -28,6 +34,9 @@ if TYPE_CHECKING:
     from solarcal.station.state import StationState
     from solarcal.station.worker import StationWorker
     from solarcal.tui.keys import Action
+    from solarcal.tui.start.menu_entries import MenuEntries
+    from solarcal.tui.typed_form.form_asked import AskedForm
+
 
 Result = TypeVar("Result")
 
@@ -180,3 +189,53 @@ class StationModal(_StationHooks, ModalScreen[Result]):
 
     def action_leave(self) -> None:
         self.dismiss(None)
+
+
+@dataclass(frozen=True, eq=False)
+class LineOpened:
+    """A unit is connected and its session open."""
+
+    line: "OpenLine"
+
+
+@dataclass(frozen=True)
+class LineFailed:
+    """The line could not be opened; nothing is left open."""
+
+    error: SolarcalError
+
+
+class MenuEntriesFound(Message):
+    """What there is to choose from has been looked up."""
+
+    def __init__(self, offers: "MenuEntries") -> None:
+        super().__init__()
+        self.offers = offers
+
+
+@dataclass(frozen=True)
+class FormAsked:
+    """The thread of the station waits for what a unit's display shows."""
+
+    asked: "AskedForm"
+
+
+LineNews = LineOpened | LineFailed | FormAsked
+
+
+class Told(Message):
+    """News of the station, of the opening of a line, or of a form to fill in."""
+
+    def __init__(self, news: News | LineNews) -> None:
+        super().__init__()
+        self.news = news
+
+    def can_replace(self, message: Message) -> bool:
+        if not isinstance(message, Told):
+            return False
+        match self.news, message.news:
+            case StateChanged(), StateChanged():
+                return True
+            case Progress(kind=kind), Progress(kind=other):
+                return kind is other
+        return False

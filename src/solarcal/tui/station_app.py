@@ -19,8 +19,16 @@ from solarcal.station.news import (
     StateChanged,
     StepFailed,
 )
-from solarcal.tui.base import ONE_IMPORT, StationModal, StationScreen
-from solarcal.tui.messages import FormAsked, LineFailed, LineNews, LineOpened, Told
+from solarcal.tui.base import (
+    ONE_IMPORT,
+    FormAsked,
+    LineFailed,
+    LineNews,
+    LineOpened,
+    StationModal,
+    StationScreen,
+    Told,
+)
 
 if TYPE_CHECKING:
     from solarcal.model.analysis import Analysis

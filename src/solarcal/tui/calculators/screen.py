@@ -1,4 +1,4 @@
-"""A field calculator: its form, its result, its drawings."""
+"""The field calculators: their list, and of each its form, its result, its drawings."""
 
 import textwrap
 from typing import ClassVar
@@ -6,14 +6,17 @@ from typing import ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
+from textual.content import Content
 from textual.message import Message
 from textual.timer import Timer
-from textual.widgets import Input
+from textual.widgets import Input, OptionList
+from textual.widgets.option_list import Option
 
 from solarcal.errors import SolarcalError
+from solarcal.instruments.catalogue import BY_ID, INSTRUMENTS
 from solarcal.instruments.form import Answer, Drawing, FormError, Instrument
 from solarcal.timescale import SystemClock
-from solarcal.tui.base import StationScreen
+from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.calculators.form_rows import ChoiceBox, FormRow, FormRows
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine
@@ -277,3 +280,72 @@ def _fitted(line: str, width: int) -> list[str]:
         return [line]
     indent = " " * (len(line) - len(line.lstrip()) + 2)
     return textwrap.wrap(line, width, subsequent_indent=indent, replace_whitespace=False)
+
+
+class CalculatorsScreen(StationScreen):
+    """Choose with the arrow keys, open with Enter; Escape goes back."""
+
+    DEFAULT_CSS = """
+    CalculatorsScreen #title { background: $primary; color: $background; text-style: bold; }
+    CalculatorsScreen OptionList {
+        height: 1fr; padding: 0 1; background: $background;
+        text-wrap: nowrap; text-overflow: ellipsis;
+    }
+    CalculatorsScreen OptionList, CalculatorsScreen OptionList:focus { border: none; }
+    CalculatorsScreen OptionList > .option-list--option-highlighted { text-style: bold reverse; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("escape,q", "back", "Back", show=False),
+    ]
+
+    def compose(self) -> ComposeResult:
+        yield HeadLine(id="title")
+        yield OptionList(id="calculators")
+        yield LogLine(id="log")
+        yield ActionFooter(
+            [
+                FooterEntry("↵", "Open", "screen.open"),
+                FooterEntry("F1", "Help", "app.perform('help')"),
+                FooterEntry("Esc", "Back", "screen.back"),
+            ]
+        )
+
+    def on_mount(self) -> None:
+        self.query_one("#title", HeadLine).show(
+            ["Field calculators"], ["form in, result and drawing out"]
+        )
+        self.query_one("#log", LogLine).say("Choose with the arrow keys, open with Enter.")
+        choices, group = self.query_one(OptionList), ""
+        for one in INSTRUMENTS:
+            if one.group != group:
+                group = one.group
+                choices.add_option(Option(Content.styled(group, "bold $accent"), disabled=True))
+            choices.add_option(Option(Content(f"  {one.title:20} {one.purpose}"), id=one.id))
+        choices.highlighted = 1
+        choices.focus()
+
+    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+        open_calculator(self.workstation, BY_ID[event.option.id or ""])
+
+    def action_open(self) -> None:
+        self.query_one(OptionList).action_select()
+
+    def action_back(self) -> None:
+        self.dismiss(None)
+
+
+def open_list(app: Workstation) -> None:
+    """Show the list; from a calculator go back to it."""
+    if isinstance(app.screen, CalculatorScreen):
+        app.screen.dismiss(None)
+    if not any(isinstance(screen, CalculatorsScreen) for screen in app.screen_stack):
+        app.push_screen(CalculatorsScreen())
+
+
+def open_calculator(app: Workstation, calculator: Instrument) -> None:
+    """Show a calculator, in place of another one that is open."""
+    screen = CalculatorScreen(calculator)
+    if isinstance(app.screen, CalculatorScreen):
+        app.switch_screen(screen)
+    else:
+        app.push_screen(screen)

@@ -1,22 +1,30 @@
-"""The line to the unit: how it is, who answers, reconnect now, what went over it."""
+"""The line to the unit: how it is, who answers, reconnect now, what went over it. And the clocks:
+is the laptop's right, how far is the unit's off, and set it.
+"""
 
+import threading
 from collections.abc import Iterable
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from textual.widget import Widget
+from textual.widgets import Input
 
-from solarcal.session.records import LinkLost, LinkRestored
-from solarcal.station.news import Progress, Reconnected
+from solarcal.errors import ConfigurationError
+from solarcal.session.records import ClockSet, LinkLost, LinkRestored
+from solarcal.station.clocks import LaptopClock, laptop_clock
+from solarcal.station.news import ClockAdjusted, Done, Progress, Reconnected, StepFailed
+from solarcal.station.procedure import Station
 from solarcal.station.state import LinkState, StationState
+from solarcal.timescale import SECONDS_PER_SUN_DEG, format_utc
 from solarcal.tui.base import Workstation, is_typed
-from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
-from solarcal.tui.widgets.lines import Words
+from solarcal.tui.dialogs.dialog import Dialog, DialogKey, PacedDialog, open_dialog
+from solarcal.tui.widgets.lines import Field, Words
 from solarcal.tui.widgets.text_lines import TextLines
 
 TRAFFIC_EVERY_S = 0.5
 
 
-def open_screen(app: Workstation) -> None:
+def open_link(app: Workstation) -> None:
     open_dialog(app, LinkDialog())
     if app.state.live.link is LinkState.LOST:
         app.station_worker().reconnect_now()
@@ -97,3 +105,182 @@ def _words(link: LinkState) -> str:
         LinkState.LOST: "LOST; it reconnects automatically, with growing pauses",
         LinkState.CLOSED: "closed",
     }[link]
+
+
+REACTION_SIGMA_S = 0.2
+"""Of a person who presses a key at the pip."""
+
+
+NO_CLOCK = "This unit has no clock: a time tick corrects the laptop's."
+
+
+class ClockDialog(PacedDialog):
+    """Unit minus laptop before and after; a radio or GPS time tick may correct the laptop.
+
+    A unit without a clock uses the laptop's: there is nothing to set, but a time tick to use.
+    """
+
+    HEADING = "Clocks"
+    KEYS: ClassVar[tuple[DialogKey, ...]] = (
+        DialogKey("set", "Set the unit's clock", "enter,y", "Enter y"),
+        DialogKey("use", "Use the time tick", "enter,y", "Enter y"),
+        DialogKey("pip", "A full minute: NOW", "m", "m"),
+    )
+
+    DEFAULT_CSS = """
+    ClockDialog #clocks { height: auto; margin-bottom: 1; }
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._laptop: LaptopClock | None = None
+
+    def body(self) -> Iterable[Widget]:
+        yield Words("", id="clocks", markup=False)
+        yield Field("tick-minus-laptop", "Time tick minus laptop", "s   (empty: no tick)")
+        yield Field("tick-sigma", "its uncertainty", "s")
+
+    def on_mount(self) -> None:
+        super().on_mount()
+        self._offer()
+        emulation = self.worker.station.tracker.emulation
+        if emulation is not None:
+            self._laptop = LaptopClock(None, "The laptop's clock here is the emulator's.")
+            self.show_state(self.workstation.state)
+        else:
+            # The tools may take seconds to answer, or never.
+            threading.Thread(target=self._ask_system, name="laptop clock", daemon=True).start()
+        tip = (
+            "24 s of clock error are 0.1 deg of Sun. Tab reaches the fields; or press m at the pip "
+            "of a full minute."
+        )
+        if not self._has_clock:
+            tip = f"{NO_CLOCK} {tip}"
+        self.say(tip)
+
+    @property
+    def _has_clock(self) -> bool:
+        return self.workstation.state.live.capabilities.has_clock
+
+    def _offer(self) -> None:
+        self.offer("set" if self._has_clock else "use", "pip")
+
+    def _ask_system(self) -> None:
+        answer = laptop_clock()
+        self.app.call_from_thread(self._heard, answer)
+
+    def _heard(self, answer: LaptopClock) -> None:
+        self._laptop = answer
+        if self.is_mounted:
+            self.state_changed(self.workstation.state)
+
+    def state_changed(self, state: StationState) -> None:
+        live = state.live
+        lines = []
+        unit, difference, last_set = (
+            ("Unit    ", "Unit - laptop", "Last set")
+            if self._has_clock
+            else ("Used    ", "Correction of the laptop's", "Tick used")
+        )
+        if live.laptop_utc_s is not None and live.status is not None:
+            lines += [
+                f"Laptop  {_shown(live.laptop_utc_s)} UTC",
+                f"{unit}{_shown(live.status.unit_utc_s)} UTC",
+            ]
+        if live.unit_minus_laptop_s is not None:
+            off = live.unit_minus_laptop_s
+            lines.append(
+                f"{difference}  {off:+.3f} s = {off / SECONDS_PER_SUN_DEG:+.4f} deg of Sun"
+            )
+        if state.session is not None and state.session.clock_sets:
+            last = state.session.clock_sets[-1]
+            lines.append(
+                f"{last_set} {last.utc[11:19]} UTC: {last.before_s:+.3f} s before, "
+                f"{last.after_s:+.3f} s after"
+            )
+        if self._laptop is not None:
+            mark = {True: "OK  ", False: "!! ", None: "?  "}[self._laptop.synchronised]
+            lines.append(mark + self._laptop.sentence)
+        self.query_one("#clocks", Words).update("\n".join(lines))
+
+    def action_pip(self) -> None:
+        """A time signal marks the full minute this instant."""
+        laptop_s = self.worker.station.clock.utc_s()
+        tick_s = 60.0 * round(laptop_s / 60.0) - laptop_s
+        self.query_one("#tick-minus-laptop", Field).input.value = f"{tick_s:.2f}"
+        self.query_one("#tick-sigma", Field).input.value = f"{REACTION_SIGMA_S:g}"
+        how = "Set the unit's clock to use it." if self._has_clock else "Enter uses it."
+        self.say(f"Signal - laptop {tick_s:+.2f} s. {how}")
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        tick, sigma = (
+            self.query_one("#tick-minus-laptop", Field),
+            self.query_one("#tick-sigma", Field),
+        )
+        if event.input is tick.input and tick.value:
+            sigma.input.focus()
+        else:
+            self.action_set()
+
+    def action_use(self) -> None:
+        """Correct the laptop's clock; without a time tick there is nothing to correct it by."""
+        if not self.query_one("#tick-minus-laptop", Field).value:
+            self.say(
+                f"{NO_CLOCK} Give the time tick first, or press m at a full minute.", "warning"
+            )
+            return
+        self._adjust()
+
+    def action_set(self) -> None:
+        if self._has_clock:
+            self._adjust()
+        else:
+            self.action_use()
+
+    def _adjust(self) -> None:
+        try:
+            tick_s, sigma_s = self._tick()
+        except ConfigurationError as error:
+            self.say(str(error), "warning")
+            return
+        self.set_focus(None)
+        self.offer()
+        self.submit(ClockAdjusted, lambda station: _set(station, tick_s, sigma_s))
+
+    def _tick(self) -> tuple[float | None, float | None]:
+        tick, sigma = (
+            self.query_one("#tick-minus-laptop", Field),
+            self.query_one("#tick-sigma", Field),
+        )
+        if not tick.value:
+            return None, None
+        if not sigma.value:
+            raise ConfigurationError("a time tick needs its uncertainty, in seconds")
+        tick_s, sigma_s = tick.number(), sigma.number()
+        if not sigma_s > 0.0:
+            raise ConfigurationError("the uncertainty of a time tick is greater than zero")
+        return tick_s, sigma_s
+
+    def step_done(self, done: Done[Any]) -> None:
+        super().step_done(done)
+        if isinstance(done, ClockAdjusted):
+            result = done.result
+            self._offer()
+            what = "unit - laptop" if self._has_clock else "the correction"
+            self.finish(
+                f"{'Set' if self._has_clock else 'Used'} and recorded: {what} was "
+                f"{result.before_s:+.3f} s, is {result.after_s:+.3f} s."
+            )
+
+    def step_failed(self, failed: StepFailed) -> None:
+        super().step_failed(failed)
+        if failed.kind is ClockAdjusted:
+            self._offer()
+
+
+def _set(station: Station, tick_s: float | None, sigma_s: float | None) -> ClockSet:
+    return station.set_unit_clock(tick_s, sigma_s)
+
+
+def _shown(utc_s: float) -> str:
+    return format_utc(utc_s).replace("T", " ").removesuffix("Z")

@@ -30,15 +30,10 @@ from solarcal.station.uploading import (
     too_few_points,
 )
 from solarcal.stopping_rule import percent
-from solarcal.tui.base import Workstation, is_typed
-from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
+from solarcal.tui.base import is_typed
+from solarcal.tui.dialogs.dialog import Dialog, DialogKey
 from solarcal.tui.widgets.lines import Field
 from solarcal.tui.widgets.text_lines import TextLines
-
-
-def open_screen(app: Workstation) -> None:
-    open_dialog(app, UploadDialog())
-
 
 BESIDE_TABLE = 10
 """Rows of the frame, the field of a reason, the longest sentence and the buttons."""

@@ -28,8 +28,7 @@ from solarcal.station.procedure import Station
 from solarcal.station.state import StationState
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import DialogKey, DriveWatch, PacedDialog, open_dialog
-from solarcal.tui.offset.spot import SpotCalculator, Sunspot, jog_table
-from solarcal.tui.offset.typed import TypedOffsetDialog
+from solarcal.tui.offset.spot import SpotCalculator, Sunspot, TypedOffsetDialog, jog_table
 from solarcal.tui.widgets.lines import Words
 from solarcal.unit.conversation import NOT_REFERENCED
 from solarcal.unit.tracker import Mode

@@ -28,8 +28,8 @@ from solarcal.station.point_judgement import PointJudgement, judge_check, judge_
 from solarcal.station.procedure import Station
 from solarcal.station.question_evidence import question_evidence
 from solarcal.station.state import Activity, Attempt, StationState
-from solarcal.tui.base import Workstation, is_typed
-from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, open_dialog
+from solarcal.tui.base import is_typed
+from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog
 from solarcal.tui.dialogs.report import open_comparison, proven
 from solarcal.tui.point.question import Gathering, Question, check_result, point_result
 from solarcal.tui.widgets.lines import Field, Words
@@ -37,10 +37,6 @@ from solarcal.unit.tracker import Spot
 
 LOOK_EVERY_S = 2.0
 NOT_STORED = "the technician did not store it"
-
-
-def open_screen(app: Workstation) -> None:
-    open_dialog(app, TakePointDialog())
 
 
 class TakePointDialog(PacedDialog):

@@ -15,8 +15,7 @@ from textual.widgets.option_list import Option
 from solarcal import __version__
 from solarcal.config import Choice
 from solarcal.station.news import StepFailed
-from solarcal.tui.base import ONE_IMPORT, StationScreen
-from solarcal.tui.messages import MenuEntriesFound
+from solarcal.tui.base import ONE_IMPORT, MenuEntriesFound, StationScreen
 from solarcal.tui.start.profile import ProfileScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine

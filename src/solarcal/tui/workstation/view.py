@@ -38,7 +38,7 @@ from solarcal.tui.widgets.footer import ROOMY_COLUMNS, FooterEntry, FooterKey
 from solarcal.tui.widgets.lines import LogLine
 from solarcal.tui.widgets.plot import DrawView, ExploredPlot
 from solarcal.tui.widgets.text_lines import ChosenLines, TextLines
-from solarcal.tui.workstation.coefficients_pane import CoefficientsPane
+from solarcal.tui.workstation.lines import CoefficientsPane
 from solarcal.tui.workstation.live_pane import LivePane
 
 WIDE = (138, 36)

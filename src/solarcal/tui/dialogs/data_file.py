@@ -1,0 +1,258 @@
+"""The data file: begin the calibration in it, write a remark, strike or restore a record, leave it.
+
+Its beginning asks for verification: once per calibration, never near a limit. Nothing is ever
+removed. Leaving in the middle of something is asked once.
+"""
+
+from collections.abc import Iterable
+from typing import Any, ClassVar
+
+from textual.content import Content
+from textual.widget import Widget
+from textual.widgets import Input, OptionList, Static
+from textual.widgets.option_list import Option
+
+from solarcal.report.session_report import record_line
+from solarcal.session.reader import live_records
+from solarcal.session.records import Initialised, Void
+from solarcal.station.guards import GuardRefused, near_limit_threshold_deg
+from solarcal.station.news import Done, FileInitialised, NoteWritten, RecordVoided, StepFailed
+from solarcal.station.procedure import Station
+from solarcal.station.state import StationState
+from solarcal.tui.dialogs.dialog import Dialog, DialogKey
+from solarcal.tui.widgets.lines import Field, Words
+
+
+class InitialiseDialog(Dialog):
+    """Confirmation; a refusal near a limit may be overruled with a reason, which is recorded."""
+
+    HEADING = "Initialise the data file"
+    KEYS: ClassVar[tuple[DialogKey, ...]] = (
+        DialogKey("begin", "Yes, begin the calibration", "y", "y"),
+        DialogKey("override", "Override, with a reason", "o", "o"),
+        DialogKey("leave", "No", "n", "n", button=False),
+    )
+    LEAVE = "No"
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._again = False
+
+    def body(self) -> Iterable[Widget]:
+        yield Words("", id="asked", markup=False)
+        field = Field("reason", "Reason for the override")
+        field.display = False
+        yield field
+
+    def on_mount(self) -> None:
+        super().on_mount()
+        self.offer("begin")
+
+    def state_changed(self, state: StationState) -> None:
+        session = state.session
+        if session is None or not self.query("#asked"):
+            return
+        lines = ["This begins the calibration: do it once per calibration."]
+        path = self.worker.station.session_path
+        if path is not None:
+            lines.append(f"Data file: {path.name}")
+        self._again = session.initialised is not None
+        if session.initialised is not None:
+            lines.append(
+                f"It was initialised at {session.initialised.utc[:19].replace('T', ' ')} UTC with "
+                f"{len(session.accepted)} points since.\nInitialising AGAIN closes this "
+                "file and starts another; nothing is overwritten."
+            )
+        distance = state.live.distance_to_limits_deg
+        if distance is not None:
+            needed = near_limit_threshold_deg(session.header.unit.update_range_deg)
+            lines.append(f"Distance to the nearest limit: {distance:.2f} deg ({needed:.2f} needed)")
+        lines.append("\nAre you sure?")
+        self.query_one("#asked", Words).update("\n".join(lines))
+
+    def action_begin(self) -> None:
+        self._submit(None)
+
+    def action_override(self) -> None:
+        field = self.query_one("#reason", Field)
+        field.display = True
+        field.input.focus()
+        self.say("Type the reason and press Enter; it is written to the session file.")
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        if not event.value.strip():
+            self.say("An override needs a reason.", "warning")
+            return
+        self._submit(event.value.strip())
+
+    def _submit(self, reason: str | None) -> None:
+        self.offer()
+        line = self.workstation.line
+        create = line.create_journal if line is not None and self._again else None
+
+        def step(station: Station) -> Initialised:
+            return station.initialise(confirmed=True, override_reason=reason, start_next=create)
+
+        self.submit(FileInitialised, step)
+
+    def step_done(self, done: Done[Any]) -> None:
+        super().step_done(done)
+        if isinstance(done, FileInitialised):
+            path = self.worker.station.session_path
+            where = f" in {path.name}" if path is not None else ""
+            self.leave_saying(f"The calibration begins{where}.")
+
+    def step_failed(self, failed: StepFailed) -> None:
+        super().step_failed(failed)
+        if failed.kind is FileInitialised:
+            self.offer("begin", *(["override"] if isinstance(failed.error, GuardRefused) else []))
+
+    def link_lost(self) -> None:
+        self.offer("begin")
+
+
+class NoteDialog(Dialog):
+    """A remark, kept with its time."""
+
+    HEADING = "Note"
+    KEYS: ClassVar[tuple[DialogKey, ...]] = (DialogKey("write", "Write it", "enter", "Enter"),)
+    AUTO_FOCUS = "Input"
+
+    def body(self) -> Iterable[Widget]:
+        yield Field("text", "Remark")
+
+    def on_mount(self) -> None:
+        super().on_mount()
+        self.say("Written into the session file with its time. F12 or Ctrl+S stops.")
+
+    def on_input_submitted(self) -> None:
+        self.action_write()
+
+    def action_write(self) -> None:
+        text = self.query_one(Field).value
+        if not text:
+            self.say("Nothing was typed.", "warning")
+            return
+        self.offer()
+        self.submit(NoteWritten, lambda station: station.note(text))
+
+    def step_done(self, done: Done[Any]) -> None:
+        super().step_done(done)
+        if isinstance(done, NoteWritten):
+            self.leave_saying(f"Noted as record {done.result.seq}.")
+
+    def step_failed(self, failed: StepFailed) -> None:
+        super().step_failed(failed)
+        if failed.kind is NoteWritten:
+            self.offer("write")
+
+
+class VoidDialog(Dialog):
+    """The session's records, newest first; a struck one can be restored by voiding its void."""
+
+    HEADING = "Void a record"
+    KEYS: ClassVar[tuple[DialogKey, ...]] = (
+        DialogKey("choose", "Strike it, or restore it", "enter", "Enter"),
+    )
+    AUTO_FOCUS = "OptionList"
+
+    DEFAULT_CSS = """
+    VoidDialog OptionList { height: auto; max-height: 12; border: none; padding: 0; }
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._listed: tuple[int, ...] = ()
+        self._chosen: int | None = None
+
+    def body(self) -> Iterable[Widget]:
+        yield OptionList(compact=True)
+        field = Field("reason", "Reason")
+        field.display = False
+        yield field
+
+    def on_mount(self) -> None:
+        super().on_mount()
+        self.say("Choose with the arrow keys, then Enter. To undo a void, void it.")
+
+    def state_changed(self, state: StationState) -> None:
+        session = state.session
+        if session is None:
+            return
+        listed = tuple(record.seq for record in reversed(session.records))
+        if listed == self._listed:
+            return
+        self._listed = listed
+        live = {record.seq for record in live_records(session.records)}
+        options = self.query_one(OptionList)
+        at = options.highlighted
+        options.clear_options()
+        options.add_options(
+            Option(
+                # Never by colour or line alone: a struck record says so.
+                Content(("  " if record.seq in live else "x ") + record_line(record)),
+                id=str(record.seq),
+            )
+            for record in reversed(session.records)
+        )
+        if listed:
+            options.highlighted = min(at or 0, len(listed) - 1)
+
+    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+        self._chosen = int(event.option_id or 0)
+        field = self.query_one(Field)
+        field.display = True
+        field.input.focus()
+        self.say(f"Why is record {self._chosen} struck? Enter stores the reason, Esc cancels.")
+
+    def action_choose(self) -> None:
+        self.query_one(OptionList).action_select()
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        reason, seq = event.value.strip(), self._chosen
+        if not reason:
+            self.say("A void needs a reason; it is written to the session file.", "warning")
+            return
+        if seq is None:
+            return
+
+        def step(station: Station) -> Void:
+            return station.void(seq, reason)
+
+        self.submit(RecordVoided, step)
+
+    def step_done(self, done: Done[Any]) -> None:
+        super().step_done(done)
+        if isinstance(done, RecordVoided):
+            void = done.result
+            self.leave_saying(f"Record {void.voids} is void (record {void.seq}).")
+
+
+class LeaveDialog(Dialog):
+    """Yes or no; needs no unit."""
+
+    HEADING = "Leave"
+    LEAVE = "Stay"
+    KEYS: ClassVar[tuple[DialogKey, ...]] = (
+        DialogKey("out", "Leave", "y", "y"),
+        DialogKey("leave", "Stay", "n,enter", "n", button=False),
+    )
+
+    def __init__(self, activity: str) -> None:
+        super().__init__()
+        self._activity = activity
+
+    def body(self) -> Iterable[Widget]:
+        yield Static(
+            f"The station is in the middle of: {self._activity}.\n"
+            "Leaving now aborts it; an attempt at a point is recorded as aborted.",
+            markup=False,
+        )
+
+    def on_mount(self) -> None:
+        super().on_mount()
+        self.say("Leave?", "warning")
+
+    def action_out(self) -> None:
+        self.dismiss(None)
+        self.workstation.leave_soon()
