@@ -171,6 +171,10 @@ class StationScreen(_StationHooks, Screen[None]):
     StationScreen { background: $background; }
     """
 
+    def action_back(self) -> None:
+        """What Escape does where a screen binds it."""
+        self.dismiss(None)
+
 
 class StationModal(_StationHooks, ModalScreen[Result]):
     """A dialog. ``escape`` leaves it and changes nothing; STOP works here too."""

@@ -97,6 +97,3 @@ class HelpScreen(StationScreen):
         lines = self.query_one(TextLines)
         lines.show(help_lines(self.workstation.actions, min(self.app.size.width - 4, 100)))
         lines.focus()
-
-    def action_back(self) -> None:
-        self.dismiss(None)

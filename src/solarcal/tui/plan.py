@@ -267,9 +267,6 @@ class PlanScreen(StationScreen):
     def action_clear(self) -> None:
         self._plan_with(DEFAULT_OPTIONS)
 
-    def action_back(self) -> None:
-        self.dismiss(None)
-
     # -- showing -----------------------------------------------------------------------------
 
     def _show(self, *, planning: bool = False) -> None:

@@ -1,6 +1,7 @@
 """The field calculators: their list, and of each its form, its result, its drawings."""
 
 import textwrap
+from dataclasses import dataclass
 from typing import ClassVar
 
 from textual.app import ComposeResult
@@ -60,13 +61,12 @@ class CalculatorScreen(StationScreen):
         Binding("escape", "back", "Back", show=False),
     ]
 
+    @dataclass
     class Computed(Message):
         """What the form asked for has been computed, or cannot be."""
 
-        def __init__(self, number: int, outcome: Answer | SolarcalError) -> None:
-            super().__init__()
-            self.number = number
-            self.outcome = outcome
+        number: int
+        outcome: Answer | SolarcalError
 
     def __init__(self, calculator: Instrument) -> None:
         super().__init__()
@@ -329,9 +329,6 @@ class CalculatorsScreen(StationScreen):
 
     def action_open(self) -> None:
         self.query_one(OptionList).action_select()
-
-    def action_back(self) -> None:
-        self.dismiss(None)
 
 
 def open_list(app: Workstation) -> None:

@@ -4,7 +4,7 @@ Its beginning asks for verification: once per calibration, never near a limit. N
 removed. Leaving in the middle of something is asked once.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
 
 from textual.content import Content
@@ -19,7 +19,7 @@ from solarcal.station.guards import GuardRefused, near_limit_threshold_deg
 from solarcal.station.news import Done, FileInitialised, NoteWritten, RecordVoided, StepFailed
 from solarcal.station.procedure import Station
 from solarcal.station.state import StationState
-from solarcal.tui.dialogs.dialog import Dialog, DialogKey
+from solarcal.tui.dialogs.dialog import Dialog, DialogKey, reason_field
 from solarcal.tui.widgets.lines import Field, Words
 
 
@@ -40,9 +40,7 @@ class InitialiseDialog(Dialog):
 
     def body(self) -> Iterable[Widget]:
         yield Words("", id="asked", markup=False)
-        field = Field("reason", "Reason for the override")
-        field.display = False
-        yield field
+        yield reason_field("Reason for the override")
 
     def on_mount(self) -> None:
         super().on_mount()
@@ -74,10 +72,7 @@ class InitialiseDialog(Dialog):
         self._submit(None)
 
     def action_override(self) -> None:
-        field = self.query_one("#reason", Field)
-        field.display = True
-        field.input.focus()
-        self.say("Type the reason and press Enter; it is written to the session file.")
+        self.ask_reason()
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         if not event.value.strip():
@@ -117,13 +112,11 @@ class NoteDialog(Dialog):
     HEADING = "Note"
     KEYS: ClassVar[tuple[DialogKey, ...]] = (DialogKey("write", "Write it", "enter", "Enter"),)
     AUTO_FOCUS = "Input"
+    FIRST_WORDS = "Written into the session file with its time. F12 or Ctrl+S stops."
+    AGAIN: ClassVar[Mapping[type[Done[Any]], tuple[str, ...]]] = {NoteWritten: ("write",)}
 
     def body(self) -> Iterable[Widget]:
         yield Field("text", "Remark")
-
-    def on_mount(self) -> None:
-        super().on_mount()
-        self.say("Written into the session file with its time. F12 or Ctrl+S stops.")
 
     def on_input_submitted(self) -> None:
         self.action_write()
@@ -141,11 +134,6 @@ class NoteDialog(Dialog):
         if isinstance(done, NoteWritten):
             self.leave_saying(f"Noted as record {done.result.seq}.")
 
-    def step_failed(self, failed: StepFailed) -> None:
-        super().step_failed(failed)
-        if failed.kind is NoteWritten:
-            self.offer("write")
-
 
 class VoidDialog(Dialog):
     """The session's records, newest first; a struck one can be restored by voiding its void."""
@@ -155,6 +143,7 @@ class VoidDialog(Dialog):
         DialogKey("choose", "Strike it, or restore it", "enter", "Enter"),
     )
     AUTO_FOCUS = "OptionList"
+    FIRST_WORDS = "Choose with the arrow keys, then Enter. To undo a void, void it."
 
     DEFAULT_CSS = """
     VoidDialog OptionList { height: auto; max-height: 12; border: none; padding: 0; }
@@ -167,13 +156,7 @@ class VoidDialog(Dialog):
 
     def body(self) -> Iterable[Widget]:
         yield OptionList(compact=True)
-        field = Field("reason", "Reason")
-        field.display = False
-        yield field
-
-    def on_mount(self) -> None:
-        super().on_mount()
-        self.say("Choose with the arrow keys, then Enter. To undo a void, void it.")
+        yield reason_field("Reason")
 
     def state_changed(self, state: StationState) -> None:
         session = state.session
@@ -200,10 +183,9 @@ class VoidDialog(Dialog):
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
         self._chosen = int(event.option_id or 0)
-        field = self.query_one(Field)
-        field.display = True
-        field.input.focus()
-        self.say(f"Why is record {self._chosen} struck? Enter stores the reason, Esc cancels.")
+        self.ask_reason(
+            f"Why is record {self._chosen} struck? Enter stores the reason, Esc cancels."
+        )
 
     def action_choose(self) -> None:
         self.query_one(OptionList).action_select()

@@ -1,6 +1,6 @@
 """What the dialogs of the procedure share: a frame, a message line, keys as large targets."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
@@ -20,7 +20,7 @@ from solarcal.station.state import LinkState, StationState
 from solarcal.station.worker import StationWorker
 from solarcal.tui.base import StationModal, Workstation, is_typed
 from solarcal.tui.keys import shown_key
-from solarcal.tui.widgets.lines import Words
+from solarcal.tui.widgets.lines import Field, Words
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +99,9 @@ class Dialog(StationModal[None]):
     HEADING: ClassVar[str] = ""
     KEYS: ClassVar[tuple[DialogKey, ...]] = ()
     LEAVE: ClassVar[str] = "Leave"
+    FIRST_WORDS: ClassVar[str] = ""
+    AGAIN: ClassVar[Mapping[type[Done[Any]], tuple[str, ...]]] = {}
+    """What is offered again when a step of this kind was refused or has failed."""
 
     DEFAULT_CSS = """
     Dialog { align: center middle; }
@@ -151,6 +154,8 @@ class Dialog(StationModal[None]):
         self._ready = True
         self._show_speed()
         self.show_state(self.workstation.state)
+        if self.FIRST_WORDS:
+            self.say(self.FIRST_WORDS)
         # After the first words of the dialog itself.
         self.call_later(self._say_if_lost)
 
@@ -184,6 +189,15 @@ class Dialog(StationModal[None]):
         app = self.workstation
         self.dismiss(None)
         app.notify(sentence, severity=severity)
+
+    def ask_reason(
+        self,
+        sentence: str = "Type the reason and press Enter; it is written to the session file.",
+    ) -> None:
+        field = self.query_one("#reason", Field)
+        field.display = True
+        field.input.focus()
+        self.say(sentence)
 
     def offer(self, *actions: str) -> None:
         """Show the buttons of these actions; a key whose button is away does nothing."""
@@ -314,6 +328,15 @@ class Dialog(StationModal[None]):
         # Of a lost line the state tells, once.
         if not self._lost:
             self.say(str(failed.error), "error")
+        if failed.kind is not None and failed.kind in self.AGAIN:
+            self.offer(*self.AGAIN[failed.kind])
+
+
+def reason_field(label: str) -> Field:
+    """Where a reason is typed; hidden until ``ask_reason``."""
+    field = Field("reason", label)
+    field.display = False
+    return field
 
 
 def _identifier(action: str) -> str:

@@ -1,6 +1,6 @@
 """Reference check: drive to the switches, or have it done at the unit and type the counts."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar
 
@@ -10,7 +10,7 @@ from textual.widgets import Static
 from solarcal.report.blocks import text_of
 from solarcal.report.tables import ref_checks_table
 from solarcal.session.records import RefCheck
-from solarcal.station.news import Done, ReferenceChecked, StepFailed, Tracking
+from solarcal.station.news import Done, ReferenceChecked, Tracking
 from solarcal.station.question_evidence import counts_missed
 from solarcal.station.state import Activity, StationState
 from solarcal.tui.base import Workstation, is_typed
@@ -57,6 +57,9 @@ class RefCheckDialog(_CheckTeller):
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
         DialogKey("start", "Start: drive to the switches", "enter,y", "Enter y"),
         DialogKey("track", "Track again", "t", "t"),
+    )
+    AGAIN: ClassVar[Mapping[type[Done[Any]], tuple[str, ...]]] = dict.fromkeys(
+        (ReferenceChecked, Tracking), ("start", "track")
     )
 
     DEFAULT_CSS = """
@@ -141,11 +144,6 @@ class RefCheckDialog(_CheckTeller):
             case Tracking():
                 self.dismiss(None)
 
-    def step_failed(self, failed: StepFailed) -> None:
-        super().step_failed(failed)
-        if failed.kind in (ReferenceChecked, Tracking):
-            self.offer("start", "track")
-
 
 def ref_check_words(check: RefCheck, checks: Sequence[RefCheck]) -> tuple[str, Tone]:
     """What a check that has ended says among those of its session, and in which tone."""
@@ -180,6 +178,8 @@ class TypedRefCheckDialog(_CheckTeller):
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
         DialogKey("type", "It is done: type it", "enter,y", "Enter y"),
     )
+    FIRST_WORDS = "When it has ended, Enter: type what it showed."
+    AGAIN: ClassVar[Mapping[type[Done[Any]], tuple[str, ...]]] = {ReferenceChecked: ("type",)}
 
     DEFAULT_CSS = """
     TypedRefCheckDialog #guide { height: auto; margin-bottom: 1; }
@@ -194,10 +194,6 @@ class TypedRefCheckDialog(_CheckTeller):
             markup=False,
         )
         yield Words("", id="checks")
-
-    def on_mount(self) -> None:
-        super().on_mount()
-        self.say("When it has ended, Enter: type what it showed.")
 
     def state_changed(self, state: StationState) -> None:
         if state.session is not None:
@@ -214,8 +210,3 @@ class TypedRefCheckDialog(_CheckTeller):
         if isinstance(done, ReferenceChecked):
             self.offer("type")
             self.tell(done.result)
-
-    def step_failed(self, failed: StepFailed) -> None:
-        super().step_failed(failed)
-        if failed.kind is ReferenceChecked:
-            self.offer("type")

@@ -51,6 +51,7 @@ class ReportDialog(Dialog):
         DialogKey("write", "Write html md svg txt zip", "y", "y"),
         DialogKey("compare", "Before and after", "v", "v"),
     )
+    FIRST_WORDS = "The certificate of this session as of now. Write it?"
 
     DEFAULT_CSS = """
     ReportDialog #told { height: auto; }
@@ -63,10 +64,6 @@ class ReportDialog(Dialog):
 
     def body(self) -> Iterable[Widget]:
         yield Words("", id="told", markup=False)
-
-    def on_mount(self) -> None:
-        super().on_mount()
-        self.say("The certificate of this session as of now. Write it?")
 
     def state_changed(self, state: StationState) -> None:
         """Until something is written, what the certificate will say."""
@@ -193,9 +190,6 @@ class ComparisonScreen(StationScreen):
 
     def action_turn(self) -> None:
         self.toggle_class("-errors")
-
-    def action_back(self) -> None:
-        self.dismiss(None)
 
     def _judge(self) -> None:
         """Both years, on a thread: each takes as long as a judgement."""

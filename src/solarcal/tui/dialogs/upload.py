@@ -31,7 +31,7 @@ from solarcal.station.uploading import (
 )
 from solarcal.stopping_rule import percent
 from solarcal.tui.base import is_typed
-from solarcal.tui.dialogs.dialog import Dialog, DialogKey
+from solarcal.tui.dialogs.dialog import Dialog, DialogKey, reason_field
 from solarcal.tui.widgets.lines import Field
 from solarcal.tui.widgets.text_lines import TextLines
 
@@ -61,9 +61,7 @@ class UploadDialog(Dialog):
 
     def body(self) -> Iterable[Widget]:
         yield TextLines(id="table", wrap=True)
-        field = Field("reason", "Reason to upload it anyway")
-        field.display = False
-        yield field
+        yield reason_field("Reason to upload it anyway")
 
     def on_mount(self) -> None:
         super().on_mount()
@@ -88,10 +86,7 @@ class UploadDialog(Dialog):
         if proposal is None:
             return
         if proposal.doubts:
-            field = self.query_one(Field)
-            field.display = True
-            field.input.focus()
-            self.say("Type the reason and press Enter; it is written to the session file.")
+            self.ask_reason()
             return
         if proposal.judgement.verdict.state != "done" and not self._sure:
             self._sure = True

@@ -3,7 +3,7 @@ Offset at the unit's own keys, where what its display shows then is typed.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
 
 from rich.segment import Segment
@@ -18,7 +18,7 @@ from textual.widgets import Input, Label
 from solarcal.errors import ConfigurationError
 from solarcal.optics.sunspot import spot_error_deg
 from solarcal.station.jogging import TAKEN_UP_DEG, JogView
-from solarcal.station.news import Done, OffsetSet, StepFailed
+from solarcal.station.news import Done, OffsetSet
 from solarcal.station.state import StationState
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey
@@ -213,6 +213,8 @@ class TypedOffsetDialog(Dialog):
         DialogKey("type", "It is set: type it", "enter,y", "Enter y"),
         DialogKey("calculate", "Jog by E", "j", "j"),
     )
+    FIRST_WORDS = "This screen moves and sets nothing. Tab: calculator, j: compute."
+    AGAIN: ClassVar[Mapping[type[Done[Any]], tuple[str, ...]]] = {OffsetSet: ("type", "calculate")}
 
     DEFAULT_CSS = """
     TypedOffsetDialog #plate { height: 9; }
@@ -228,7 +230,6 @@ class TypedOffsetDialog(Dialog):
     def on_mount(self) -> None:
         super().on_mount()
         self.offer("type", "calculate")
-        self.say("This screen moves and sets nothing. Tab: calculator, j: compute.")
 
     def state_changed(self, state: StationState) -> None:
         status, session = state.live.status, state.session
@@ -280,8 +281,3 @@ class TypedOffsetDialog(Dialog):
                 f"Recorded: O1 {offsets.O1:+.4f}, O2 {offsets.O2:+.4f} deg. Let the "
                 "unit track; watch it a minute and through one update."
             )
-
-    def step_failed(self, failed: StepFailed) -> None:
-        super().step_failed(failed)
-        if failed.kind is OffsetSet:
-            self.offer("type", "calculate")

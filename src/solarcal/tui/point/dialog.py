@@ -29,7 +29,7 @@ from solarcal.station.procedure import Station
 from solarcal.station.question_evidence import question_evidence
 from solarcal.station.state import Activity, Attempt, StationState
 from solarcal.tui.base import is_typed
-from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog
+from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, reason_field
 from solarcal.tui.dialogs.report import open_comparison, proven
 from solarcal.tui.point.question import Gathering, Question, check_result, point_result
 from solarcal.tui.widgets.lines import Field, Words
@@ -61,9 +61,7 @@ class TakePointDialog(PacedDialog):
         yield Question(id="question")
         yield Gathering(id="gathering")
         yield Words("", id="result", markup=False)
-        field = Field("reason", "Reason for the override")
-        field.display = False
-        yield field
+        yield reason_field("Reason for the override")
 
     def on_mount(self) -> None:
         self.offer()
@@ -97,10 +95,7 @@ class TakePointDialog(PacedDialog):
         self._decide(False)
 
     def action_override(self) -> None:
-        field = self.query_one(Field)
-        field.display = True
-        field.input.focus()
-        self.say("Type the reason and press Enter; it is written to the session file.")
+        self.ask_reason()
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         reason = event.value.strip()

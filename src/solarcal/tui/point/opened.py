@@ -6,6 +6,7 @@ It can be struck out and restored from here; nothing is ever removed from the fi
 import math
 import threading
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from textual.app import ComposeResult
@@ -55,13 +56,12 @@ class PointScreen(StationScreen):
     ]
     AUTO_FOCUS = "#point"
 
+    @dataclass
     class Computed(Message):
         """The fits with and without the point that was asked for as ``number``."""
 
-        def __init__(self, number: int, found: PointInfluence) -> None:
-            super().__init__()
-            self.number = number
-            self.found = found
+        number: int
+        found: PointInfluence
 
     def __init__(self, session: SessionView, seq: int, *, writable: bool) -> None:
         super().__init__()

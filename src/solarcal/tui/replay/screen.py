@@ -297,6 +297,3 @@ class ReplayScreen(PanesScreen):
         session = self.replay.view
         if session is not None:
             self.app.push_screen(PointScreen(session, event.point.seq, writable=False))
-
-    def action_back(self) -> None:
-        self.dismiss(None)

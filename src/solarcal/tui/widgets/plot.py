@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import ClassVar
 
@@ -158,12 +158,11 @@ class ExploredPlot(AnsiPlot, can_focus=True):
 
     view: reactive[View] = reactive(View())
 
+    @dataclass
     class PointOpened(Message):
         """The cursor's point was opened; ``index`` counts the plotted points."""
 
-        def __init__(self, index: int) -> None:
-            super().__init__()
-            self.index = index
+        index: int
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)

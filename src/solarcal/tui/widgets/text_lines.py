@@ -1,6 +1,7 @@
 """Lines that scroll by keys: tables of the report, sentences, help; and those with a chosen row."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import ClassVar
 
 from rich.segment import Segment
@@ -150,12 +151,11 @@ class ChosenLines(TextLines):
         Binding("enter", "open", "Open", show=False),
     ]
 
+    @dataclass
     class Opened(Message):
         """The row of this number was opened."""
 
-        def __init__(self, number: int) -> None:
-            super().__init__()
-            self.number = number
+        number: int
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id, follow=True, wrap=True)

@@ -4,6 +4,7 @@ Fed with a state and a fit, whether they come from a unit or from a replay.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import ClassVar
 
@@ -119,12 +120,11 @@ class WorkstationView(Vertical):
     alone: reactive[bool] = reactive(False, repaint=False)
     """The plot alone on the whole screen."""
 
+    @dataclass
     class PointOpened(Message):
         """A point was opened, from the table or at the cursor of a plot."""
 
-        def __init__(self, point: PointRecord) -> None:
-            super().__init__()
-            self.point = point
+        point: PointRecord
 
     PANES: ClassVar[dict[str, str]] = {
         "now": "left", "coefficients": "left", "plot": "right", "points": "right",
