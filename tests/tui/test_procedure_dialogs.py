@@ -22,9 +22,11 @@ from procedure_bench import (
 from textual.widgets import Input
 
 from solarcal.config import Choice
+from solarcal.errors import ProcedureRefused
 from solarcal.session.journal import Journal
 from solarcal.session.reader import live_records, read_session
 from solarcal.session.records import Closed, Note, Override, Void
+from solarcal.station.news import SpeedTold, StepFailed, Stopped
 from solarcal.station.opening import OpenLine
 from solarcal.station.state import Activity, LinkState
 from solarcal.tui.action_handlers import ACTION_HANDLERS
@@ -38,6 +40,14 @@ SCREEN_KEYS = ("f2", "f3", "f5", "f6", "f7", "f8", "f9", "f10", "x", "n")
 
 def test_every_action_of_the_table_does_something() -> None:
     assert set(ACTION_HANDLERS) == {action.id for action in ACTIONS} - {"stop"}
+
+
+def test_news_of_a_step_before_it_do_not_break_a_dialog_that_is_being_put_together() -> None:
+    """The answer to a change of speed may come between the key and the first paint."""
+    dialog = LinkDialog()
+    dialog.step_done(SpeedTold(0.0))
+    dialog.step_done(Stopped(None))
+    dialog.step_failed(StepFailed(SpeedTold, ProcedureRefused("not now")))
 
 
 @pytest.mark.parametrize("size", [SMALL, LARGE])

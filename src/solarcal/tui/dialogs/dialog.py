@@ -319,6 +319,9 @@ class Dialog(StationModal[None]):
         """The line is back, identity and settings are read again."""
 
     def step_done(self, done: Done[Any]) -> None:
+        if not self._ready:
+            # Of a step before this dialog, which is still being put together.
+            return
         if isinstance(done, SpeedTold):
             self._show_speed()
         if isinstance(done, Stopped):
@@ -326,7 +329,7 @@ class Dialog(StationModal[None]):
 
     def step_failed(self, failed: StepFailed) -> None:
         # Of a lost line the state tells, once.
-        if not self._lost:
+        if self._ready and not self._lost:
             self.say(str(failed.error), "error")
         if failed.kind is not None and failed.kind in self.AGAIN:
             self.offer(*self.AGAIN[failed.kind])
