@@ -3,7 +3,6 @@
 import made_up_trackers  # noqa: F401  (puts the benchmarks on the path)
 import numpy as np
 import pytest
-from scipy.stats import linregress
 
 from benchmarks.diagnosis import drift_found
 from solarcal.model.evidence.clocks import (
@@ -109,6 +108,9 @@ def test_an_axis_that_had_nothing_to_follow_is_not_frozen() -> None:
 
 
 def test_the_drift_of_a_clock_has_the_sigma_of_a_regression():
+    # Half a second that no other test needs.
+    from scipy.stats import linregress
+
     scatter_s = np.random.default_rng(5).normal(0.0, 0.4, 10)
     difference_s = 3.0 * HOURS / 86400.0 + scatter_s
     behaviour = clock_behaviour(HOURS.tolist(), difference_s.tolist(), ())

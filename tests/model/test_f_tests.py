@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.stats import f as f_distribution
 
 from solarcal.model.f_tests import ColumnFit
 
@@ -15,6 +14,9 @@ def left_of(columns, values):
 
 @pytest.mark.parametrize("seed", range(5))
 def test_more_columns_together_are_the_extra_sum_of_squares(seed):
+    # Half a second that hardly another test needs.
+    from scipy.stats import f as f_distribution
+
     rng = np.random.default_rng(seed)
     base, more, values = (rng.normal(size=size) for size in ((20, 6), (20, 2), 20))
     p, amounts = ColumnFit(base, values).columns(more)

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from pty_bench import Terminal
@@ -40,19 +41,8 @@ def test_keys_without_a_terminal_is_the_table_and_ends(tmp_path):
 
 
 def test_replay_without_a_terminal_is_told_in_text(tmp_path):
-    made = solarcal(
-        "demo",
-        "--points",
-        "3",
-        "--force",
-        "short",
-        "-o",
-        str(tmp_path / "three.jsonl"),
-        "--json",
-        home=tmp_path,
-    )
-    assert made.returncode == 0
-    done = solarcal("replay", str(tmp_path / "three.jsonl"), home=tmp_path)
+    saved = Path("sessions/azel-good-day.jsonl").resolve()
+    done = solarcal("replay", str(saved), home=tmp_path)
     assert done.returncode == 0
     assert "What happened" in done.stdout
 
