@@ -18,9 +18,9 @@ $(BIN)/python:
 demo: .venv/.installed
 	$(BIN)/solarcal demo
 
-# Three workers on two cores: the tests of the screens wait more than they compute.
+# Four workers on two cores: what waits for real programs and for screens leaves room for others.
 test: .venv/.installed-dev
-	$(BIN)/python -m pytest -n 3 --dist worksteal
+	$(BIN)/python -m pytest -n 4 --dist worksteal
 
 check: .venv/.installed-dev
 	$(BIN)/ruff check .

@@ -26,6 +26,9 @@ SMALL, LARGE = (80, 24), (140, 45)
 PATIENCE = 1000
 """Looks at the screen, some hundredths of a second apart, before a test gives up waiting."""
 
+RESTLESS = 25
+"""Looks after which the words are compared where the painting does not end."""
+
 
 class Cable:
     """A line that can be pulled: then every write and read fails, and opening too."""
@@ -181,16 +184,23 @@ async def shows(pilot: Pilot[int], *words: str) -> None:
 
 
 async def settled_text(pilot: Pilot[int], turns: int = 10) -> str:
-    """The screen's text once nothing is painted any more: layout follows words by a turn."""
+    """The screen's text once nothing is painted any more: layout follows words by a turn.
+
+    A dialog that a unit's answers paint again and again is at rest when its text stays.
+    """
     app = pilot.app
-    before, same = paints(app), 0
-    for _ in range(PATIENCE):
+    before, text, same = paints(app), "", 0
+    for look in range(PATIENCE):
         await pilot.pause(0.02)
         now = paints(app)
-        same = same + 1 if now == before else 0
+        same += 1
+        if now != before:
+            shown = screen_text(app) if look >= RESTLESS else ""
+            if not shown or shown != text:
+                same = 0
+            before, text = now, shown
         if same == turns:
             return screen_text(app)
-        before = now
     raise AssertionError(f"never at rest:\n{screen_text(app)}")
 
 
