@@ -15,8 +15,7 @@ from solarcal.emulator.rotator_protocols import ROTATOR_PROTOCOLS
 from solarcal.emulator.scenario import Scenario, load_scenario
 from solarcal.emulator.server import InProcessLink, UnitOnALine, serve_here
 from solarcal.errors import ConfigurationError
-from solarcal.mount_description import MountDescription
-from solarcal.profiles import Profile
+from solarcal.profiles import MountDescription, Profile
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.connect import open_tracker
 from solarcal.station.opening import OpenLine, open_line

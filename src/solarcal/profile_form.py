@@ -5,8 +5,7 @@ from typing import TypeVar
 
 from solarcal.decimals import decimal, shortest
 from solarcal.errors import ConfigurationError, harmless
-from solarcal.mount_description import MountDescription
-from solarcal.profiles import NAME, Profile, parse_coefficients
+from solarcal.profiles import NAME, MountDescription, Profile, parse_coefficients
 from solarcal.site import Inclinometer, Site, Weather, parse_bolt_circle
 from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS
 

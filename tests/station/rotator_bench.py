@@ -4,7 +4,7 @@ from solarcal.emulator.rotator import EmulatedRotator, RotatorWorld
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
 from solarcal.errors import LinkError
-from solarcal.mount_description import MountDescription
+from solarcal.profiles import MountDescription
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.software_controller.coefficient_store import MemoryStore
 from solarcal.station.software_controller.motion import ThreadPace

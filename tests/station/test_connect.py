@@ -6,8 +6,7 @@ import pytest
 
 from solarcal.cli import run_command
 from solarcal.errors import ConfigurationError
-from solarcal.mount_description import MountDescription
-from solarcal.profiles import Profile, load_site_file
+from solarcal.profiles import MountDescription, Profile, load_site_file
 from solarcal.site import Site
 from solarcal.station.connect import Connection, open_tracker
 from solarcal.station.described_unit import unit_parameters

@@ -10,7 +10,7 @@ from solarcal.emulator.rotator import EmulatedRotator, RotatorWorld
 from solarcal.emulator.rotator_protocols import EasyCommProtocol
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import serve_pty
-from solarcal.mount_description import MountDescription
+from solarcal.profiles import MountDescription
 from solarcal.session.journal import Journal
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.headless import calibrate

@@ -16,8 +16,7 @@ from solarcal.emulator.rotator import EmulatedRotator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.errors import LinkError, UnitRefused
 from solarcal.mount.formula import Coefficients, correction_deg
-from solarcal.mount_description import MountDescription
-from solarcal.profiles import Profile
+from solarcal.profiles import MountDescription, Profile
 from solarcal.session.journal import Journal
 from solarcal.site import Site
 from solarcal.station.connect import Connection, open_tracker

@@ -10,9 +10,8 @@ from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import serve_pty
 from solarcal.errors import ConfigurationError
-from solarcal.mount_description import MountDescription
 from solarcal.profile_form import MOUNT_FIELDS, FieldError, form_texts, profile_from_form
-from solarcal.profiles import Profile, load_profile, save_profile
+from solarcal.profiles import MountDescription, Profile, load_profile, save_profile
 from solarcal.session.journal import Journal
 from solarcal.session.reader import read_session
 from solarcal.session.records import Closed

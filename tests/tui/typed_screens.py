@@ -8,7 +8,7 @@ from textual.pilot import Pilot
 from textual.widgets import Input
 
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
-from solarcal.mount_description import MountDescription
+from solarcal.profiles import MountDescription
 from solarcal.session.journal import Journal
 from solarcal.site import Site
 from solarcal.station.described_unit import unit_parameters, unit_site

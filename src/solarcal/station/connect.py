@@ -11,8 +11,7 @@ from pathlib import Path
 from solarcal.errors import ConfigurationError
 from solarcal.model.evidence.unit_state import check_unit_settings, check_unit_sun
 from solarcal.mount.formula import COEFFICIENT_NAMES
-from solarcal.mount_description import MountDescription
-from solarcal.profiles import Profile
+from solarcal.profiles import MountDescription, Profile
 from solarcal.site import Site
 from solarcal.station.core import StationCore
 from solarcal.station.software_controller.coefficient_store import FileStore

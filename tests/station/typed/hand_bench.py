@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from solarcal.errors import ProcedureRefused
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
-from solarcal.mount_description import MountDescription
+from solarcal.profiles import MountDescription
 from solarcal.site import Site
 from solarcal.station.described_unit import unit_parameters, unit_site
 from solarcal.station.typed.controller_model import TypedControllerModel as Model

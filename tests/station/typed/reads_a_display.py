@@ -11,8 +11,7 @@ from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
 from solarcal.mount.drive import format_drive
 from solarcal.mount.formula import Coefficients
-from solarcal.mount_description import MountDescription
-from solarcal.profiles import Profile
+from solarcal.profiles import MountDescription, Profile
 from solarcal.session.journal import Journal
 from solarcal.session.records import (
     CheckRecord,

@@ -12,7 +12,7 @@ from solarcal.mount.controller import ControllerModel, ideal_and_elevation_deg, 
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import AxisLimits, Limits
-from solarcal.mount_description import MountDescription
+from solarcal.profiles import MountDescription
 from solarcal.site import Site
 from solarcal.station.described_unit import unit_parameters, unit_site
 from solarcal.station.software_controller.coefficient_store import (

@@ -12,7 +12,7 @@ import msgspec
 
 from solarcal.errors import ConfigurationError, LinkError, SolarcalError
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.mount_description import MountDescription
+from solarcal.profiles import MountDescription
 from solarcal.site import Site
 from solarcal.station.described_unit import centre_deg
 from solarcal.station.software_controller.coefficient_store import CoefficientStore, UnitLock

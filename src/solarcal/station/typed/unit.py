@@ -11,7 +11,7 @@ from dataclasses import replace
 from solarcal.decimals import Pair
 from solarcal.errors import ProcedureRefused
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Offsets
-from solarcal.mount_description import MountDescription
+from solarcal.profiles import MountDescription
 from solarcal.session.records import TYPED_FIRMWARE
 from solarcal.site import Site
 from solarcal.station.described_unit import unit_parameters, unit_site
