@@ -108,7 +108,7 @@ def run_emulate(args: argparse.Namespace) -> int:
     else:
         if args.watch is not None:
             raise ConfigurationError("--watch is for rotators; a controller is asked by X SPOT")
-        emulator = _controller(args, scenario)
+        emulator = emulator_of(args, scenario)
         line = FaultyLine(emulator, faults, seed=args.seed) if faults is not None else emulator
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -131,7 +131,8 @@ def run_emulate(args: argparse.Namespace) -> int:
     return 0
 
 
-def _controller(args: argparse.Namespace, scenario: "Scenario") -> "Emulator":
+def emulator_of(args: argparse.Namespace, scenario: "Scenario") -> "Emulator":
+    """The emulated controller that these options ask for."""
     from solarcal.cli.calibrate import start_utc_s
     from solarcal.emulator.emulation import Emulator
 

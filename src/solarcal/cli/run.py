@@ -17,7 +17,6 @@ from solarcal.cli.calibrate import (
     emulated_tracker,
     print_calibration,
     run_calibration,
-    start_utc_s,
 )
 from solarcal.cli.fit import add_last_option, last_coefficients
 from solarcal.cli.process import (
@@ -206,7 +205,7 @@ def run_demo(args: argparse.Namespace) -> int:
 
 def demo_headless(args: argparse.Namespace) -> int:
     """A full day's calibration over a real pseudo-terminal, with tables and plot."""
-    from solarcal.emulator.emulation import Emulator
+    from solarcal.cli.emulate import emulator_of
     from solarcal.emulator.scenario import load_scenario
     from solarcal.emulator.server import serve_here
     from solarcal.station.connect import open_tracker
@@ -216,14 +215,7 @@ def demo_headless(args: argparse.Namespace) -> int:
         with emulated_tracker(args) as (tracker, name, noise_deg):
             say(f"emulated rotator in the world of '{args.scenario}'; a day passes in seconds")
             return print_calibration(args, run_calibration(args, tracker, name, noise_deg))
-    scenario = load_scenario(args.scenario, args.settings)
-    emulator = Emulator(
-        scenario,
-        start_utc_s=start_utc_s(args),
-        seed=args.seed,
-        noise_deg=args.noise_deg,
-        speed=args.speed or 0.0,
-    )
+    emulator = emulator_of(args, load_scenario(args.scenario, args.settings))
     with serve_here(emulator) as url:
         kind = "TCP" if url.startswith("socket://") else "a serial line"
         say(f"emulated tracker '{args.scenario}' on {kind}; a day passes in seconds")

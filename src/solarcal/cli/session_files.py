@@ -2,12 +2,16 @@
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from solarcal.cli.fit import add_point_options, fill_in
 from solarcal.cli.process import add_json_option, print_json, say
 from solarcal.decimals import whole_option
 from solarcal.errors import ConfigurationError
 from solarcal.timescale import SystemClock, format_utc
+
+if TYPE_CHECKING:
+    from solarcal.session.points import PointTable
 
 
 def add_import_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,7 +25,6 @@ def run_import(args: argparse.Namespace) -> int:
 
     from solarcal.session.interchange import read_table
     from solarcal.session.interchange.sessions import session_from_table
-    from solarcal.session.points import STATUSES
     from solarcal.station.analysing import stamp_findings
 
     if Path(args.target).suffix.lower() != ".jsonl":
@@ -29,23 +32,36 @@ def run_import(args: argparse.Namespace) -> int:
     table = read_table(args.source, **fill_in(args))
     session = session_from_table(table, args.target, utc_s=SystemClock().utc_s())
     warnings = [*table.warnings, *(finding.sentence for finding in stamp_findings(table))]
+    return _told(args, "session", table, warnings, list(session.header.unknown))
+
+
+def _told(
+    args: argparse.Namespace,
+    target: str,
+    table: "PointTable",
+    warnings: list[str],
+    unknown: list[str] | None = None,
+) -> int:
+    """Print what was written: points by their status, and what there is to warn of; 0."""
+    from solarcal.session.points import STATUSES
+
     counts = {"total": len(table), **{status: table.count(status) for status in STATUSES}}
     if args.json:
-        document = {
-            "source": args.source,
-            "session": args.target,
-            "geometry": table.geometry,
-            "points": counts,
-            "unknown": list(session.header.unknown),
-            "warnings": warnings,
-        }
-        print_json(document)
+        print_json(
+            {
+                "source": args.source,
+                target: args.target,
+                "geometry": table.geometry,
+                "points": counts,
+                **({} if unknown is None else {"unknown": unknown}),
+                "warnings": warnings,
+            }
+        )
         return 0
     for warning in warnings:
         say(f"warning: {warning}")
-    if session.header.unknown:
-        missing = " and ".join(session.header.unknown)
-        say(f"warning: the {missing} is not known (--lat, --lon)")
+    if unknown:
+        say(f"warning: the {' and '.join(unknown)} is not known (--lat, --lon)")
     print(f"{counts['total']} points ({counts['accepted']} accepted) in {args.target}")
     return 0
 
@@ -59,7 +75,6 @@ def add_export_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run_export(args: argparse.Namespace) -> int:
     from solarcal.session.interchange import read_table, write_table
-    from solarcal.session.points import STATUSES
 
     target = Path(args.target)
     if target.exists() and not args.replace:
@@ -73,21 +88,7 @@ def run_export(args: argparse.Namespace) -> int:
             "them "
             "for the Sun's true place; a .csv records it"
         )
-    counts = {"total": len(table), **{status: table.count(status) for status in STATUSES}}
-    if args.json:
-        document = {
-            "source": args.source,
-            "target": args.target,
-            "geometry": table.geometry,
-            "points": counts,
-            "warnings": warnings,
-        }
-        print_json(document)
-        return 0
-    for warning in warnings:
-        say(f"warning: {warning}")
-    print(f"{counts['total']} points ({counts['accepted']} accepted) in {args.target}")
-    return 0
+    return _told(args, "target", table, warnings)
 
 
 def add_note_arguments(parser: argparse.ArgumentParser) -> None:

@@ -242,11 +242,7 @@ def _tune(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     gains = tuning.gains
     document = {
         "axis": tuning.axis,
-        "critical_gain_per_s": tuning.critical_gain,
-        "critical_period_s": tuning.critical_period_s,
-        "kp_per_s": gains.kp,
-        "ki_per_s2": gains.ki,
-        "kd": gains.kd,
+        **tuning.gains_document(),
         "reduced": tuning.reduced,
         "trials": [{"gain_per_s": gain, "growth": growth} for gain, growth in tuning.trials],
     }

@@ -104,7 +104,7 @@ class TrueError:
         )
 
 
-class Emulator:
+class Emulator(VirtualTime):
     """An emulated tracker as its line sees it.
 
     Parameters
@@ -173,14 +173,13 @@ class Emulator:
             self._faults,
         )
         self._input = LineBuffer()
-        self._time = VirtualTime(self.settle, speed, monotonic)
-        self._turn = self._time.turn
+        super().__init__(self.settle, speed, monotonic)
 
     # --- the line -----------------------------------------------------------------------------
 
     def handle_input(self, data: bytes) -> list[bytes]:
         """Replies to a piece of the stream. STOP and STOW overtake whatever waits with them."""
-        with self._turn:
+        with self.turn:
             lines = self._input.feed(data)
             urgent = [index for index, line in enumerate(lines) if is_urgent(line)]
             # What waited before a STOP must not move the axes after it.
@@ -196,36 +195,17 @@ class Emulator:
 
     def link_lost(self) -> None:
         """The station is gone: a jog ends, half a line is forgotten."""
-        with self._turn:
+        with self.turn:
             self.catch_up()
             self._input = LineBuffer()
             self.controller.cancel_jog(self.now_s())
 
     # --- time ---------------------------------------------------------------------------------
 
-    def now_s(self) -> float:
-        """Virtual seconds since the start."""
-        return self._time.now_s()
-
     def times_utc_s(self) -> tuple[float, float]:
         """True UTC and the laptop's."""
         now_s = self.now_s()
         return self.world.true_utc_s(now_s), self.world.laptop_utc_s(now_s)
-
-    def speed(self) -> float:
-        return self._time.speed()
-
-    def set_speed(self, speed: float) -> None:
-        """From now on this many virtual seconds pass in a real one; 0: only by ``advance``."""
-        self._time.set_speed(speed)
-
-    def advance(self, seconds: float) -> None:
-        """Let that much virtual time pass, to the microsecond."""
-        self._time.advance(seconds)
-
-    def catch_up(self) -> None:
-        """Let the virtual time pass that real time owes; nothing at speed 0."""
-        self._time.catch_up()
 
     def settle(self) -> None:
         """Let everything happen that is due by now, in the order of its instants."""

@@ -107,12 +107,13 @@ class Scenario(msgspec.Struct, frozen=True, kw_only=True):
 
 def scenario_names() -> list[str]:
     """The built-in scenarios, the default first."""
-    names = sorted(
-        entry.name.removesuffix(".toml")
-        for entry in _folder().iterdir()
-        if entry.name.endswith(".toml")
-    )
-    return sorted(names, key=lambda name: name != DEFAULT_SCENARIO)
+    return sorted(built_in(_folder()), key=lambda name: name != DEFAULT_SCENARIO)
+
+
+def built_in(folder: resources.abc.Traversable) -> list[str]:
+    """Names of the scenarios in a folder of the package."""
+    names = (entry.name for entry in folder.iterdir())
+    return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
 
 
 def load_scenario(name_or_path: str | Path, settings: list[str] | None = None) -> Scenario:
@@ -136,7 +137,7 @@ def _document(name_or_path: str, extended: tuple[str, ...]) -> dict[str, Any]:
     """The merged TOML document of a scenario and of those it extends."""
     if name_or_path in extended:
         raise ConfigurationError(f"scenario {name_or_path} extends itself")
-    document, source = _read(name_or_path)
+    document, source = read_scenario(name_or_path, _folder(), "scenario", scenario_names())
     base_name = document.pop("extends", None)
     refuse_unknown(document, Scenario, source)
     if base_name is None:
@@ -150,7 +151,16 @@ def _document(name_or_path: str, extended: tuple[str, ...]) -> dict[str, Any]:
     return _merged(base, document)
 
 
-def _read(name_or_path: str) -> tuple[dict[str, Any], str]:
+def read_scenario(
+    name_or_path: str, folder: resources.abc.Traversable, kind: str, names: list[str]
+) -> tuple[dict[str, Any], str]:
+    """The document of a scenario of that folder or of a file, and what messages call it.
+
+    Raises
+    ------
+    ConfigurationError
+        None of the ``names``, a file that cannot be read or is no TOML.
+    """
     if name_or_path.endswith(".toml") or "/" in name_or_path:
         path = Path(name_or_path)
         try:
@@ -159,13 +169,12 @@ def _read(name_or_path: str) -> tuple[dict[str, Any], str]:
             raise ConfigurationError(f"scenario {error}") from None
         source, name = str(path), path.stem
     else:
-        names = scenario_names()
         if name_or_path not in names:
             raise ConfigurationError(
-                f"no scenario {name_or_path!r}; there is: {', '.join(names)} "
+                f"no {kind} {name_or_path!r}; there is: {', '.join(names)} "
                 "(or give a file NAME.toml)"
             )
-        text = (_folder() / f"{name_or_path}.toml").read_text(encoding="utf-8")
+        text = (folder / f"{name_or_path}.toml").read_text(encoding="utf-8")
         source = name = name_or_path
     try:
         document = parse_toml(text)

@@ -4,7 +4,7 @@ import datetime
 import difflib
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, TypeVar
 
 import msgspec
@@ -89,6 +89,15 @@ def checked(document: dict[str, Any], struct: type[S], source: str) -> S:
         raise ConfigurationError(f"{source}: {_plain(str(error))}") from None
 
 
+def require_ranges(
+    settings: msgspec.Struct, table: str, ranges: Mapping[str, tuple[float, float]]
+) -> None:
+    """Refuse a number outside its range; the ends are allowed."""
+    for name, (low, high) in ranges.items():
+        if not low <= getattr(settings, name) <= high:
+            raise ConfigurationError(f"{table}.{name} must lie between {low:g} and {high:g}")
+
+
 def _require_known(key: str, known: set[str], where: str) -> None:
     if key in known:
         return
@@ -171,16 +180,14 @@ class UnitSettings(msgspec.Struct, frozen=True, kw_only=True):
             least, most = RANGES[f"axis{name[6]}.limits"]
             if low < least or high > most:
                 raise ConfigurationError(f"unit.{name} must lie between {least:g} and {most:g}")
-        for name, of_unit in (
-            ("update_range_deg", "update_range"),
-            ("tilt_decimals", "tilt_decimals"),
-            ("scale_decimals", "scale_decimals"),
-            ("reference1_deg", "axis1.reference"),
-            ("reference2_deg", "axis2.reference"),
-        ):
-            low, high = RANGES[of_unit]
-            if not low <= getattr(self, name) <= high:
-                raise ConfigurationError(f"unit.{name} must lie between {low:g} and {high:g}")
+        own_ranges = {
+            "update_range_deg": RANGES["update_range"],
+            "tilt_decimals": RANGES["tilt_decimals"],
+            "scale_decimals": RANGES["scale_decimals"],
+            "reference1_deg": RANGES["axis1.reference"],
+            "reference2_deg": RANGES["axis2.reference"],
+        }
+        require_ranges(self, "unit", own_ranges)
         if any(self.mirror_offset) and (self.target is None or self.geometry != "azel"):
             raise ConfigurationError(
                 "unit.mirror_offset belongs to a heliostat with a target on an azel mount"

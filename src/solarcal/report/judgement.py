@@ -3,7 +3,7 @@
 Angles in degrees on the sky.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from solarcal.model.analysis import Analysis
 from solarcal.model.forecast import Forecast
@@ -48,6 +48,25 @@ def meaning(term: Term, geometry: str) -> str:
         "P5": f"gear-ratio error of axis 1 ({axis1})",
         "P6": f"gear-ratio error of axis 2 ({axis2})",
     }.get(term.name, term.meaning)
+
+
+def values_table(
+    headings: tuple[str, ...],
+    rows: Iterable[tuple[str, str, *tuple[float | None, ...]]],
+    more: int = 0,
+) -> Table:
+    """Rows of name, unit and values; the unit last.
+
+    As many decimals as the unit asks for, and ``more``.
+    """
+    return Table(
+        headings,
+        tuple(
+            (name, *(number(value, DECIMALS[unit] + more, True) for value in values), unit)
+            for name, unit, *values in rows
+        ),
+        f"<{'>' * (len(headings) - 2)}<",
+    )
 
 
 def coefficients_table(solution: Solution) -> Table:
@@ -263,21 +282,15 @@ def plan_blocks(judgement: Analysis) -> Blocks:
 
 def rounding_blocks(offer: UploadOffer) -> Blocks:
     """What the unit's resolution makes of a fit, and what that does to the year."""
-    rows = []
-    for name, unit, fitted, kept in zip(
-        COEFFICIENT_NAMES,
-        COEFFICIENT_UNITS,
-        offer.fitted.as_tuple(),
-        offer.rounded.as_tuple(),
-        strict=True,
-    ):
-        decimals = DECIMALS[unit] + 1
-        rows.append(
-            (name, *(number(v, decimals, True) for v in (fitted, kept, kept - fitted)), unit)
-        )
+    values = offer.fitted.as_tuple(), offer.rounded.as_tuple()
+    rows = zip(COEFFICIENT_NAMES, COEFFICIENT_UNITS, *values, strict=True)
     exact, kept_year = offer.judgement.forecast, offer.kept
     return (
-        Table(("", "fitted", "as the unit stores it", "rounding", "unit"), tuple(rows), "<>>><"),
+        values_table(
+            ("", "fitted", "as the unit stores it", "rounding", "unit"),
+            ((*row, row[3] - row[2]) for row in rows),
+            more=1,
+        ),
         Prose(
             (
                 *(

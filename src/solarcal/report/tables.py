@@ -3,7 +3,7 @@
 At most 80 columns wide. Status is a word, never a colour.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from solarcal.model.fit import Solution
 from solarcal.model.terms import TERMS
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients
 from solarcal.report.blocks import BLANK, Blocks, Prose, Table, clock_text, number
-from solarcal.report.judgement import DECIMALS, meaning
+from solarcal.report.judgement import meaning, values_table
 from solarcal.session.points import PointTable, table_of_points
 from solarcal.session.records import (
     CheckRecord,
@@ -219,20 +219,6 @@ def old_and_new_table(record: UploadRecord) -> Table:
     return values_table(
         ("", "old", "new", "difference", "unit"),
         ((*row, row[3] - row[2]) for row in zip(names, units, old, new, strict=True)),
-    )
-
-
-def values_table(
-    headings: tuple[str, ...], rows: Iterable[tuple[str, str, *tuple[float | None, ...]]]
-) -> Table:
-    """Rows of name, unit and values with as many decimals as the unit asks for; the unit last."""
-    return Table(
-        headings,
-        tuple(
-            (name, *(number(value, DECIMALS[unit], True) for value in values), unit)
-            for name, unit, *values in rows
-        ),
-        f"<{'>' * (len(headings) - 2)}<",
     )
 
 

@@ -1,5 +1,6 @@
 """What `solarcal two-mirror simulate` prints of a day, and its log as points."""
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -22,22 +23,12 @@ def day_document(day: MirrorDay) -> dict[str, Any]:
         "largest_mrad": day.largest_mrad,
         "near_zenith_deg": day.scenario.loop.near_zenith_deg,
         "stopped": day.stopped or None,
-        "gains": None
-        if tuning is None
-        else {
-            "critical_gain_per_s": tuning.critical_gain,
-            "critical_period_s": tuning.critical_period_s,
-            "kp_per_s": tuning.gains.kp,
-            "ki_per_s2": tuning.gains.ki,
-            "kd": tuning.gains.kd,
-        },
+        "gains": None if tuning is None else tuning.gains_document(),
         "zenith": None if day.zenith is None else _zenith_document(day.zenith),
         "base": None
         if solution is None
         else {
-            "alpha_deg": solution.base.alpha_deg,
-            "beta_deg": solution.base.beta_deg,
-            "gamma_deg": solution.base.gamma_deg,
+            **asdict(solution.base),
             "sigma_deg": solution.sigma_deg,
             "sky_max_deg": solution.sky_max_deg,
         },
@@ -48,25 +39,16 @@ def day_document(day: MirrorDay) -> dict[str, Any]:
             "field_mrad": truth.field_mrad,
             "within_field": bool(day.calculated_mrad.max() < 0.5 * truth.field_mrad),
         },
-        "truth": {
-            "alpha_deg": truth.alpha_deg,
-            "beta_deg": truth.beta_deg,
-            "gamma_deg": truth.gamma_deg,
-        },
+        "truth": asdict(truth.base()),
     }
 
 
 def _zenith_document(zenith: ZenithReport) -> dict[str, Any]:
-    return {
-        "enters_utc": format_utc(zenith.enters_utc_s, 0),
-        "leaves_utc": format_utc(zenith.leaves_utc_s, 0),
-        "nearest_zenith_deg": zenith.nearest_zenith_deg,
-        "nearest_axis_deg": zenith.nearest_axis_deg,
-        "largest_mrad": zenith.largest_mrad,
-        "dead_time_s": zenith.dead_time_s,
-        "back_after_s": zenith.back_after_s,
-        "largest_reversal_deg": zenith.largest_reversal_deg,
+    found = asdict(zenith)
+    instants = {
+        name: format_utc(found.pop(f"{name}_s"), 0) for name in ("enters_utc", "leaves_utc")
     }
+    return instants | found
 
 
 def day_lines(day: MirrorDay) -> list[str]:

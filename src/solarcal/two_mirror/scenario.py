@@ -7,10 +7,9 @@ from typing import Protocol
 
 import msgspec
 
-from solarcal.emulator.scenario import SiteSettings
-from solarcal.emulator.settings import checked, refuse_unknown, with_setting
-from solarcal.errors import ConfigurationError, InputFileError
-from solarcal.input_files import parse_toml, read_utf8
+from solarcal.emulator.scenario import SiteSettings, built_in, read_scenario
+from solarcal.emulator.settings import checked, refuse_unknown, require_ranges, with_setting
+from solarcal.errors import ConfigurationError
 from solarcal.sun.day import daylight
 from solarcal.sun.ephemeris import SiteEphemeris
 from solarcal.sun.moon import BRIGHT_ENOUGH, MoonLight, moon_day
@@ -51,15 +50,14 @@ class MirrorLoop(msgspec.Struct, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         if self.control not in CONTROLS:
             raise ConfigurationError(f"loop.control must be one of {', '.join(CONTROLS)}")
-        for name, value, low, high in (
-            ("period_s", self.period_s, 0.1, 10.0),
-            ("near_zenith_deg", self.near_zenith_deg, 0.5, 15.0),
-            ("step_margin", self.step_margin, 1.0, 20.0),
-            ("points", float(self.points), 3.0, 1000.0),
-            ("search_deg", self.search_deg, 1.0, 30.0),
-        ):
-            if not low <= value <= high:
-                raise ConfigurationError(f"loop.{name} must lie between {low:g} and {high:g}")
+        ranges = {
+            "period_s": (0.1, 10.0),
+            "near_zenith_deg": (0.5, 15.0),
+            "step_margin": (1.0, 20.0),
+            "points": (3.0, 1000.0),
+            "search_deg": (1.0, 30.0),
+        }
+        require_ranges(self, "loop", ranges)
 
     def believed(self) -> EulerBase:
         return EulerBase(self.believed_alpha_deg, self.believed_beta_deg, self.believed_gamma_deg)
@@ -90,17 +88,16 @@ class MirrorTruth(msgspec.Struct, frozen=True, kw_only=True):
     fixed_mirrors: list[tuple[float, float, float]] = []
 
     def __post_init__(self) -> None:
-        for name, value, low, high in (
-            ("axis1_deg_s", self.axis1_deg_s, 0.02, 20.0),
-            ("axis2_deg_s", self.axis2_deg_s, 0.02, 20.0),
-            ("lag_s", self.lag_s, 0.0, 10.0),
-            ("counts_per_deg", self.counts_per_deg, 10.0, 1e7),
-            ("field_mrad", self.field_mrad, 5.0, 200.0),
-            ("sun_radius_mrad", self.sun_radius_mrad, 1.0, 20.0),
-            ("signal_noise", self.signal_noise, 0.0, 0.1),
-        ):
-            if not low <= value <= high:
-                raise ConfigurationError(f"truth.{name} must lie between {low:g} and {high:g}")
+        ranges = {
+            "axis1_deg_s": (0.02, 20.0),
+            "axis2_deg_s": (0.02, 20.0),
+            "lag_s": (0.0, 10.0),
+            "counts_per_deg": (10.0, 1e7),
+            "field_mrad": (5.0, 200.0),
+            "sun_radius_mrad": (1.0, 20.0),
+            "signal_noise": (0.0, 0.1),
+        }
+        require_ranges(self, "truth", ranges)
         out = fixed_mirrors_matrix(self.fixed_mirrors)[:, 2]
         if out[2] < 1.0 - 1e-9:
             raise ConfigurationError(
@@ -172,11 +169,7 @@ class MirrorScenario(msgspec.Struct, frozen=True, kw_only=True):
 
 def mirror_scenario_names() -> list[str]:
     """The built-in scenarios."""
-    return sorted(
-        entry.name.removesuffix(".toml")
-        for entry in _folder().iterdir()
-        if entry.name.endswith(".toml")
-    )
+    return built_in(_folder())
 
 
 def load_mirror_scenario(
@@ -189,25 +182,9 @@ def load_mirror_scenario(
     ConfigurationError
         Unknown scenario or key, a value of another type or out of range, an unreadable file.
     """
-    name = str(name_or_path)
-    if name.endswith(".toml") or "/" in name:
-        try:
-            text = read_utf8(name)
-        except InputFileError as error:
-            raise ConfigurationError(f"scenario {error}") from None
-    else:
-        names = mirror_scenario_names()
-        if name not in names:
-            raise ConfigurationError(
-                f"no two-mirror scenario {name!r}; there is: {', '.join(names)} "
-                "(or give a file NAME.toml)"
-            )
-        text = (_folder() / f"{name}.toml").read_text(encoding="utf-8")
-    try:
-        document = parse_toml(text)
-    except ValueError as error:
-        raise ConfigurationError(f"scenario {name}: {error}") from None
-    document["name"] = Path(name).stem
+    document, name = read_scenario(
+        str(name_or_path), _folder(), "two-mirror scenario", mirror_scenario_names()
+    )
     refuse_unknown(document, MirrorScenario, name)
     source = f"scenario {name}"
     for setting in settings or []:

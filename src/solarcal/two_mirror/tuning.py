@@ -48,6 +48,16 @@ class LoopTuning:
     trials: tuple[tuple[float, float], ...]
     reduced: float = 1.0
 
+    def gains_document(self) -> dict[str, float]:
+        """What a JSON document has of it."""
+        return {
+            "critical_gain_per_s": self.critical_gain,
+            "critical_period_s": self.critical_period_s,
+            "kp_per_s": self.gains.kp,
+            "ki_per_s2": self.gains.ki,
+            "kd": self.gains.kd,
+        }
+
 
 def tune(scenario: MirrorScenario, *, seed: int = 0, axis: int = 2) -> LoopTuning:
     """Find the critical gain and period of axis 1 or 2, and the PID gains from them.

@@ -204,13 +204,7 @@ def altaz_table(
     columns: FloatArray = np.array(rows, dtype=np.float64).reshape(n, 4).T
     azimuth, elevation, azimuth_encoder, elevation_encoder = columns
     return PointTable(
-        geometry="azel",
-        latitude_deg=head.latitude_deg,
-        longitude_deg=head.longitude_deg,
-        elevation_m=head.elevation_m,
-        unit=head.unit,
-        ax1_centre_deg=head.ax1_centre_deg,
-        ideal=head.ideal,
+        **head.of_unit(),
         utc_s=np.full(n, np.nan),
         ax1_deg=wrap_deg(180.0 - azimuth, head.ax1_centre_deg),
         ax2_deg=90.0 - elevation,

@@ -63,6 +63,14 @@ class Head:
     warnings: tuple[str, ...]
     heliostat: Heliostat | None = None
 
+    def of_unit(self) -> dict[str, Any]:
+        """What a ``PointTable`` has of unit and site, as its keywords."""
+        names = (
+            "geometry", "latitude_deg", "longitude_deg", "elevation_m", "unit", "ax1_centre_deg",
+            "ideal",
+        )  # fmt: skip
+        return {name: getattr(self, name) for name in names}
+
 
 def read_head(
     text: str,

@@ -9,7 +9,7 @@ import io
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar, Unpack
+from typing import Any, TypeVar, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,7 +59,7 @@ def read_points_csv(path: str | Path, **fill_in: Unpack[UnitFillIn]) -> PointTab
     # Attempts that were given up may have nothing to show; accepted rows must be complete.
     may_lack = ~accepted
     may_lack_utc = may_lack | (head.ideal == "apparent")
-    numbers = {}
+    numbers: dict[str, Any] = {}
     for name, (low, high) in NUMBERS.items():
         column = sheet.numbers(name, np.full(len(status), True), low, high)
         lacking = np.flatnonzero(np.isnan(column) & accepted)
@@ -67,13 +67,7 @@ def read_points_csv(path: str | Path, **fill_in: Unpack[UnitFillIn]) -> PointTab
             raise sheet.error(int(lacking[0]), name, "is empty, but other rows have one")
         numbers[name] = given_numbers(column, accepted)
     return PointTable(
-        geometry=head.geometry,
-        latitude_deg=head.latitude_deg,
-        longitude_deg=head.longitude_deg,
-        elevation_m=head.elevation_m,
-        unit=head.unit,
-        ax1_centre_deg=head.ax1_centre_deg,
-        ideal=head.ideal,
+        **head.of_unit(),
         utc_s=sheet.instants("utc", may_lack_utc),
         ax1_deg=wrap_deg(sheet.numbers("ax1_deg", may_lack, -540.0, 540.0), head.ax1_centre_deg),
         ax2_deg=sheet.numbers("ax2_deg", may_lack, 0.0, 180.0),

@@ -85,13 +85,7 @@ def read_solar_offsets(
             f"{path}: {n - int(whole.sum())} of {n} rows have no offset and are left out"
         )
     return PointTable(
-        geometry="azel",
-        latitude_deg=head.latitude_deg,
-        longitude_deg=head.longitude_deg,
-        elevation_m=head.elevation_m,
-        unit=head.unit,
-        ax1_centre_deg=head.ax1_centre_deg,
-        ideal=head.ideal,
+        **head.of_unit(),
         utc_s=utc_s,
         ax1_deg=wrap_deg(180.0 - azimuth, head.ax1_centre_deg),
         ax2_deg=90.0 - elevation,
