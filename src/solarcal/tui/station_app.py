@@ -103,7 +103,7 @@ class StationApp(App[int]):
     # -- telling the screens -------------------------------------------------------------------
 
     def _station_screens(self) -> list[StationScreen | StationModal[Any]]:
-        if self._leaving:
+        if self._leaving or not self.is_running:
             # Screens are being taken down; what still comes is for the file, not for them.
             return []
         return [s for s in self.screen_stack if isinstance(s, (StationScreen, StationModal))]
