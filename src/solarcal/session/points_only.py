@@ -7,7 +7,6 @@ line, a session that is still open) it says so, and the first reader (``reader.r
 decides. So both give the same points of every file the first one accepts.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
@@ -16,7 +15,7 @@ from solarcal.decimals import Pair
 from solarcal.errors import ConfigurationError, SessionFileError
 from solarcal.input_files import read_bytes
 from solarcal.session.lines import damaged_lines, decode_record
-from solarcal.session.points import ideal_kind, stamps_utc_s
+from solarcal.session.points import PointTable, table_of_points
 from solarcal.session.records import FORMAT_VERSION, Header, PointStatus
 
 _WANTED = (b'"point"', b'"void"')
@@ -30,6 +29,8 @@ class _Point(msgspec.Struct, tag="point", frozen=True):
     error_deg: Pair | None = None
     sigma_deg: float | None = None
     read_utc: str | None = None
+    reason: str = ""
+    approach: tuple[int, int] | None = None
 
 
 class _Void(msgspec.Struct, tag="void", frozen=True):
@@ -45,23 +46,7 @@ class NeedsFirstReader(Exception):
     """This file is for ``reader.read_session``: it will read it, or say what is wrong."""
 
 
-@dataclass(frozen=True, slots=True)
-class PointsOnly:
-    """Live accepted points of a session, one list a column, as ``PointTable`` has them.
-
-    ``utc_s`` NaN where unknown; ``sigma_deg`` None unless every point has one.
-    """
-
-    header: Header
-    ideal: str
-    labels: list[int]
-    utc_s: list[float]
-    ideal_deg: list[Pair]
-    error_deg: list[Pair]
-    sigma_deg: list[float] | None
-
-
-def read_points_only(path: str | Path) -> PointsOnly:
+def read_points_only(path: str | Path) -> tuple[Header, PointTable]:
     """Header and live accepted points of a session file.
 
     Raises
@@ -73,12 +58,12 @@ def read_points_only(path: str | Path) -> PointsOnly:
     """
     content = read_bytes(path, error=SessionFileError)
     try:
-        return _points_of(content)
+        return _points_of(content, str(path))
     except (ValueError, RecursionError, ConfigurationError) as error:
         raise NeedsFirstReader(str(error)) from None
 
 
-def _points_of(content: bytes) -> PointsOnly:
+def _points_of(content: bytes, source: str) -> tuple[Header, PointTable]:
     head, _, rest = content.partition(b"\n")
     header = decode_record(head)
     if not isinstance(header, Header) or header.format != FORMAT_VERSION:
@@ -110,17 +95,6 @@ def _points_of(content: bytes) -> PointsOnly:
         if void.seq not in struck:
             struck.add(void.voids)
     live = [p for p in points if p.status == "accepted" and p.seq not in struck]
-    ideal = [p.ideal_deg for p in live if p.ideal_deg is not None]
-    error = [p.error_deg for p in live if p.error_deg is not None]
-    if not len(ideal) == len(error) == len(live):
+    if any(p.ideal_deg is None or p.error_deg is None for p in live):
         raise NeedsFirstReader("an accepted point without angles")
-    sigma = [p.sigma_deg for p in live if p.sigma_deg is not None]
-    return PointsOnly(
-        header=header,
-        ideal=ideal_kind(header),
-        labels=[p.seq for p in live],
-        utc_s=[float("nan")] * len(live) if header.target == "moon" else stamps_utc_s(header, live),
-        ideal_deg=ideal,
-        error_deg=error,
-        sigma_deg=sigma if sigma and len(sigma) == len(live) else None,
-    )
+    return header, table_of_points(header, live, source)

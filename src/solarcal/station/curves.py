@@ -17,7 +17,7 @@ from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import Limits
 from solarcal.optics.offset_mirror import Heliostat
-from solarcal.session.points import PointTable
+from solarcal.session.points import PointTable, table_of_points
 from solarcal.session.records import CheckRecord, Header, PointRecord, UploadRecord
 from solarcal.session.view import SessionView
 from solarcal.site import Site
@@ -33,22 +33,6 @@ from solarcal.station.sun_path import (
 from solarcal.sun.position import sun_known
 from solarcal.timescale import parse_utc
 from solarcal.units import RAD_PER_DEG, FloatArray
-
-
-@dataclass(frozen=True, slots=True)
-class PointColumns:
-    """Points as measured, (n,) each: ideal axis angles and axis errors in degrees.
-
-    ``labels`` are session sequence numbers or line numbers; ``utc_s`` is NaN where unknown.
-    """
-
-    labels: tuple[int, ...]
-    used: tuple[bool, ...]
-    utc_s: FloatArray
-    ax1_deg: FloatArray
-    ax2_deg: FloatArray
-    err1_deg: FloatArray
-    err2_deg: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +124,7 @@ def _runs_h(outside: NDArray[np.bool_]) -> tuple[tuple[float, float], ...]:
 def error_plot_data(
     geometry: MountGeometry,
     site: Site | None,
-    points: PointColumns,
+    points: PointTable,
     solution: Solution | None = None,
     *,
     limits: Limits | None = None,
@@ -156,7 +140,7 @@ def error_plot_data(
     site
         Without one (a file that does not say) solar time follows from the angles.
     points
-        What was measured; may be empty.
+        What was measured, all with their errors; may be empty.
     solution
         Without one there are no model dots and no residuals.
     limits
@@ -174,8 +158,9 @@ def error_plot_data(
     hours = solar_time_from_direction_h(azimuth, 90.0 - zenith, geometry.latitude_deg)
     day_of_point, days = np.full(n, np.nan), np.empty(0)
     if site is not None:
-        timed = sun_known(points.utc_s)
-        utc_s = points.utc_s[timed]
+        taken_utc_s = points.utc_s if points.stamp_utc_s is None else points.stamp_utc_s
+        timed = sun_known(taken_utc_s)
+        utc_s = taken_utc_s[timed]
         hours[timed] = sun.solar_time_h(utc_s, site)
         day_of_point[timed] = solar_day(utc_s, hours[timed], site)
         days = np.unique(day_of_point[timed])
@@ -198,7 +183,7 @@ def error_plot_data(
     return ErrorPlotData(
         points=PlottedPoints(
             labels=points.labels,
-            used=points.used,
+            used=tuple(status == "accepted" for status in points.status),
             day=tuple(numbers.get(day, 0) for day in day_of_point.tolist()),
             solar_time_h=hours,
             ax1_deg=points.ax1_deg,
@@ -318,21 +303,10 @@ def session_plot_data(
     without an error are not shown.
     """
     known = [p for p in points if p.error_deg is not None and p.ideal_deg is not None]
-    errors = np.array([p.error_deg for p in known], dtype=np.float64).reshape(-1, 2)
-    ideals = np.array([p.ideal_deg for p in known], dtype=np.float64).reshape(-1, 2)
     return error_plot_data(
         MountGeometry(header.geometry, header.site.latitude_deg, header.ax1_centre_deg),
         header.site,
-        PointColumns(
-            labels=tuple(p.seq for p in known),
-            used=tuple(p.status == "accepted" for p in known),
-            # Imported points may have no time of their own; that of their record is the import's.
-            utc_s=np.array([parse_utc(p.read_utc) if p.read_utc else np.nan for p in known]),
-            ax1_deg=ideals[:, 0],
-            ax2_deg=ideals[:, 1],
-            err1_deg=errors[:, 0],
-            err2_deg=errors[:, 1],
-        ),
+        table_of_points(header, known),
         solution,
         limits=header.unit.limits,
         sun=SunModel.of_session(header),
@@ -358,15 +332,7 @@ def table_plot_data(
     return error_plot_data(
         MountGeometry(table.geometry, table.latitude_deg, table.ax1_centre_deg),
         table.site,
-        PointColumns(
-            labels=known.labels,
-            used=tuple(status == "accepted" for status in known.status),
-            utc_s=known.utc_s,
-            ax1_deg=known.ax1_deg,
-            ax2_deg=known.ax2_deg,
-            err1_deg=known.err1_deg,
-            err2_deg=known.err2_deg,
-        ),
+        known,
         solution,
         limits=limits,
         sun=SunModel("solartrak" if table.ideal == "solartrak" else "precise"),

@@ -19,9 +19,10 @@ from solarcal.model.mechanism_solution import OUTLIER_PROBABILITY, MechanismSolu
 from solarcal.model.noise_mixture import ENOUGH_FOR_SCALE
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.session.interchange.paint import Tower, paint_files, paint_table
-from solarcal.session.interchange.sessions import points_only
-from solarcal.session.points import unit_name
-from solarcal.session.points_only import NeedsFirstReader, PointsOnly, read_points_only
+from solarcal.session.interchange.sessions import imported_header
+from solarcal.session.points import PointTable
+from solarcal.session.points_only import NeedsFirstReader, read_points_only
+from solarcal.session.records import Header
 from solarcal.station.analysing import load_points
 from solarcal.station.fitting import solve_table
 from solarcal.station.fleet_points import PlainSession, plain_session, seen_points
@@ -116,7 +117,7 @@ def session_files(folder: Path) -> tuple[Path, ...]:
     return tuple(files)
 
 
-def paint_points(properties: Path, towers: dict[Path, Tower]) -> PointsOnly:
+def paint_points(properties: Path, towers: dict[Path, Tower]) -> tuple[Header, PointTable]:
     """The calibration records of a PAINT heliostat; ``towers`` holds what was read before.
 
     Raises
@@ -130,7 +131,8 @@ def paint_points(properties: Path, towers: dict[Path, Tower]) -> PointsOnly:
     if not records:
         raise InputFileError(f"{properties}: no calibration records are in ../Calibration")
     table = paint_table(paint_files(records, heliostat=properties, towers=towers))
-    return points_only(replace(table, heliostat=None))
+    used = replace(table, heliostat=None, sources=(str(properties),) * len(table)).accepted()
+    return imported_header(used, 0.0), used
 
 
 def _silent(what: str, done: int, total: int) -> None:
@@ -148,22 +150,22 @@ def fit_fleet(paths: Sequence[Path], progress: Progress = _silent) -> Fleet:
             progress("reading", done, len(paths))
         try:
             paint = path.suffix == ".json"
-            read = paint_points(path, towers) if paint else read_points_only(path)
-            session = plain_session(str(path), read)
+            header, read = paint_points(path, towers) if paint else read_points_only(path)
+            session = plain_session(header, read)
         except NeedsFirstReader:
             unusual.append(path)
         except SolarcalError as error:
             unreadable.append((str(path), str(error)))
         else:
             # A large session is fitted alone: nothing is gained side by side.
-            if session is None or len(read.labels) > ENOUGH_FOR_SCALE:
+            if session is None or len(read) > ENOUGH_FOR_SCALE:
                 unusual.append(path)
             else:
                 plain.append(session)
     progress("reading", len(paths), len(paths))
     members: list[FleetMember] = []
     seen, refused = seen_points(plain)
-    unusual += [Path(session.path) for session in refused]
+    unusual += [Path(session.points.sources[0]) for session in refused]
     fitted = 0
     for sessions, points, sine2, labels in seen:
         together = at_once(points.ax1_deg.shape[1])
@@ -205,9 +207,9 @@ def _members(
     values, noise = found.mean.tolist(), found.noise_deg.tolist()
     return [
         FleetMember(
-            path=session.path,
-            unit=unit_name(session.points.header),
-            geometry=session.points.header.geometry,
+            path=session.points.sources[0],
+            unit=session.points.unit,
+            geometry=session.points.geometry,
             points=len(labels[i]),
             values=tuple(values[i]),
             sigmas=tuple(sigmas[i]),

@@ -3,7 +3,6 @@
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,8 @@ from solarcal.model.sky_context import (
     fleet_true_points,
 )
 from solarcal.mount.geometry import MountGeometry
-from solarcal.session.points_only import PointsOnly
+from solarcal.session.points import PointTable
+from solarcal.session.records import Header
 from solarcal.station.fitting import prior_of
 from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S
 from solarcal.units import RAD_PER_DEG, FloatArray
@@ -29,12 +29,12 @@ from solarcal.units import RAD_PER_DEG, FloatArray
 class PlainSession:
     """A session the batched fit can take: a mount with a site, looking at the Sun itself."""
 
-    path: str
-    points: PointsOnly
+    header: Header
+    points: PointTable
     geometry: MountGeometry
 
 
-def plain_session(path: str, points: PointsOnly) -> PlainSession | None:
+def plain_session(header: Header, points: PointTable) -> PlainSession | None:
     """The session made ready, or None where it has to go the ordinary way.
 
     Raises
@@ -42,13 +42,12 @@ def plain_session(path: str, points: PointsOnly) -> PlainSession | None:
     ConfigurationError
         A mount there is not.
     """
-    header = points.header
-    if not points.labels or header.unknown or header.unit.heliostat is not None:
+    if not len(points) or header.unknown or header.unit.heliostat is not None:
         return None
     if header.last_coefficients is not None:
         return None
     geometry = MountGeometry(header.geometry, header.site.latitude_deg, header.ax1_centre_deg)
-    return PlainSession(path, points, geometry)
+    return PlainSession(header, points, geometry)
 
 
 Group = tuple[list[PlainSession], ManyPoints, FloatArray, list[tuple[int, ...]]]
@@ -61,7 +60,7 @@ def seen_points(
     """Groups ready to be fitted, and the sessions with a point that no fit takes."""
     if not sessions:
         return [], []
-    counts = np.array([len(session.points.labels) for session in sessions])
+    counts = np.array([len(session.points) for session in sessions])
     first = np.concatenate(([0], np.cumsum(counts)))
     owner = np.repeat(np.arange(len(sessions)), counts)
     points, sigma = _columns(sessions, owner, first)
@@ -77,7 +76,7 @@ def seen_points(
     members: dict[int, list[int]] = defaultdict(list)
     for index in np.flatnonzero(used).tolist():
         members[int(used[index])].append(index)
-    priors = [prior_of(session.points.header) for session in sessions]
+    priors = [prior_of(session.header) for session in sessions]
     mean = np.array([prior.means for prior in priors])
     spread = np.array([prior.sigmas for prior in priors])
     groups: list[Group] = []
@@ -122,33 +121,33 @@ def _columns(
 ) -> tuple[FleetPoints, FloatArray]:
     """All points of all sessions, and their sigmas (NaN where a session gives none)."""
     read = [session.points for session in sessions]
-    ideal = np.array(list(chain.from_iterable(p.ideal_deg for p in read)), dtype=np.float64)
-    error = np.array(list(chain.from_iterable(p.error_deg for p in read)), dtype=np.float64)
-    utc_s = np.array(list(chain.from_iterable(p.utc_s for p in read)), dtype=np.float64)
-    nothing = float("nan")
-    sigma = np.array(
-        list(chain.from_iterable(p.sigma_deg or [nothing] * len(p.labels) for p in read))
+    ax1, ax2, err1, err2, utc_s = (
+        np.concatenate([getattr(p, name) for p in read])
+        for name in ("ax1_deg", "ax2_deg", "err1_deg", "err2_deg", "utc_s")
+    )
+    sigma = np.concatenate(
+        [np.full(len(p), np.nan) if p.sigma_deg is None else p.sigma_deg for p in read]
     )
     site = np.array(
         [
             (
-                p.header.site.latitude_deg,
-                p.header.site.longitude_deg,
-                p.header.site.elevation_m,
-                p.header.weather.pressure_hpa,
-                p.header.weather.temperature_c,
-                p.header.ax1_centre_deg,
+                session.header.site.latitude_deg,
+                session.header.site.longitude_deg,
+                session.header.site.elevation_m,
+                session.header.weather.pressure_hpa,
+                session.header.weather.temperature_c,
+                session.header.ax1_centre_deg,
             )
-            for p in read
+            for session in sessions
         ]
     )[owner]
     centre = site[:, 5]
     begins = block_of(np.minimum.reduceat(utc_s, first[:-1]))
     points = FleetPoints(
-        ax1_deg=ideal[:, 0] - 360.0 * np.ceil((ideal[:, 0] - centre - 180.0) / 360.0),
-        ax2_deg=ideal[:, 1],
-        err1_deg=error[:, 0],
-        err2_deg=error[:, 1],
+        ax1_deg=ax1 - 360.0 * np.ceil((ax1 - centre - 180.0) / 360.0),
+        ax2_deg=ax2,
+        err1_deg=err1,
+        err2_deg=err2,
         utc_s=utc_s,
         block=begins[owner],
         kind=np.array([p.ideal for p in read])[owner],

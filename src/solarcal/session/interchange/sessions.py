@@ -12,7 +12,6 @@ from solarcal.mount.limits import AxisLimits, Limits
 from solarcal.session.interchange.csv_head import instant_text
 from solarcal.session.journal import Journal
 from solarcal.session.points import NUMBERS, PointTable
-from solarcal.session.points_only import PointsOnly
 from solarcal.session.reader import Session
 from solarcal.session.records import (
     IMPORTED_MODEL,
@@ -89,20 +88,6 @@ def imported_header(table: PointTable, utc_s: float) -> Header:
         ax1_centre_deg=centre,
         sun_model=table.ideal,
         unknown=tuple(name for name, value in given.items() if value is None),
-    )
-
-
-def points_only(table: PointTable) -> PointsOnly:
-    """The accepted points of a table as those of an imported session, without a file."""
-    used = table.accepted()
-    return PointsOnly(
-        header=imported_header(table, 0.0),
-        ideal=table.ideal,
-        labels=list(used.labels),
-        utc_s=used.utc_s.tolist(),
-        ideal_deg=list(zip(used.ax1_deg.tolist(), used.ax2_deg.tolist(), strict=True)),
-        error_deg=list(zip(used.err1_deg.tolist(), used.err2_deg.tolist(), strict=True)),
-        sigma_deg=None if used.sigma_deg is None else used.sigma_deg.tolist(),
     )
 
 
