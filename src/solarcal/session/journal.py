@@ -18,7 +18,7 @@ from types import TracebackType
 
 from solarcal.errors import SessionFileError
 from solarcal.input_files import refuse_large
-from solarcal.session.lines import encode_record, parse_session, torn_marker
+from solarcal.session.lines import encode_record, encode_records, parse_session, torn_marker
 from solarcal.session.records import Header, Record
 
 # Windows locks are mandatory: locking bytes far beyond any session leaves its content readable.
@@ -292,7 +292,7 @@ class Journal:
             seq += 1
         if self._closed:
             raise SessionFileError(f"{self.path or 'this session'} is closed")
-        lines = b"".join([encode_record(record) for record in records])
+        lines = encode_records(records)
         if self._disk is not None and lines:
             try:
                 self._write(lines)

@@ -65,6 +65,17 @@ def encode_record(record: Record) -> bytes:
     SessionFileError
         The record would not read back as itself (a number that is not finite, broken text).
     """
+    return sealed(_json_of(record))
+
+
+def encode_records(records: Sequence[Record]) -> bytes:
+    """The lines of ``encode_record``, one after the other; raises as it does."""
+    bodies = [_body(_json_of(record)) for record in records]
+    # Summed together: most of a line's time is its checksum's otherwise.
+    return b"".join(map(_with_checksum, bodies, checksums(bodies)))
+
+
+def _json_of(record: Record) -> bytes:
     try:
         if isinstance(record, UnknownRecord):
             own = {"type": record.type, "seq": record.seq, "utc": record.utc}
@@ -76,7 +87,7 @@ def encode_record(record: Record) -> bytes:
         raise SessionFileError(f"this record cannot be written: {error}") from error
     if not same:
         raise SessionFileError("this record cannot be written: it would not read back unchanged")
-    return sealed(line)
+    return line
 
 
 def decode_record(line: bytes) -> Record:
@@ -104,8 +115,17 @@ def torn_marker(torn_bytes: int) -> bytes:
 
 def sealed(line: bytes) -> bytes:
     """A JSON object as a line of the file: with its checksum, whatever it had, and a newline."""
-    body = _opened(line.rstrip())[:-1]
-    return body + _CHECKSUM_START + b'%08x"}\n' % crc32c(body)
+    body = _body(line)
+    return _with_checksum(body, crc32c(body))
+
+
+def _body(line: bytes) -> bytes:
+    """What the checksum is of: all of the object but its end."""
+    return _opened(line.rstrip())[:-1]
+
+
+def _with_checksum(body: bytes, checksum: int) -> bytes:
+    return body + _CHECKSUM_START + b'%08x"}\n' % checksum
 
 
 def _opened(line: bytes) -> bytes:
