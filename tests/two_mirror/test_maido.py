@@ -16,8 +16,7 @@ import solarcal.two_mirror
 from solarcal.cli import run_command
 from solarcal.errors import ConfigurationError
 from solarcal.two_mirror.controller import LoopMode
-from solarcal.two_mirror.day import MirrorDay, simulate_day
-from solarcal.two_mirror.day_report import day_lines
+from solarcal.two_mirror.day import MirrorDay, day_lines, simulate_day
 from solarcal.two_mirror.scenario import load_mirror_scenario, mirror_scenario_names
 from solarcal.two_mirror.tuning import tune
 from solarcal.two_mirror.world import overlap, quadrant_parts

@@ -166,7 +166,7 @@ def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     )
     solution = fit_base(points)
     before_deg = points.sky_deg(EulerBase())
-    document = {
+    document: dict[str, Any] = {
         "file": str(args.file),
         "points": solution.n_points,
         "base": asdict(solution.base),
@@ -179,16 +179,15 @@ def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
         "worst_line": solution.worst_label,
         "warnings": list(table.warnings),
     }
-    base, start = solution.base, solution.start
     sigmas = solution.sigma_deg or (None, None, None)
     lines = [*table.warnings, f"{solution.n_points} points of {args.file}"]
-    for name, value, begun, sigma in (
-        ("alpha", base.alpha_deg, start.alpha_deg, sigmas[0]),
-        ("beta ", base.beta_deg, start.beta_deg, sigmas[1]),
-        ("gamma", base.gamma_deg, start.gamma_deg, sigmas[2]),
-    ):
+    begun = document["start"]
+    for (name, value), sigma in zip(document["base"].items(), sigmas, strict=True):
         known = "" if sigma is None else f" +- {sigma:.4f}"
-        lines.append(f"  {name} {value:+9.4f}{known} deg   (from three points {begun:+9.4f})")
+        lines.append(
+            f"  {name.removesuffix('_deg'):5} {value:+9.4f}{known} deg   (from three points "
+            f"{begun[name]:+9.4f})"
+        )
     lines.append(
         f"left on the sky: rms {solution.sky_rms_deg:.4f}, at most {solution.sky_max_deg:.4f} deg "
         f"(line {solution.worst_label})"
@@ -224,8 +223,7 @@ def _panels(points: "MirrorPoints", base: "EulerBase") -> list[str]:
 
 
 def _simulate(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
-    from solarcal.two_mirror.day import simulate_day
-    from solarcal.two_mirror.day_report import day_document, day_lines, day_table
+    from solarcal.two_mirror.day import day_document, day_lines, day_table, simulate_day
 
     day = simulate_day(_scenario(args), seed=args.seed)
     if args.log:

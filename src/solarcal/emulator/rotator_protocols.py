@@ -78,11 +78,12 @@ class RotctldProtocol:
         if not text.startswith("\\"):
             name, glued = self.SHORT.get(words[0][0], ""), words[0][1:]
             arguments = [*([glued] if glued else []), *arguments]
-        known = name in _ROTCTLD
+        moves = name == "set_pos"
+        known = moves or name in _ROTCTLD
         if not known or len(arguments) != self.ARGUMENTS.get(name, 0):
             # The long form of what it does not know is passed over without a word, as there.
             return [] if text.startswith("\\") and not known else [f"RPRT {INVALID}"]
-        body, result = _ROTCTLD[name](machine, arguments)
+        body, result = _set_pos(machine, arguments) if moves else _ROTCTLD[name](machine)
         if not separator:
             return body if body and result == OK else [f"RPRT {result}"]
         labels = self.LABELS.get(name, ())
@@ -98,12 +99,6 @@ class RotctldProtocol:
 Outcome = tuple[list[str], int]
 
 
-def _get_pos(machine: Machine, arguments: Sequence[str]) -> Outcome:
-    del arguments
-    azimuth, elevation = machine.stands_deg()
-    return [f"{azimuth:.2f}", f"{elevation:.2f}"], OK
-
-
 def _set_pos(machine: Machine, arguments: Sequence[str]) -> Outcome:
     try:
         azimuth, elevation = (float(text) for text in arguments)
@@ -112,31 +107,23 @@ def _set_pos(machine: Machine, arguments: Sequence[str]) -> Outcome:
     return [], OK if machine.go_to(azimuth, elevation) else INVALID
 
 
-def _stop(machine: Machine, arguments: Sequence[str]) -> Outcome:
-    del arguments
+def _stop(machine: Machine) -> Outcome:
     machine.stop()
     return [], OK
 
 
-def _park(machine: Machine, arguments: Sequence[str]) -> Outcome:
-    del arguments
+def _park(machine: Machine) -> Outcome:
     machine.park()
     return [], OK
 
 
-def _no_such(machine: Machine, arguments: Sequence[str]) -> Outcome:
+def _no_such(machine: Machine) -> Outcome:
     """It has absolute encoders and goes to positions only."""
-    del machine, arguments
+    del machine
     return [], NOT_IMPLEMENTED
 
 
-def _get_info(machine: Machine, arguments: Sequence[str]) -> Outcome:
-    del machine, arguments
-    return ["Emulated Rotator"], OK
-
-
-def _dump_state(machine: Machine, arguments: Sequence[str]) -> Outcome:
-    del arguments
+def _dump_state(machine: Machine) -> Outcome:
     azimuth, elevation = machine.azimuth, machine.elevation
     return [
         "1",
@@ -151,8 +138,8 @@ def _dump_state(machine: Machine, arguments: Sequence[str]) -> Outcome:
     ], OK
 
 
-def _dump_caps(machine: Machine, arguments: Sequence[str]) -> Outcome:
-    del machine, arguments
+def _dump_caps(machine: Machine) -> Outcome:
+    del machine
     return [
         f"Caps dump for model:\t{MODEL}",
         "Model name:\t\tRotator",
@@ -162,14 +149,13 @@ def _dump_caps(machine: Machine, arguments: Sequence[str]) -> Outcome:
     ], OK
 
 
-_ROTCTLD: dict[str, Callable[[Machine, Sequence[str]], Outcome]] = {
-    "get_pos": _get_pos,
-    "set_pos": _set_pos,
+_ROTCTLD: dict[str, Callable[[Machine], Outcome]] = {
+    "get_pos": lambda machine: ([f"{angle:.2f}" for angle in machine.stands_deg()], OK),
     "stop": _stop,
     "park": _park,
     "reset": _no_such,
     "move": _no_such,
-    "get_info": _get_info,
+    "get_info": lambda machine: (["Emulated Rotator"], OK),
     "dump_state": _dump_state,
     "dump_caps": _dump_caps,
 }

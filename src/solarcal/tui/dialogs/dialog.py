@@ -102,6 +102,8 @@ class Dialog(StationModal[None]):
     FIRST_WORDS: ClassVar[str] = ""
     AGAIN: ClassVar[Mapping[type[Done[Any]], tuple[str, ...]]] = {}
     """What is offered again when a step of this kind was refused or has failed."""
+    FIELDS_FIRST: ClassVar[bool] = False
+    """A field with the focus keeps its keys; Escape gives them back first, and then leaves."""
 
     DEFAULT_CSS = """
     Dialog { align: center middle; }
@@ -227,6 +229,11 @@ class Dialog(StationModal[None]):
     def on_key(self, event: Key) -> None:
         """A key that comes before its question is on the screen is seen not to be taken; one of
         another step follows a step that is done."""
+        if self.FIELDS_FIRST and event.key == "escape" and self.focused is not None:
+            event.stop()
+            event.prevent_default()
+            self.set_focus(None)
+            return
         own = any(event.key in key.keys.split(",") for key in self.KEYS)
         if self.finished() and not own and (step := self._step_of(event.key)) is not None:
             event.stop()

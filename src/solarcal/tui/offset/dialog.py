@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from textual.containers import Horizontal, Vertical
 from textual.content import Content
-from textual.events import Key, Resize
+from textual.events import Resize
 from textual.widget import Widget
 from textual.widgets import Digits, Input, Static
 
@@ -61,7 +61,7 @@ class SunOffsetDialog(PacedDialog):
     """Arrow keys jog; Enter sets the offset here; Escape leaves without writing."""
 
     HEADING = "Set Sun Offset"
-    LEAVE = "Leave"
+    FIELDS_FIRST = True
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
         DialogKey("set", "Set here", "enter", "Enter"),
         DialogKey("predicted", "To fit", "p", "p"),
@@ -290,13 +290,6 @@ class SunOffsetDialog(PacedDialog):
     def on_input_submitted(self, event: Input.Submitted) -> None:
         del event
         self.action_calculate()
-
-    def on_key(self, event: Key) -> None:
-        # A field keeps its keys; Escape gives them back to the arrows first.
-        if event.key == "escape" and self.focused is not None:
-            event.stop()
-            event.prevent_default()
-            self.set_focus(None)
 
     def finished(self) -> bool:
         # The unit tracks again once the offset is set; a jog after that takes it off the Sun.

@@ -10,7 +10,6 @@ from rich.segment import Segment
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.content import Content
-from textual.events import Key
 from textual.strip import Strip
 from textual.widget import Widget
 from textual.widgets import Input, Label
@@ -209,6 +208,7 @@ class TypedOffsetDialog(Dialog):
     """What the spot asks for at the unit's keys, and then what the unit made of it."""
 
     HEADING = "Set Sun Offset, at the unit"
+    FIELDS_FIRST = True
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
         DialogKey("type", "It is set: type it", "enter,y", "Enter y"),
         DialogKey("calculate", "Jog by E", "j", "j"),
@@ -261,13 +261,6 @@ class TypedOffsetDialog(Dialog):
     def on_input_submitted(self, event: Input.Submitted) -> None:
         event.stop()
         self.action_calculate()
-
-    def on_key(self, event: Key) -> None:
-        # A field keeps its keys; Escape gives them back first.
-        if event.key == "escape" and self.focused is not None:
-            event.stop()
-            event.prevent_default()
-            self.set_focus(None)
 
     def action_type(self) -> None:
         self.offer()
