@@ -19,6 +19,7 @@ from solarcal.cli.process import add_json_option, print_json, say
 from solarcal.cli.unit_options import (
     PORT_HELP,
     add_driver_options,
+    add_output_option,
     asked_driver,
     asked_tracker,
     asks_for_unit,
@@ -51,9 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_driver_options(parser)
     add_emulator_arguments(parser)
     add_schedule_arguments(parser)
-    parser.add_argument(
-        "-o", "--output", type=Path, metavar="FILE", help="the session file to write"
-    )
+    add_output_option(parser)
     parser.add_argument(
         "--resume", type=Path, metavar="FILE",
         help="continue an interrupted session on its own unit",

@@ -26,7 +26,7 @@ from solarcal.cli.process import (
     print_json,
     say,
 )
-from solarcal.cli.unit_options import PORT_HELP, add_driver_options, port
+from solarcal.cli.unit_options import PORT_HELP, add_driver_options, add_output_option, port
 from solarcal.config import Choice, file_stem, load_keymap, load_settings
 from solarcal.decimals import speed_option
 from solarcal.errors import ConfigurationError, FitError
@@ -54,9 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add_driver_options(parser)
     add_last_option(parser)
-    parser.add_argument(
-        "-o", "--output", type=Path, metavar="FILE", help="the session file to write"
-    )
+    add_output_option(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -177,9 +175,7 @@ def add_demo_arguments(parser: argparse.ArgumentParser) -> None:
         "fast as possible without a screen",
     )
     add_schedule_arguments(parser)
-    parser.add_argument(
-        "-o", "--output", type=Path, metavar="FILE", help="the session file to write"
-    )
+    add_output_option(parser)
     parser.add_argument("--headless", action="store_true", help="no screen, even in a terminal")
     add_json_option(parser)
 

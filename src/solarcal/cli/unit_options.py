@@ -68,6 +68,12 @@ def add_driver_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
+def add_output_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="the session file to write"
+    )
+
+
 def asked_driver(args: argparse.Namespace, profile: "Profile | None") -> str:
     """The driver meant.
 

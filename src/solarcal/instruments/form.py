@@ -6,7 +6,7 @@ here, and every error names the field it is about.
 
 import importlib
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -60,6 +60,11 @@ def paragraph(*lines: str) -> str:
 def labelled(*rows: tuple[str, str, str]) -> list[str]:
     """Lines of a label, a number and its unit."""
     return [f"  {label:<24}{value:>10} {unit}".rstrip() for label, value, unit in rows]
+
+
+def answered(document: dict[str, Any], lines: Iterable[str], name: str, draw: Draw) -> Answer:
+    """Text, and a sketch for where a screen has room for one."""
+    return Answer(document, (paragraph(*lines),), Drawing(name, draw))
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.instruments.form import Answer, Draw, Drawing, Form, paragraph
+from solarcal.instruments.form import Answer, Draw, Drawing, Form, answered, paragraph
 from solarcal.instruments.mount_and_collector import asked_geometry, drawn_latitude_deg
 from solarcal.instruments.sun import apparent_sun, asked_sun_deg
 from solarcal.optics.mirror_roots import Root, circle_roots, exact_roots, published_bisection
@@ -82,10 +82,8 @@ def target(form: Form) -> Answer:
         for number, one in enumerate(sightings, start=1)
     ]
 
-    return Answer(
-        document,
-        (paragraph(*lines),),
-        Drawing("directions", lambda sheet: directions_plot(places, latitude_deg, sheet)),
+    return answered(
+        document, lines, "directions", lambda sheet: directions_plot(places, latitude_deg, sheet)
     )
 
 
@@ -141,7 +139,7 @@ def circle(form: Form) -> Answer:
             "incidence T, deg", ratios, curves, "distance / radius", sheet, marks=[(ratio, "asked")]
         )
 
-    return Answer(document, (paragraph(*lines),), Drawing("both roots", draw))
+    return answered(document, lines, "both roots", draw)
 
 
 def shift(form: Form) -> Answer:

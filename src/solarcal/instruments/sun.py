@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from solarcal.instruments.form import Answer, Drawing, Form, labelled, paragraph
+from solarcal.instruments.form import Answer, Form, answered, labelled, paragraph
 from solarcal.instruments.mount_and_collector import asked_geometry
 from solarcal.mount.geometry import MountGeometry
 from solarcal.report.instrument_plots import Curve, curve_plot
@@ -99,7 +99,7 @@ def sun(form: Form) -> Answer:
             marks=[(float(now.solar_time_h), "this moment")],
         )  # fmt: skip
 
-    return Answer(document, (paragraph(*lines),), Drawing("that day", draw))
+    return answered(document, lines, "that day", draw)
 
 
 def moon(form: Form, utc_s: float, site: Site, mount: MountGeometry) -> Answer:
@@ -196,11 +196,8 @@ def compare(form: Form) -> Answer:
     ]  # fmt: skip
 
     curves = [Curve("altitude", altitude, "●"), Curve("azimuth on sky", cross, "+")]
-    return Answer(
-        document,
-        (paragraph(*lines),),
-        Drawing(
-            "year by year",
-            lambda sheet: curve_plot("worst of the year, deg", years, curves, "year", sheet),
-        ),
-    )
+
+    def draw(sheet: Sheet) -> str:
+        return curve_plot("worst of the year, deg", years, curves, "year", sheet)
+
+    return answered(document, lines, "year by year", draw)

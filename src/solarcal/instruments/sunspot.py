@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from solarcal.errors import InputFileError
-from solarcal.instruments.form import Answer, Drawing, Form, labelled, paragraph
+from solarcal.instruments.form import Answer, Drawing, Form, answered, labelled, paragraph
 from solarcal.optics.disc_image import (
     Disc,
     find_disc,
@@ -105,7 +105,7 @@ def design(form: Form) -> Answer:
             plate_diameter=device.plate_diameter,
         )
 
-    return Answer(document, (paragraph(*lines),), Drawing("plate", draw))
+    return answered(document, lines, "plate", draw)
 
 
 Found = TypeVar("Found", Disc, tuple[Disc, Disc])

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from solarcal.errors import ConfigurationError
-from solarcal.instruments.form import Answer, Drawing, Form, paragraph
+from solarcal.instruments.form import Answer, Form, answered
 from solarcal.instruments.mount_and_collector import drawn_latitude_deg
 from solarcal.instruments.sun import asked_sun_deg
 from solarcal.instruments.sunspot import asked_image, asked_view, disc_line, found_in
@@ -57,10 +57,8 @@ def point(form: Form) -> Answer:
         ("A", "where a level base's axes would look", 180.0 - t1, 90.0 - t2),
     ]
 
-    return Answer(
-        document,
-        (paragraph(*lines),),
-        Drawing("directions", lambda sheet: directions_plot(places, latitude_deg, sheet)),
+    return answered(
+        document, lines, "directions", lambda sheet: directions_plot(places, latitude_deg, sheet)
     )
 
 
@@ -135,10 +133,8 @@ def trace(form: Form) -> Answer:
         Ring("where it is", "o", 2.0 * SUN_RADIUS_MRAD, across, up),
     ]
 
-    return Answer(
-        document,
-        (paragraph(*lines),),
-        Drawing("diode", lambda sheet: rings_drawing("traced back", rings, sheet)),
+    return answered(
+        document, lines, "diode", lambda sheet: rings_drawing("traced back", rings, sheet)
     )
 
 
@@ -194,10 +190,8 @@ def camera(form: Form) -> Answer:
         Ring("where it is", "o", diameter, 1e3 * d1, 1e3 * d2),
     ]
 
-    return Answer(
-        document,
-        (paragraph(*lines),),
-        Drawing("image", lambda sheet: rings_drawing("traced back, mrad", rings, sheet)),
+    return answered(
+        document, lines, "image", lambda sheet: rings_drawing("traced back, mrad", rings, sheet)
     )
 
 
@@ -230,8 +224,6 @@ def fov(form: Form) -> Answer:
         Ring("Sun", "o", field.sun_mrad),
     ]
 
-    return Answer(
-        document,
-        (paragraph(*lines),),
-        Drawing("fields", lambda sheet: rings_drawing("fields of view", rings, sheet)),
+    return answered(
+        document, lines, "fields", lambda sheet: rings_drawing("fields of view", rings, sheet)
     )

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from solarcal.instruments.form import Answer, Drawing, Form, paragraph
+from solarcal.instruments.form import Answer, Form, answered
 from solarcal.instruments.mount_and_collector import (
     asked_collector,
     asked_mount,
@@ -112,7 +112,7 @@ def year(form: Form) -> Answer:
             )
         return curve_plot("hours a day", np.arange(1.0, 13.0), curves, "month", sheet)
 
-    return Answer(document, (paragraph(*lines),), Drawing("over the year", draw))
+    return answered(document, lines, "over the year", draw)
 
 
 def _month_lines(document: dict[str, Any]) -> list[str]:
@@ -272,7 +272,7 @@ def energy(form: Form) -> Answer:
             "solar time, h", sheet, hours=True, marks=[(solar_time_h, "the time asked")],
         )  # fmt: skip
 
-    return Answer(document, (paragraph(*lines),), Drawing("over the day", draw))
+    return answered(document, lines, "over the day", draw)
 
 
 def _horizon_rows(day: CircularDay) -> list[tuple[str, str]]:

@@ -60,9 +60,12 @@ class Sentences:
     sentences: tuple[str, ...]
 
 
+FIGURE_SIZE = (640, 300)
+
+
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """A picture twice: as text of fixed width, and as the inside of an SVG of this size.
+    """A picture twice: as text of fixed width, and as the inside of an SVG of ``FIGURE_SIZE``.
 
     ``svg`` is markup already escaped; ``caption`` is plain text.
     """
@@ -70,8 +73,6 @@ class Figure:
     caption: str
     text: str
     svg: str
-    width: int
-    height: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,9 +129,7 @@ def clock_text(hours: float) -> str:
     return f"{minutes // 60:02d}:{minutes % 60:02d}"
 
 
-def columns(
-    headings: Sequence[str], rows: Iterable[Sequence[str]], align: str, gap: str = "  "
-) -> list[str]:
+def columns(headings: Sequence[str], rows: Iterable[Sequence[str]], align: str) -> list[str]:
     """Lines of a table: headings, a rule, rows.
 
     Parameters
@@ -145,11 +144,11 @@ def columns(
     ]
 
     def line(cells: Sequence[str]) -> str:
-        return gap.join(
+        return "  ".join(
             f"{cell:{side}{width}}" for cell, side, width in zip(cells, align, widths, strict=True)
         ).rstrip()
 
-    return [line(headings), gap.join("-" * width for width in widths), *map(line, body)]
+    return [line(headings), "  ".join("-" * width for width in widths), *map(line, body)]
 
 
 def wrapped(

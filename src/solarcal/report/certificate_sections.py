@@ -14,8 +14,6 @@ from solarcal.report.judgement import (
 from solarcal.report.plots import error_plot, residual_plot
 from solarcal.report.scales import Sheet
 from solarcal.report.svg_figures import (
-    HEIGHT,
-    WIDTH,
     error_figure,
     forecast_figure,
     residual_figure,
@@ -119,15 +117,11 @@ def points_section(judged: FileAnalysis) -> Section:
                 "Error of the axes at every point, and the model",
                 error_plot(data, TEXT_SHEET),
                 error_figure(data),
-                WIDTH,
-                HEIGHT,
             ),
             Figure(
                 "What the model leaves of every point on the sky",
                 residual_plot(data, TEXT_SHEET),
                 residual_figure(data),
-                WIDTH,
-                HEIGHT,
             ),
         ),
     )
@@ -144,8 +138,6 @@ def forecast_section(judgement: Analysis, tolerance_deg: float) -> Section:
                 "Expected error by day of the year and solar hour",
                 forecast_map(expected, MAP_SHEET, tolerance_deg),
                 forecast_figure(expected, tolerance_deg),
-                WIDTH,
-                HEIGHT,
             ),
         ),
     )

@@ -8,6 +8,7 @@ import re
 from html import escape
 
 from solarcal.report.blocks import (
+    FIGURE_SIZE,
     Block,
     Certificate,
     Facts,
@@ -99,11 +100,11 @@ def _html_block(block: Block) -> str:
             items = "\n".join(f"<li>{shown(sentence)}</li>" for sentence in block.sentences)
             return f"<ul>\n{items}\n</ul>"
         case Figure():
-            caption = shown(block.caption)
+            caption, (wide, high) = shown(block.caption), FIGURE_SIZE
             return (
                 f'<figure>\n<svg xmlns="http://www.w3.org/2000/svg" role="img" '
-                f'aria-label="{caption}" viewBox="0 0 {block.width} {block.height}" '
-                f'width="{block.width}" height="{block.height}">{block.svg}</svg>\n'
+                f'aria-label="{caption}" viewBox="0 0 {wide} {high}" '
+                f'width="{wide}" height="{high}">{block.svg}</svg>\n'
                 f"<figcaption>{caption}</figcaption>\n</figure>"
             )
         case Signatures():
@@ -254,11 +255,12 @@ class _Sheet:
 
     def figure(self, figure: Figure) -> None:
         self._y += 6
+        wide, high = FIGURE_SIZE
         self._parts.append(
-            f'<svg x="{MARGIN}" y="{self._y:g}" width="{figure.width}" height="{figure.height}" '
+            f'<svg x="{MARGIN}" y="{self._y:g}" width="{wide}" height="{high}" '
             f'font-family="sans-serif">{figure.svg}</svg>'
         )
-        self._y += figure.height
+        self._y += high
 
     def text(self, title: str) -> str:
         width, height = 2 * MARGIN + self._columns * PITCH, self._y + MARGIN

@@ -11,12 +11,13 @@ import numpy as np
 
 from solarcal.model.forecast import Forecast
 from solarcal.report import scales
+from solarcal.report.blocks import FIGURE_SIZE
 from solarcal.report.forecast_map import level, level_names, month_starts, year_cells
 from solarcal.report.scales import Scale
 from solarcal.station.curves import ErrorPlotData
 from solarcal.units import FloatArray
 
-WIDTH, HEIGHT = 640, 300
+WIDTH, HEIGHT = FIGURE_SIZE
 _LEFT, _RIGHT, _TOP, _FOOT = 62, 12, 28, 40
 AXIS1, AXIS2 = "#8a4b00", "#00562b"
 _GREYS = ("#f2f2f2", "#d9d9d9", "#b5b5b5")
