@@ -10,7 +10,7 @@ from solarcal.errors import FitError
 from solarcal.model.fit import PMFIT_TERMS, fit_iterated, fit_linear
 from solarcal.model.points import PointSet
 from solarcal.mount.geometry import MountGeometry
-from solarcal.session.interchange.pmfit import read_pmfit
+from solarcal.session.interchange.altaz import read_pmfit
 from solarcal.station.published_model import compare_model
 
 AZEL = MountGeometry("azel", -30.24)

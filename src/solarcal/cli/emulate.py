@@ -18,7 +18,7 @@ from solarcal.cli.process import add_json_option, print_json
 from solarcal.decimals import number_option, speed_option
 from solarcal.errors import ConfigurationError
 from solarcal.timescale import SystemClock, format_utc
-from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS
+from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, ON_A_LINE
 
 if TYPE_CHECKING:
     from solarcal.emulator.emulation import Emulator
@@ -51,7 +51,7 @@ def add_emulate_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--driver",
-        choices=tuple(name for name, driver in DRIVERS.items() if driver.has_line),
+        choices=ON_A_LINE,
         default=DEFAULT_DRIVER,
         help="protocol; a rotator does not compute the Sun: the client is its controller",
     )

@@ -32,7 +32,7 @@ from solarcal.decimals import speed_option
 from solarcal.errors import ConfigurationError, FitError
 from solarcal.profiles import load_profile, load_site_file
 from solarcal.timescale import SystemClock
-from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, demand_driver
+from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, ON_A_LINE, demand_driver
 
 if TYPE_CHECKING:
     from solarcal.profiles import Profile
@@ -162,7 +162,7 @@ def run_workstation(
 def add_demo_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--scenario", metavar="NAME|FILE", default=DEFAULT_SCENARIO)
     parser.add_argument(
-        "--driver", choices=tuple(name for name, one in DRIVERS.items() if one.has_line),
+        "--driver", choices=ON_A_LINE,
         default=DEFAULT_DRIVER,
         help="emulate a controller, or a rotator that does not compute the Sun",
     )  # fmt: skip

@@ -8,10 +8,10 @@ from typing import Unpack, cast
 
 from solarcal.errors import ConfigurationError, InputFileError
 from solarcal.input_files import read_beginning
+from solarcal.session.interchange.altaz import read_pmfit
 from solarcal.session.interchange.csv_head import SEPARATOR_LINE, UnitFillIn
 from solarcal.session.interchange.csv_points import read_points_csv, write_points_csv
 from solarcal.session.interchange.paint import PaintFiles, paint_files, paint_table
-from solarcal.session.interchange.pmfit import read_pmfit
 from solarcal.session.interchange.solar_offsets import read_solar_offsets
 from solarcal.session.interchange.tpoint import read_tpoint, write_tpoint
 from solarcal.session.points import PointTable, table_from_session

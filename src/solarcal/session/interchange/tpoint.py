@@ -24,12 +24,14 @@ from solarcal.input_files import read_text, write_text
 from solarcal.session.interchange.altaz import (
     DECIMAL,
     Row,
+    all_numbers,
     altaz_table,
     layout_of,
     many_rows,
     plain_numbers,
     possible,
     refuse_radians,
+    require_possible,
     sexagesimal_row,
 )
 from solarcal.session.interchange.csv_head import UnitFillIn, head_lines, take_key
@@ -279,20 +281,11 @@ class _Reading:
             if layout == DECIMAL
             else sexagesimal_row(cells, layout, where)
         )
-        if not possible(row):
-            raise InputFileError(
-                f"{where}: azimuths must lie within -360..720 and elevations within -90..90 deg "
-                "(encoders -270..270)"
-            )
+        require_possible(row, where)
         return row
 
     def _decimal_row(self, cells: list[str], where: str) -> Row:
-        values = plain_numbers(cells)
-        if len(values) < len(cells):
-            raise InputFileError(
-                f"{where}: {cells[len(values)][:20]!r} (number {len(values) + 1} of the line) "
-                "is not a number"
-            )
+        values = all_numbers(cells, where)
         if len(values) < 4:
             raise InputFileError(
                 f"{where}: {len(values)} numbers where an observation has four "

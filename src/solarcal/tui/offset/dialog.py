@@ -10,7 +10,7 @@ from textual.events import Resize
 from textual.widget import Widget
 from textual.widgets import Digits, Input, Static
 
-from solarcal.errors import ConfigurationError, UnitRefused
+from solarcal.errors import UnitRefused
 from solarcal.model.fit import Solution
 from solarcal.session.records import SunOffset
 from solarcal.station.jogging import STEPS_DEG, JogView, SunOffsetJog
@@ -28,7 +28,13 @@ from solarcal.station.procedure import Station
 from solarcal.station.state import StationState
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import DialogKey, DriveWatch, PacedDialog, open_dialog
-from solarcal.tui.offset.spot import SpotCalculator, Sunspot, TypedOffsetDialog, jog_table
+from solarcal.tui.offset.spot import (
+    SpotCalculator,
+    Sunspot,
+    TypedOffsetDialog,
+    calculated_jogs_deg,
+    jog_table,
+)
 from solarcal.tui.widgets.lines import Words
 from solarcal.unit.conversation import NOT_REFERENCED
 from solarcal.unit.tracker import Mode
@@ -273,14 +279,10 @@ class SunOffsetDialog(PacedDialog):
         view = self._view
         if view is None:
             return
-        try:
-            jogs = self.query_one(SpotCalculator).jogs_deg(view.status.ideal2_deg)
-        except ConfigurationError as error:
-            self.say(str(error), "warning")
-            return
-        self.set_focus(None)
-        self.say(f"Jogging axis 1 by {jogs[0]:+.3f}, axis 2 by {jogs[1]:+.3f} deg.")
-        self._nudge(*jogs)
+        jogs = calculated_jogs_deg(self, view.status.ideal2_deg)
+        if jogs is not None:
+            self.say(f"Jogging axis 1 by {jogs[0]:+.3f}, axis 2 by {jogs[1]:+.3f} deg.")
+            self._nudge(*jogs)
 
     def action_set(self) -> None:
         self.offer()

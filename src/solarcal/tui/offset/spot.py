@@ -162,6 +162,17 @@ class SpotCalculator(Vertical):
         return across / weight, along
 
 
+def calculated_jogs_deg(dialog: Dialog, ideal2_deg: float) -> tuple[float, float] | None:
+    """What a dialog's calculator asks for, or None and the dialog says why."""
+    try:
+        jogs = dialog.query_one(SpotCalculator).jogs_deg(ideal2_deg)
+    except ConfigurationError as error:
+        dialog.say(str(error), "warning")
+        return None
+    dialog.set_focus(None)
+    return jogs
+
+
 def jog_table(view: JogView, *, follows: bool, words: str) -> Content:
     """Both axes side by side, in 42 columns."""
     status = view.status
@@ -250,13 +261,9 @@ class TypedOffsetDialog(Dialog):
         status = self.workstation.state.live.status
         if status is None:
             return
-        try:
-            jogs = self.query_one(SpotCalculator).jogs_deg(status.ideal2_deg)
-        except ConfigurationError as error:
-            self.say(str(error), "warning")
-            return
-        self.set_focus(None)
-        self.say(f"At the unit jog axis 1 by {jogs[0]:+.3f} and axis 2 by {jogs[1]:+.3f} deg.")
+        jogs = calculated_jogs_deg(self, status.ideal2_deg)
+        if jogs is not None:
+            self.say(f"At the unit jog axis 1 by {jogs[0]:+.3f} and axis 2 by {jogs[1]:+.3f} deg.")
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         event.stop()

@@ -19,16 +19,13 @@ from solarcal.tui.base import ONE_IMPORT, MenuEntriesFound, StationScreen
 from solarcal.tui.start.profile import ProfileScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine
-from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, has_line
+from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, ON_A_LINE, has_line
 
 if TYPE_CHECKING:
     from solarcal.station.opening import UnfinishedSessions
 
 REPLAYS_SHOWN = 20
 BY_HAND = ("A real SolarTrak: type what its display shows", Choice(driver="typed"))
-
-ON_A_LINE = tuple(name for name, driver in DRIVERS.items() if driver.has_line)
-"""The drivers of what has an address."""
 
 
 class StartScreen(StationScreen):

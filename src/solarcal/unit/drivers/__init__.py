@@ -101,6 +101,9 @@ DRIVERS: dict[str, Driver] = {
 }
 """By name, in the order a technician would look for it."""
 
+ON_A_LINE = tuple(name for name, driver in DRIVERS.items() if driver.has_line)
+"""The drivers of what has an address."""
+
 
 def demand_driver(name: str) -> Driver:
     """The driver of that name.
