@@ -17,7 +17,8 @@ from solarcal.station.procedure import Station
 from solarcal.station.state import LinkState, StationState
 from solarcal.timescale import SECONDS_PER_SUN_DEG, format_utc
 from solarcal.tui.base import Workstation, is_typed
-from solarcal.tui.dialogs.dialog import Dialog, DialogKey, PacedDialog, open_dialog
+from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
+from solarcal.tui.dialogs.paced import PacedDialog
 from solarcal.tui.widgets.lines import Field, Words
 from solarcal.tui.widgets.text_lines import TextLines
 

@@ -27,7 +27,8 @@ from solarcal.station.news import (
 from solarcal.station.procedure import Station
 from solarcal.station.state import StationState
 from solarcal.tui.base import Workstation, is_typed
-from solarcal.tui.dialogs.dialog import DialogKey, DriveWatch, PacedDialog, open_dialog
+from solarcal.tui.dialogs.dialog import DialogKey, open_dialog
+from solarcal.tui.dialogs.paced import DriveWatch, PacedDialog
 from solarcal.tui.offset.spot import (
     SpotCalculator,
     Sunspot,

@@ -29,7 +29,8 @@ from solarcal.station.procedure import Station
 from solarcal.station.question_evidence import question_evidence
 from solarcal.station.state import Activity, Attempt, StationState
 from solarcal.tui.base import is_typed
-from solarcal.tui.dialogs.dialog import DialogKey, PacedDialog, reason_field
+from solarcal.tui.dialogs.dialog import DialogKey, reason_field
+from solarcal.tui.dialogs.paced import PacedDialog
 from solarcal.tui.dialogs.report import open_comparison, proven
 from solarcal.tui.point.question import Gathering, Question, check_result, point_result
 from solarcal.tui.widgets.lines import Field, Words

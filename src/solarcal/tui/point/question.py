@@ -10,7 +10,7 @@ from solarcal.station.gathering import GATHERING_S, READING_INTERVAL_S, READINGS
 from solarcal.station.point_judgement import PointJudgement
 from solarcal.station.question_evidence import Fact
 from solarcal.station.state import QUESTIONS
-from solarcal.tui.dialogs.dialog import progress_bar
+from solarcal.tui.dialogs.paced import progress_bar
 from solarcal.tui.widgets.lines import Words
 
 
