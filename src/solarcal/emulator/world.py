@@ -7,7 +7,7 @@ mirror's normal that throws this light onto its target.
 
 import heapq
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 from zlib import crc32
@@ -204,8 +204,9 @@ class World:
         rates = (self.truth.missed_per_hour1, self.truth.missed_per_hour2)
         return heapq.merge(single, *(_steady(axis, rate) for axis, rate in enumerate(rates)))
 
-    def _switch_noise(self, stream: np.random.Generator) -> "_Noise":
-        return _Noise(stream, self.truth.switch_sigma_counts)
+    def _switch_noise(self, stream: np.random.Generator) -> Callable[[], float]:
+        """Counts by which the switch trips late, another number a call."""
+        return lambda: float(stream.standard_normal()) * self.truth.switch_sigma_counts
 
     # --- the light and the eye ----------------------------------------------------------------
 
@@ -245,17 +246,6 @@ class World:
             float(wrap_deg(float(wanted1) - stands1)) + float(noise1) / on_sky,
             float(wanted2) - stands2 + float(noise2),
         )
-
-
-class _Noise:
-    """Gaussian noise of a given sigma, one number a call."""
-
-    def __init__(self, stream: np.random.Generator, sigma: float) -> None:
-        self._stream = stream
-        self._sigma = sigma
-
-    def __call__(self) -> float:
-        return float(self._stream.standard_normal()) * self._sigma
 
 
 def _steady(axis: int, per_hour: float) -> Iterator[_Loss]:

@@ -44,6 +44,7 @@ _FIRST = re.compile(r"^(\d*)([-+=.)])")
 _LINKED = re.compile(r"(://|www\.)", re.IGNORECASE)
 """What GitHub turns into a link unasked."""
 
+_SIDES = {"<": "", ">": ' class="n"'}
 PITCH, LINE, MARGIN = 7.3, 17, 28
 LEAST_COLUMNS = 84
 
@@ -117,8 +118,9 @@ def _html_block(block: Block) -> str:
 
 def _html_table(table: Table) -> str:
     def line(cells: tuple[str, ...], tag: str) -> str:
+        scope = ' scope="col"' if tag == "th" else ""
         told = "".join(
-            f"<{tag}{_side(side)}{_scope(tag)}>{shown(cell)}</{tag}>"
+            f"<{tag}{_SIDES[side]}{scope}>{shown(cell)}</{tag}>"
             for cell, side in zip(cells, table.align, strict=True)
         )
         return f"<tr>{told}</tr>"
@@ -135,14 +137,6 @@ def _html_table(table: Table) -> str:
     kind = ' class="hash"' if "sha256" in table.headings else ""
     head, body = line(table.headings, "th"), "\n".join(rows)
     return f"<table{kind}>\n<thead>\n{head}\n</thead>\n<tbody>\n{body}\n</tbody>\n</table>"
-
-
-def _side(side: str) -> str:
-    return ' class="n"' if side == ">" else ""
-
-
-def _scope(tag: str) -> str:
-    return ' scope="col"' if tag == "th" else ""
 
 
 def markdown_text(certificate: Certificate) -> str:

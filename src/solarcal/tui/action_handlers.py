@@ -52,16 +52,6 @@ def next_plot(app: Workstation) -> None:
         app.screen.next_plot()
 
 
-def change_theme(app: Workstation) -> None:
-    """Between the theme for the sun and the one chosen before it."""
-    app.change_theme()
-
-
-def switch_alerts(app: Workstation) -> None:
-    """Bell and terminal notifications, off or on."""
-    app.switch_alerts()
-
-
 def leave(app: Workstation) -> None:
     """Out; asks first while something is going on."""
     if isinstance(app.screen, LeaveDialog):
@@ -89,14 +79,6 @@ def _change_speed(app: Workstation, step: int) -> None:
     app.emulated_speed = wanted
     # Beside a reference check that runs: it is what one wants to be faster.
     app.station_worker().submit_beside(SpeedTold, lambda s: _emulation(s).set_speed(wanted))
-
-
-def faster(app: Workstation) -> None:
-    _change_speed(app, +1)
-
-
-def slower(app: Workstation) -> None:
-    _change_speed(app, -1)
 
 
 def skip(app: Workstation) -> None:
@@ -137,10 +119,10 @@ ACTION_HANDLERS: dict[str, ActionHandler] = {
     "calculators": open_list,
     "help": open_help,
     "next_plot": next_plot,
-    "theme": change_theme,
-    "alerts": switch_alerts,
-    "faster": faster,
-    "slower": slower,
+    "theme": lambda app: app.change_theme(),
+    "alerts": lambda app: app.switch_alerts(),
+    "faster": lambda app: _change_speed(app, +1),
+    "slower": lambda app: _change_speed(app, -1),
     "skip": skip,
     "quit": leave,
 }

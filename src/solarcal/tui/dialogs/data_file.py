@@ -14,10 +14,8 @@ from textual.widgets.option_list import Option
 
 from solarcal.report.session_report import record_line
 from solarcal.session.reader import live_records
-from solarcal.session.records import Initialised, Void
 from solarcal.station.guards import GuardRefused, near_limit_threshold_deg
 from solarcal.station.news import Done, FileInitialised, NoteWritten, RecordVoided, StepFailed
-from solarcal.station.procedure import Station
 from solarcal.station.state import StationState
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, reason_field
 from solarcal.tui.widgets.lines import Field, Words
@@ -84,11 +82,12 @@ class InitialiseDialog(Dialog):
         self.offer()
         line = self.workstation.line
         create = line.create_journal if line is not None and self._again else None
-
-        def step(station: Station) -> Initialised:
-            return station.initialise(confirmed=True, override_reason=reason, start_next=create)
-
-        self.submit(FileInitialised, step)
+        self.submit(
+            FileInitialised,
+            lambda station: station.initialise(
+                confirmed=True, override_reason=reason, start_next=create
+            ),
+        )
 
     def step_done(self, done: Done[Any]) -> None:
         super().step_done(done)
@@ -197,11 +196,7 @@ class VoidDialog(Dialog):
             return
         if seq is None:
             return
-
-        def step(station: Station) -> Void:
-            return station.void(seq, reason)
-
-        self.submit(RecordVoided, step)
+        self.submit(RecordVoided, lambda station: station.void(seq, reason))
 
     def step_done(self, done: Done[Any]) -> None:
         super().step_done(done)

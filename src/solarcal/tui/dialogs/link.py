@@ -10,10 +10,9 @@ from textual.widget import Widget
 from textual.widgets import Input
 
 from solarcal.errors import ConfigurationError
-from solarcal.session.records import ClockSet, LinkLost, LinkRestored
+from solarcal.session.records import LinkLost, LinkRestored
 from solarcal.station.clocks import LaptopClock, laptop_clock
 from solarcal.station.news import ClockAdjusted, Done, Progress, Reconnected, StepFailed
-from solarcal.station.procedure import Station
 from solarcal.station.state import LinkState, StationState
 from solarcal.timescale import SECONDS_PER_SUN_DEG, format_utc
 from solarcal.tui.base import Workstation, is_typed
@@ -246,7 +245,7 @@ class ClockDialog(PacedDialog):
             return
         self.set_focus(None)
         self.offer()
-        self.submit(ClockAdjusted, lambda station: _set(station, tick_s, sigma_s))
+        self.submit(ClockAdjusted, lambda station: station.set_unit_clock(tick_s, sigma_s))
 
     def _tick(self) -> tuple[float | None, float | None]:
         tick, sigma = (
@@ -277,10 +276,6 @@ class ClockDialog(PacedDialog):
         super().step_failed(failed)
         if failed.kind is ClockAdjusted:
             self._offer()
-
-
-def _set(station: Station, tick_s: float | None, sigma_s: float | None) -> ClockSet:
-    return station.set_unit_clock(tick_s, sigma_s)
 
 
 def _shown(utc_s: float) -> str:

@@ -121,11 +121,10 @@ class TakePointDialog(PacedDialog):
     def _begin(self, *, check: bool, override_reason: str | None = None) -> None:
         self._check = check
         self.offer()
-
-        def step(station: Station) -> Attempt:
-            return station.begin_point(check=check, override_reason=override_reason)
-
-        self.submit(PointBegun, step)
+        self.submit(
+            PointBegun,
+            lambda station: station.begin_point(check=check, override_reason=override_reason),
+        )
 
     def _decide(self, yes: bool) -> None:
         attempt = self._attempt
@@ -141,11 +140,12 @@ class TakePointDialog(PacedDialog):
     def _gather(self) -> None:
         self.offer()
         worker = self.worker
-
-        def step(station: Station) -> PointRecord | CheckRecord:
-            return station.gather_point(lambda part: worker.progress(Gathered, part, "gathering"))
-
-        self.submit(Gathered, step)
+        self.submit(
+            Gathered,
+            lambda station: station.gather_point(
+                lambda part: worker.progress(Gathered, part, "gathering")
+            ),
+        )
 
     def _look(self) -> None:
         if self._attempt is not None and not self.worker.busy and not self._lost:

@@ -19,10 +19,9 @@ from textual.widgets import Input, Static
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.report.blocks import columns, number
 from solarcal.report.session_report import record_line
-from solarcal.session.records import PointRecord, Void
+from solarcal.session.records import PointRecord
 from solarcal.station.news import Done, PointStruck, StepFailed
 from solarcal.station.point_judgement import PointInfluence, point_evidence, point_influence
-from solarcal.station.procedure import Station
 from solarcal.station.state import SessionView, StationState
 from solarcal.tui.base import StationScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
@@ -150,11 +149,10 @@ class PointScreen(StationScreen):
         void = point_evidence(self._session, point).void
         seq = point.seq if void is None else void.seq
 
-        def step(station: Station) -> Void:
-            return station.void(seq, reason)
-
         self._close_reason()
-        self.workstation.station_worker().submit(PointStruck, step)
+        self.workstation.station_worker().submit(
+            PointStruck, lambda station: station.void(seq, reason)
+        )
 
     def _close_reason(self) -> None:
         reason = self.query_one("#reason")
