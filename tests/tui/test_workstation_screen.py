@@ -319,11 +319,15 @@ async def test_the_thread_of_the_fits_ends_with_the_app():
     assert not thread.is_alive()
 
 
-async def test_news_that_come_while_the_screens_are_taken_down_are_not_for_them(station_and_cable):
-    """A worker's thread tells until the very end."""
+async def test_news_that_come_while_the_screens_are_taken_down_are_not_for_them(
+    station_and_cable, monkeypatch
+):
+    """A worker's thread tells until the very end, when the widgets of a screen are gone."""
     async with workstation(station_and_cable[0], SMALL) as (app, pilot):
         screen = await on_workstation(app, pilot)
         state = replace(app.state, generation=app.state.generation + 1)
-    assert not screen.children
-    app.on_told(Told(StateChanged(state)))
-    assert app.state.generation == state.generation
+        with monkeypatch.context() as ending:
+            ending.setattr(app, "_running", False)
+            ending.setattr(screen, "query_one", pytest.fail)
+            app.on_told(Told(StateChanged(state)))
+        assert app.state.generation == state.generation
