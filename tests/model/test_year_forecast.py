@@ -7,7 +7,7 @@ from made_up_trackers import JUNE, TRACKER, context_of, day_of, random_mechanism
 from solarcal.errors import ConfigurationError
 from solarcal.model.forecast import forecast, forecast_of
 from solarcal.model.methods import fit
-from solarcal.model.prior import MechanismPosterior, Prior
+from solarcal.model.prior import MechanismPosterior, Prior, symmetric_root
 from solarcal.model.sky_context import SkyContext, sun_directions
 from solarcal.model.year_grid import controller_coefficients, year_grid
 from solarcal.mount.formula import Coefficients
@@ -182,3 +182,14 @@ def test_no_pointing_is_wrong_by_more_than_half_a_turn():
     expected = forecast_of(unknown, Coefficients(), year_grid(context_of("azel")))
     assert expected.year_max_deg == pytest.approx(180.0)
     assert expected.year_p95_deg <= 180.0
+
+
+def test_draws_do_not_hang_on_which_eigenvectors_a_machine_finds():
+    """Their signs are free, and so is the basis where two eigenvalues are equal."""
+    vectors = np.linalg.qr(np.random.default_rng(1).standard_normal((3, 3)))[0]
+    values = np.array([2.0, 2.0, 0.5])
+    root = symmetric_root(values, vectors)
+    assert root @ root.T == pytest.approx(vectors * values @ vectors.T)
+    turn = np.array([[0.6, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, -1.0]])
+    assert symmetric_root(values, vectors @ turn) == pytest.approx(root, abs=1e-15)
+    assert symmetric_root(np.array([1.0, 1.0, -1e-17]), np.eye(3))[2, 2] == 0.0

@@ -175,15 +175,26 @@ class MechanismPosterior:
 
     @cached_property
     def _factors(self) -> FloatArray:
-        """L with L L.T the covariance (q, k, k), also for one that is singular to rounding."""
+        """L with L L.T the covariance (q, k, k), also for one that is singular to rounding.
+
+        From the symmetric root of the correlations, of which there is one: eigenvectors alone have
+        either sign, and neighbouring ones turn, as the rounding of another machine will have it.
+        """
         scale = np.sqrt(np.einsum("qii->qi", self.covariances))
         scale = np.where(scale > 0.0, scale, 1.0)
         values, vectors = np.linalg.eigh(
             self.covariances / (scale[:, :, np.newaxis] * scale[:, np.newaxis, :])
         )
-        roots = np.sqrt(np.maximum(values, 0.0))[:, np.newaxis, :]
-        factors: FloatArray = scale[:, :, np.newaxis] * vectors * roots
+        factors: FloatArray = scale[:, :, np.newaxis] * symmetric_root(values, vectors)
         return factors
+
+
+def symmetric_root(values: FloatArray, vectors: FloatArray) -> FloatArray:
+    """The one symmetric root (..., k, k) of a matrix with these eigenvalues (..., k) and
+    eigenvectors (..., k, k), none of them below zero but for rounding."""
+    roots = np.sqrt(np.maximum(values, 0.0))
+    root: FloatArray = (vectors * roots[..., np.newaxis, :]) @ np.swapaxes(vectors, -1, -2)
+    return root
 
 
 _drawn: dict[tuple[int, int, int], FloatArray] = {}

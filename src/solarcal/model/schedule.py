@@ -20,7 +20,7 @@ from solarcal.model.forecast import (
     thinning,
     upper_quantile,
 )
-from solarcal.model.prior import MechanismPosterior, Prior, standard_normals
+from solarcal.model.prior import MechanismPosterior, Prior, standard_normals, symmetric_root
 from solarcal.model.sky_context import SkyContext, sun_directions
 from solarcal.model.year_grid import (
     LOWEST_FORECAST_DEG,
@@ -321,9 +321,8 @@ class YearAhead:
         # Rounding can leave a variance of almost nothing below nothing.
         left = max(float(np.sum(self.weight * covariance)), 0.0)
         rms = float(np.sqrt(self.known_square + left))
-        values, vectors = np.linalg.eigh(covariance)
-        factor = vectors * np.sqrt(np.maximum(values, 0.0))
-        errors = (standard_normals(_DRAWS) @ factor.T) @ self.slopes
+        factor = symmetric_root(*np.linalg.eigh(covariance))
+        errors = (standard_normals(_DRAWS) @ factor) @ self.slopes
         errors = errors.reshape(_DRAWS, 2, -1) + self.known
         square = np.einsum("mag,mag->mg", errors, errors)
         rank = math.ceil(SHARE_WITHIN * square.shape[1]) - 1
