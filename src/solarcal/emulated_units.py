@@ -80,7 +80,6 @@ class _InProcess:
     port: str
 
     def link(self, url: str = "", lines_kept: int | None = None) -> Callable[[], Link]:
-
         del url, lines_kept
         return lambda: InProcessLink(self.unit)
 

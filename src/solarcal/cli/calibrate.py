@@ -117,7 +117,6 @@ def add_schedule_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def start_utc_s(args: argparse.Namespace) -> float | None:
-
     return parse_utc(args.start) if args.start else None
 
 

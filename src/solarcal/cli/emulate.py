@@ -84,7 +84,6 @@ def add_emulate_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run_emulate(args: argparse.Namespace) -> int:
     """Serve until interrupted or terminated."""
-
     from solarcal.emulator.line_faults import FaultyLine, line_faults
     from solarcal.emulator.scenario import load_scenario
     from solarcal.emulator.server import exposure, serve_pty, serve_tcp, tcp_address
@@ -171,7 +170,6 @@ def _client(driver: str, port: str) -> str:
 
 def _seen(rotator: "EmulatedRotator") -> str:
     """One line of ``--watch``: where it reads, and where the light is on its sunspot device."""
-
     with rotator.time.turn:
         rotator.catch_up()
         utc_s = rotator.world.true_utc_s(rotator.time.now_s())

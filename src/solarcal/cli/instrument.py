@@ -77,7 +77,6 @@ def run(args: argparse.Namespace) -> int:
 
 def answer(instrument: Instrument, args: argparse.Namespace) -> int:
     """Read the options as the instrument's fields, and print what it answers."""
-
     values, labels = texts_of(instrument, args)
     form = instrument.form(values, SystemClock().utc_s(), labels)
     return print_answer(instrument.answer(form), args.json)

@@ -123,7 +123,6 @@ def run_plan(args: argparse.Namespace) -> int:
 
 
 def _instant(text: str) -> float:
-
     return SystemClock().utc_s() if text == "now" else parse_utc(text)
 
 

@@ -159,7 +159,6 @@ def print_json(document: Any) -> None:
 
 def print_answer(answer: "Answer", as_json: bool) -> int:
     """The answer of a field calculator as a document or as text with its drawings; 0."""
-
     if as_json:
         print_json(answer.document)
         return 0
@@ -182,6 +181,5 @@ def say(sentence: str) -> None:
 
 def terminal_size() -> tuple[int, bool]:
     """Columns for a drawing, and whether it may have colours."""
-
     columns = min(100, max(40, shutil.get_terminal_size((80, 24)).columns))
     return columns, sys.stdout.isatty()

@@ -204,7 +204,6 @@ def add_doctor_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run_doctor(args: argparse.Namespace) -> int:
     """0 when no check failed; warnings do not count."""
-
     checks = check_all()
     failed = [check.name for check in checks if check.verdict == "failed"]
     if args.json:

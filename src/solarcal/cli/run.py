@@ -118,7 +118,6 @@ def in_browser() -> bool:
 
 def demand_terminal() -> None:
     """Refuse in one line where there is no terminal; Textual itself would not fail."""
-
     if not has_terminal():
         raise ConfigurationError(
             "the workstation needs a terminal; without one use solarcal demo --headless, "

@@ -171,7 +171,6 @@ def book_lines(path: str) -> tuple[Iterable[str], str]:
 
 
 def _standard_input() -> Iterator[str]:
-
     try:
         yield from sys.stdin
     except (OSError, ValueError) as error:

@@ -86,7 +86,6 @@ def run_upload(args: argparse.Namespace) -> int:
 
 def demand_session(path: Path) -> None:
     """An upload belongs to a session: only there can it be recorded."""
-
     if path.suffix.lower() != ".jsonl":
         raise ConfigurationError(
             f"{path}: uploads are recorded in the session file they come from; name a .jsonl"

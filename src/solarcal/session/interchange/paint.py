@@ -162,26 +162,18 @@ def read_heliostat(path: str | Path, tower: Tower) -> JackHeliostat:
         )
         for a in kinematics.actuators
     )
-    k = kinematics
+
+    def moved(joint: str) -> tuple[float, float, float]:
+        east, north, up = (getattr(kinematics, f"{joint}_translation_{axis}") for axis in "enu")
+        return east, north, up
+
     east, north, up = enu_m(tower.plant, found.heliostat_position).tolist()
     return JackHeliostat(
         jacks=(first, second),
         position_enu=(east, north, up),
-        first_joint=(
-            k.first_joint_translation_e,
-            k.first_joint_translation_n,
-            k.first_joint_translation_u,
-        ),
-        second_joint=(
-            k.second_joint_translation_e,
-            k.second_joint_translation_n,
-            k.second_joint_translation_u,
-        ),
-        concentrator=(
-            k.concentrator_translation_e,
-            k.concentrator_translation_n,
-            k.concentrator_translation_u,
-        ),
+        first_joint=moved("first_joint"),
+        second_joint=moved("second_joint"),
+        concentrator=moved("concentrator"),
     )
 
 

@@ -185,7 +185,6 @@ class CalculatorScreen(StationScreen):
 
     def _now_utc_s(self) -> float:
         """The session's time where a unit is connected: an emulated one has its own."""
-
         app = self.workstation
         laptop = app.state.live.laptop_utc_s if app.worker is not None else None
         return SystemClock().utc_s() if laptop is None else laptop

@@ -278,7 +278,6 @@ class ReplayScreen(PanesScreen):
         self._show_bar()
 
     def action_jump(self) -> None:
-
         count = sum(isinstance(record, PointRecord) for record in self.replay.records)
 
         def jump(number: int) -> None:
