@@ -68,6 +68,7 @@ _SHARED = {
     "ports": "readiness",
     "rollback": "upload",
     "scenarios": "emulate",
+    "track": "upload",
     "upload": "upload",
     "void": "session_files",
 }

@@ -19,16 +19,17 @@ from solarcal.cli.process import add_json_option, print_json, say
 from solarcal.cli.unit_options import (
     PORT_HELP,
     add_driver_options,
+    add_force_option,
     add_output_option,
     asked_driver,
     asked_tracker,
     asks_for_unit,
     book_lines,
+    forced_reason,
     journal_creator,
     named_profile,
     port,
 )
-from solarcal.cli.upload import add_force_option, forced_reason
 from solarcal.config import file_stem
 from solarcal.decimals import number_option, whole_option
 from solarcal.errors import ConfigurationError

@@ -74,6 +74,29 @@ def add_output_option(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_force_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--force",
+        metavar="REASON",
+        help="upload although the points do not fit, or are no improvement; the reason is recorded",
+    )
+
+
+def forced_reason(args: argparse.Namespace) -> str | None:
+    """The reason of ``--force``; None without it.
+
+    Raises
+    ------
+    ConfigurationError
+        It is empty.
+    """
+    if args.force is None:
+        return None
+    if not args.force.strip():
+        raise ConfigurationError("--force is empty; say why the upload is right all the same")
+    return str(args.force.strip())
+
+
 def asked_driver(args: argparse.Namespace, profile: "Profile | None") -> str:
     """The driver meant.
 

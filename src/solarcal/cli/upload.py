@@ -1,14 +1,35 @@
-"""``solarcal upload`` and ``solarcal rollback``: into a unit, read back, and out again."""
+"""Coefficients into a unit: ``solarcal upload``, read back; ``solarcal rollback``, out again.
+
+``solarcal track``: follow the Sun with a rotator, coefficients applied.
+"""
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from solarcal.cli.calibrate import add_emulator_arguments, tracker_for
 from solarcal.cli.fit import add_method_option
+from solarcal.cli.plan import next_time
 from solarcal.cli.process import add_json_option, print_json, say
-from solarcal.cli.unit_options import add_unit_options, asked_tracker, port_words
+from solarcal.cli.unit_options import (
+    PORT_HELP,
+    add_driver_options,
+    add_force_option,
+    add_unit_options,
+    asked_tracker,
+    forced_reason,
+    port,
+    port_words,
+)
 from solarcal.config import sessions_dir
+from solarcal.decimals import number_option
 from solarcal.errors import ConfigurationError, ProcedureRefused
 from solarcal.report.blocks import text_of
+from solarcal.timescale import SystemClock
+
+if TYPE_CHECKING:
+    from solarcal.timescale import Clock
+    from solarcal.unit.tracker import Tracker
 
 
 def add_upload_arguments(parser: argparse.ArgumentParser) -> None:
@@ -17,29 +38,6 @@ def add_upload_arguments(parser: argparse.ArgumentParser) -> None:
     add_method_option(parser)
     add_force_option(parser)
     add_json_option(parser)
-
-
-def add_force_option(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--force",
-        metavar="REASON",
-        help="upload although the points do not fit, or are no improvement; the reason is recorded",
-    )
-
-
-def forced_reason(args: argparse.Namespace) -> str | None:
-    """The reason of ``--force``; None without it.
-
-    Raises
-    ------
-    ConfigurationError
-        It is empty.
-    """
-    if args.force is None:
-        return None
-    if not args.force.strip():
-        raise ConfigurationError("--force is empty; say why the upload is right all the same")
-    return str(args.force.strip())
 
 
 def run_upload(args: argparse.Namespace) -> int:
@@ -142,3 +140,89 @@ def run_rollback(args: argparse.Namespace) -> int:
         print(text_of(*upload_table(record)))
         print(f"\nRecorded in {path} as {record.seq}.")
     return 0 if record.verified else 1
+
+
+def add_track_arguments(parser: argparse.ArgumentParser) -> None:
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--port", type=port, metavar="URL", help=f"{PORT_HELP} (default: the profile's)"
+    )
+    where.add_argument("--scenario", metavar="NAME|FILE", help="an emulated rotator, in process")
+    add_driver_options(parser)
+    add_emulator_arguments(parser)
+    parser.add_argument(
+        "--coefficients", type=Path, metavar="FILE",
+        help="output of `solarcal fit --json`, or a session file, for this run; default: the last "
+        "uploaded ones",
+    )  # fmt: skip
+    add_method_option(parser)
+    parser.add_argument("--until", metavar="HH:MM", help="UTC; default: sunset")
+    parser.add_argument(
+        "--every",
+        type=number_option(0.0, 86400.0),
+        default=10.0,
+        metavar="S",
+        help="seconds between printed lines (default 10)",
+    )
+    parser.add_argument("--json", action="store_true", help="a summary on stdout at the end")
+
+
+def run_track(args: argparse.Namespace) -> int:
+    """Track until the end, then stop the rotator."""
+    from solarcal.station.clocks import EmulatedClock
+
+    if not 1.0 <= args.every <= 3600.0:
+        raise ConfigurationError(f"--every {args.every:g}: give seconds between 1 and 3600")
+    if args.scenario and not args.driver:
+        args.driver = "rotctld"
+    if not any((args.scenario, args.port, args.driver, args.profile, args.site)):
+        raise ConfigurationError("which rotator? give --port and --site, or --site alone")
+    with tracker_for(args) as (tracker, _, _):
+        identity = tracker.open()
+        emulation = tracker.emulation
+        clock: Clock = SystemClock() if emulation is None else EmulatedClock(emulation)
+        document = _tracked(args, tracker, f"{identity.model} {identity.serial}", clock)
+    if args.json:
+        print_json(document)
+    return 0
+
+
+def _tracked(
+    args: argparse.Namespace, tracker: "Tracker", unit: str, clock: "Clock"
+) -> dict[str, Any]:
+    from solarcal.station.software_controller.rotator_tracker import RotatorTracker
+    from solarcal.station.sun_tracking import SunTracking, TrackingRun, read_coefficients
+
+    if not isinstance(tracker, RotatorTracker):
+        raise ConfigurationError(
+            f"{unit} has its own tracking: put it into mode TRACK with `solarcal run`, and load "
+            "coefficients with `solarcal upload`; this command is for --driver rotctld"
+        )
+    source = "what was uploaded last"
+    if args.coefficients is not None:
+        found = read_coefficients(args.coefficients, args.method)
+        if found.geometry != tracker.site().geometry:
+            raise ConfigurationError(
+                f"{args.coefficients} is of a {found.geometry} mount, this is "
+                f"{tracker.site().geometry}: its coefficients do not apply here"
+            )
+        tracker.use_for_now(found.coefficients)
+        source = found.source
+    coefficients, _ = tracker.in_force()
+    now_s = clock.utc_s()
+    until_s = next_time(args.until, now_s, "--until") if args.until else None
+    say(f"{unit}: tracking with P1..P6 {_numbers(coefficients.as_tuple())} ({source})")
+    summary = SunTracking(tracker, clock, TrackingRun(unit, coefficients, source, now_s), say)
+    done = summary.until(until_s, args.every).document()
+    looks, worst = done["looks"], done["off_max_deg"]
+    far = "" if worst is None else f", at most {worst:.3f} deg from their targets"
+    say(f"stopped ({done['ended_by']}) after {looks} looks{far}")
+    return done
+
+
+def _numbers(values: tuple[float, ...]) -> str:
+    return (
+        " ".join(f"{value:+.4f}" for value in values[:4])
+        + " "
+        + " ".join(f"{value:+.6f}" for value in values[4:])
+    )
