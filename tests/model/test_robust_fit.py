@@ -7,7 +7,7 @@ from made_up_trackers import JUNE, MARCH, TRACKER, context_of, day_of, true_year
 from solarcal.errors import ConfigurationError, FitError
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit, fit_exact
-from solarcal.model.noise_mixture import Linearised, solve_mixture
+from solarcal.model.noise_mixture import Linearised, solve_mixtures
 from solarcal.model.points import PointSet
 from solarcal.model.prior import PLAIN, Prior, sigmas_of
 from solarcal.model.year_grid import controller_coefficients
@@ -186,19 +186,18 @@ class TestBlunders:
         # Normal in two dimensions: exp(-d^2/2g)/g = exp(-d^2/2b)/b.
         equal_deg = np.sqrt(2.0 * np.log(bad / good) / (1.0 / good - 1.0 / bad))
         at = Linearised(
-            residuals=np.array([[equal_deg, 0.0], [0.0, equal_deg], [0.0, 0.0]]),
-            slopes=np.zeros((3, 2, 1)),
-            offset=np.zeros(1),
-            precision=np.ones(1),
+            residuals=np.array([[[equal_deg, 0.0, 0.0], [0.0, equal_deg, 0.0]]]),
+            slopes=np.zeros((1, 2, 3, 6)),
+            offset=np.zeros((1, 6)),
             widths=((1.0, 1.0),),
-            sigma_deg=np.full(3, noise_deg),
-            log_scale_mean=0.0,
-            log_scale_sd=1e-6,
+            sigma_deg=np.full((1, 3), noise_deg),
+            log_scale_mean=np.zeros(1),
+            log_scale_sd=np.full(1, 1e-6),
         )
-        mixture = solve_mixture(at)
-        of_scale_one = int(np.argmin(np.abs(mixture.log_scales)))
-        assert abs(mixture.log_scales[of_scale_one]) < 1e-9
-        blunder = mixture.blunder[of_scale_one]
+        mixture = solve_mixtures(at)
+        of_scale_one = int(np.argmin(np.abs(mixture.log_scales[0])))
+        assert abs(mixture.log_scales[0, of_scale_one]) < 1e-9
+        blunder = mixture.blunder[0, of_scale_one]
         assert blunder[:2] == pytest.approx([0.02, 0.02], rel=1e-3)
         assert blunder[2] < 1e-4
 

@@ -22,8 +22,8 @@ from solarcal.model.noise_mixture import (
     NOISE_LOG_SD,
     TYPICAL_NOISE_DEG,
     Linearised,
-    ScaleMixture,
-    solve_mixture,
+    ScaleMixtures,
+    solve_mixtures,
 )
 from solarcal.model.prior import PLAIN, MechanismPosterior, Prior
 from solarcal.model.sky_context import TruePoints
@@ -83,10 +83,10 @@ def fit_mechanism(
     """
     n = len(points.ax1_deg)
     unit, mean = prior.sigma_array(), prior.mean_array()
-    precision = np.ones(6) if use_prior else np.full(6, FREE_PRECISION)
-    relative = np.ones(n) if sigma_deg is None else sigma_deg
-    scale_mean = float(np.log(TYPICAL_NOISE_DEG)) if sigma_deg is None else 0.0
-    scale_sd = NOISE_LOG_SD if sigma_deg is None else GIVEN_NOISE_LOG_SD
+    precision = 1.0 if use_prior else FREE_PRECISION
+    relative = (np.ones(n) if sigma_deg is None else sigma_deg)[np.newaxis]
+    scale_mean = np.array([np.log(TYPICAL_NOISE_DEG) if sigma_deg is None else 0.0])
+    scale_sd = np.array([NOISE_LOG_SD if sigma_deg is None else GIVEN_NOISE_LOG_SD])
 
     def linearised(
         values: FloatArray, sky: FloatArray | None = None
@@ -97,30 +97,31 @@ def fit_mechanism(
         sky = there.sky if sky is None else sky
         return (
             Linearised(
-                residuals=(left * sky).T.copy(),
-                slopes=np.transpose(
-                    there.slopes * sky * unit[:, np.newaxis, np.newaxis], (2, 1, 0)
-                ),
-                offset=(mean - values) / unit,
-                precision=precision,
+                residuals=(left * sky)[np.newaxis],
+                slopes=np.ascontiguousarray(
+                    np.moveaxis(there.slopes * sky * unit[:, np.newaxis, np.newaxis], 0, 2)
+                )[np.newaxis],
+                offset=((mean - values) / unit)[np.newaxis],
                 widths=prior.widths if use_prior else PLAIN,
                 sigma_deg=relative,
                 log_scale_mean=scale_mean,
                 log_scale_sd=scale_sd,
+                precision=precision,
             ),
             left,
             sky,
         )
 
-    def nearest(start: FloatArray, weights: FloatArray, pull: FloatArray) -> FloatArray:
-        """Weighted least squares of the points (n,) and the prior (6,), from ``start``.
+    def nearest(start: FloatArray, weights: FloatArray, pull: float) -> FloatArray:
+        """Weighted least squares of the points (n,) and the prior, of precision ``pull``, from
+        ``start`` (6,).
 
         Axis degrees count on sky as they do at the start: weights that move with the place would
         have slopes of their own.
         """
         at_start, _, sky = linearised(start)
         place, found = [start / unit], [at_start]
-        root, prior_root = np.sqrt(np.repeat(weights, 2)), np.sqrt(pull)
+        root, prior_root = np.sqrt(np.tile(weights, 2)), np.sqrt(pull)
 
         def at_place(scaled: FloatArray) -> Linearised:
             if not np.array_equal(place[0], scaled):
@@ -130,12 +131,12 @@ def fit_mechanism(
         def residuals(scaled: FloatArray) -> FloatArray:
             here = at_place(scaled)
             return np.concatenate(
-                (here.residuals.reshape(-1) * root, here.offset * prior_root), axis=None
+                (here.residuals.reshape(-1) * root, here.offset[0] * prior_root), axis=None
             )
 
         def slopes(scaled: FloatArray) -> FloatArray:
             rows = at_place(scaled).slopes.reshape(2 * n, 6) * root[:, np.newaxis]
-            return np.concatenate((-rows, -np.diag(prior_root)))
+            return np.concatenate((-rows, -prior_root * np.eye(6)))
 
         solved = least_squares(
             residuals,
@@ -146,63 +147,64 @@ def fit_mechanism(
         )
         return np.asarray(solved.x * unit, dtype=np.float64)
 
-    values = nearest(mean, np.full(n, FIRST_NOISE_DEG**-2.0), np.maximum(precision, FREE_PRECISION))
+    values = nearest(mean, np.full(n, FIRST_NOISE_DEG**-2.0), precision)
     at, left, sky = linearised(values)
-    mixture = solve_mixture(at)
+    mixture = solve_mixtures(at)
     for turn in range(MOST_STEPS):
         if np.abs(mixture.mean_step).max() < SETTLED:
             break
         if turn == 0:
-            weighted = mixture.weights @ mixture.point_weights
-            pull = precision * (mixture.weights @ mixture.widths**-2.0)
+            weighted = mixture.mean_of_points(mixture.point_weights)[0]
+            pull = precision * float(mixture.weights[0] @ mixture.widths[0] ** -2.0)
             values = nearest(values, weighted, pull)
         else:
             # The mean of the mixture is not quite where its mean weights lead: with few points the
             # noise is hardly known and the mixture wide.
-            values = values + mixture.mean_step * unit
+            values = values + mixture.mean_step[0] * unit
         at, left, sky = linearised(values)
-        mixture = solve_mixture(at, mixture)
+        mixture = solve_mixtures(at, mixture)
     return _concluded(at, mixture, values, unit, left, sky)
 
 
 def _concluded(
     at: Linearised,
-    mixture: ScaleMixture,
+    mixture: ScaleMixtures,
     values: FloatArray,
     unit: FloatArray,
     left: FloatArray,
     sky: FloatArray,
 ) -> ExactFit:
-    scales = np.exp(mixture.log_scales)
+    slopes = at.slopes[0].swapaxes(0, 1)
     # The last step is too small to be worth another linearisation.
-    left = left - (at.slopes @ mixture.mean_step).T / sky
-    data = _data_only(at, mixture.weights @ mixture.point_weights, unit)
-    if at.precision[0] == FREE_PRECISION:
-        covariances = np.stack([_free_covariance(at, w, unit) for w in mixture.point_weights])
+    left = left - at.slopes[0] @ mixture.mean_step[0] / sky
+    of_points = mixture.point_weights[0]
+    point_weights = mixture.mean_of_points(mixture.point_weights)[0]
+    if at.precision == FREE_PRECISION:
+        covariances = np.stack([_free_covariance(at, w, unit) for w in of_points])
     else:
-        normal = np.einsum("qn,nai,naj->qij", mixture.point_weights, at.slopes, at.slopes)
-        prior = np.diag(at.precision) / (mixture.widths**2)[:, np.newaxis, np.newaxis]
+        normal = np.einsum("qn,nai,naj->qij", of_points, slopes, slopes)
+        prior = np.eye(6) / (mixture.widths[0] ** 2)[:, np.newaxis, np.newaxis]
         covariances = np.linalg.inv(normal + prior) * np.outer(unit, unit)
     posterior = MechanismPosterior(
-        weights=mixture.weights,
-        means=values + mixture.steps * unit,
+        weights=mixture.weights[0],
+        means=values + mixture.steps[0] * unit,
         covariances=covariances,
-        noise_deg=scales * np.sqrt(np.mean(at.sigma_deg**2)),
-        point_weights=mixture.point_weights,
+        noise_deg=np.exp(mixture.log_scales[0]) * np.sqrt(np.mean(at.sigma_deg**2)),
+        point_weights=of_points,
     )
     return ExactFit(
         posterior=posterior,
         residuals_deg=left,
         sky=sky,
-        blunder=mixture.weights @ mixture.blunder,
-        slopes=at.slopes / unit,
-        point_weights=mixture.weights @ mixture.point_weights,
-        data=data,
+        blunder=mixture.mean_of_points(mixture.blunder)[0],
+        slopes=slopes / unit,
+        point_weights=point_weights,
+        data=_data_only(at, point_weights, unit),
     )
 
 
 def _data_only(at: Linearised, point_weights: FloatArray, unit: FloatArray) -> LeastSquares:
-    root = np.sqrt(np.repeat(point_weights, 2))
+    root = np.sqrt(np.tile(point_weights, 2))
     rows = at.slopes.reshape(len(root), -1).T / unit[:, np.newaxis] * root
     return solve(rows, at.residuals.reshape(-1) * root, unit, float(np.linalg.norm(root)))
 

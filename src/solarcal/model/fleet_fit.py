@@ -10,8 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from solarcal.model import exact_fit as alone
-from solarcal.model.fleet_em import Indices, ManyLinearised, ManyMixtures, solve_mixtures
-from solarcal.model.noise_mixture import GIVEN_NOISE_LOG_SD, NOISE_LOG_SD, TYPICAL_NOISE_DEG
+from solarcal.model.noise_mixture import (
+    GIVEN_NOISE_LOG_SD,
+    NOISE_LOG_SD,
+    TYPICAL_NOISE_DEG,
+    Indices,
+    Linearised,
+    ScaleMixtures,
+    solve_mixtures,
+)
 from solarcal.model.prior import Prior
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
@@ -102,7 +109,7 @@ def fit_many(
         here = points.take(active)
         if turn == 0:
             found = mixture.take(active)
-            weighted = np.einsum("sq,sqn->sn", found.weights, found.point_weights)
+            weighted = found.mean_of_points(found.point_weights)
             pull = np.einsum("sq,sq->s", found.weights, found.widths**-2.0)
             values[active] = _nearest(here, values[active], weighted, pull, widths)
         else:
@@ -152,7 +159,7 @@ def _linearised(
     values: FloatArray,
     widths: tuple[tuple[float, float], ...],
     sky: FloatArray | None = None,
-) -> tuple[ManyLinearised, FloatArray, FloatArray]:
+) -> tuple[Linearised, FloatArray, FloatArray]:
     """Each session about its place (s, 6); what is left (s, 2, n) and axis to sky (s, 2, n).
 
     ``sky`` another axis to sky than the place's own.
@@ -164,7 +171,7 @@ def _linearised(
     left[:, 0] = wrap_deg(left[:, 0])
     unit = points.prior_sigma
     given = np.isfinite(points.sigma_deg.sum(axis=1))
-    at = ManyLinearised(
+    at = Linearised(
         residuals=left * sky,
         slopes=np.ascontiguousarray(there.slopes.transpose(2, 1, 3, 0))
         * sky[..., np.newaxis]
@@ -189,8 +196,8 @@ def _trusted(step: FloatArray, unit: FloatArray) -> FloatArray:
 
 def _concluded(
     points: ManyPoints,
-    at: ManyLinearised,
-    mixture: ManyMixtures,
+    at: Linearised,
+    mixture: ScaleMixtures,
     values: FloatArray,
     left: FloatArray,
     sky: FloatArray,
@@ -212,7 +219,7 @@ def _concluded(
         noise_deg=_medians(noise, weights),
         residual1_deg=left[:, 0],
         residual2_deg=left[:, 1],
-        blunder=np.einsum("sq,sqn->sn", weights, mixture.blunder),
+        blunder=mixture.mean_of_points(mixture.blunder),
     )
 
 
