@@ -7,7 +7,8 @@ from made_up_trackers import JUNE, MARCH, TRACKER, context_of, day_of, true_year
 from solarcal.errors import ConfigurationError, FitError
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit, fit_exact
-from solarcal.model.noise_mixture import Linearised, solve_mixtures
+from solarcal.model.mixture_climb import Linearised
+from solarcal.model.noise_mixture import solve_mixtures
 from solarcal.model.points import PointSet
 from solarcal.model.prior import PLAIN, Prior, sigmas_of
 from solarcal.model.year_grid import controller_coefficients

@@ -17,11 +17,11 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from solarcal.model.least_squares import LeastSquares, solve
+from solarcal.model.mixture_climb import Linearised
 from solarcal.model.noise_mixture import (
     GIVEN_NOISE_LOG_SD,
     NOISE_LOG_SD,
     TYPICAL_NOISE_DEG,
-    Linearised,
     ScaleMixtures,
     solve_mixtures,
 )

@@ -10,12 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from solarcal.model import exact_fit as alone
+from solarcal.model.mixture_climb import Indices, Linearised
 from solarcal.model.noise_mixture import (
     GIVEN_NOISE_LOG_SD,
     NOISE_LOG_SD,
     TYPICAL_NOISE_DEG,
-    Indices,
-    Linearised,
     ScaleMixtures,
     solve_mixtures,
 )

@@ -16,16 +16,22 @@ Dempster, Laird and Rubin (1977), J. R. Stat. Soc. B 39, 1: expectation-maximisa
 Weisberg (1982), Residuals and Influence in Regression, 2.2: points left out by their leverage.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solarcal.model.mixture_climb import (
+    ENOUGH_FOR_SCALE,
+    PARAMETERS,
+    ROUNDING,
+    Climbed,
+    Indices,
+    Linearised,
+    Mask,
+    climb,
+)
 from solarcal.units import FloatArray
-
-Indices = NDArray[np.intp]
-Mask = NDArray[np.bool_]
 
 TYPICAL_NOISE_DEG = 0.03
 """A spot read by eye."""
@@ -33,8 +39,6 @@ NOISE_LOG_SD = 0.7
 """Natural logarithm: two thirds of all technicians within a factor of two."""
 GIVEN_NOISE_LOG_SD = 0.5
 """The same where the points carry sigmas, which are then taken to be off by a common factor."""
-BLUNDER_CHANCE = 0.02
-BLUNDER_DEG = 0.7
 
 COARSE_STEP = 0.4
 COARSE_NODES: FloatArray = COARSE_STEP * np.arange(-5.0, 9.0)
@@ -43,58 +47,10 @@ LEAST_LOG_SD = 0.05
 ITERATIONS = 12
 SEARCH_ITERATIONS = 6
 SEARCH_SCALES = (0.0, 2 * COARSE_STEP)
-SETTLED = 1e-3
-ROUNDING = 1e-14
 MOST_SUSPECTS = 8
-ENOUGH_FOR_SCALE = 1000
-"""Points of which as many, evenly chosen, say how noisy all are; blunders among so many cannot hide
-one another."""
 MOST_NUMBERS = 300_000
 """Of one array of starts by points, as the processor keeps at hand; beyond it the starts take
 turns."""
-
-_K = 6
-_COLUMN_STARTS = (0, 7, 13, 18, 22, 25)
-"""Columns of the lower half of a normal matrix, each with its element of the pull below it."""
-_ROWS = np.array([row for column in range(_K) for row in range(column, _K + 1)])
-_COLUMNS = np.array([column for column in range(_K) for _ in range(column, _K + 1)])
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Linearised:
-    """s sessions of n points, each about its own place in the space of the six parameters.
-
-    ``residuals`` (s, 2, n) sky degrees; ``slopes`` (s, 2, n, 6) and ``offset`` (s, 6), prior mean
-    less the place, in units of the prior; ``widths``: (factor, chance) of its sigmas; ``sigma_deg``
-    (s, n): noise of each point at scale one; ``log_scale_mean``, ``log_scale_sd`` (s,): the prior
-    of ln s; ``precision``: of the prior, below one where it shall hardly count.
-    """
-
-    residuals: FloatArray
-    slopes: FloatArray
-    offset: FloatArray
-    widths: tuple[tuple[float, float], ...]
-    sigma_deg: FloatArray
-    log_scale_mean: FloatArray
-    log_scale_sd: FloatArray
-    precision: float = 1.0
-
-    def __len__(self) -> int:
-        return len(self.residuals)
-
-    def take(self, chosen: Indices | Mask) -> "Linearised":
-        """These sessions."""
-        columns = ("residuals", "slopes", "offset", "sigma_deg", "log_scale_mean", "log_scale_sd")
-        return replace(self, **{name: getattr(self, name)[chosen] for name in columns})
-
-    def every(self, step: int) -> "Linearised":
-        """Every so manieth of the points."""
-        return replace(
-            self,
-            residuals=self.residuals[:, :, ::step],
-            slopes=self.slopes[:, :, ::step],
-            sigma_deg=self.sigma_deg[:, ::step],
-        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -135,16 +91,6 @@ class ScaleMixtures:
         return ScaleMixtures(**columns)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Climbed:
-    """Where each start came to: steps (6, s, r), points (n, s, r), scores (s, r)."""
-
-    steps: FloatArray
-    point_weights: FloatArray
-    blunder: FloatArray
-    scores: FloatArray
-
-
 def solve_mixtures(at: Linearised, before: ScaleMixtures | None = None) -> ScaleMixtures:
     """Posterior over a grid of noise scales, refined where its weight lies.
 
@@ -179,7 +125,7 @@ def _search_blunders(at: Linearised) -> FloatArray:
     best, best_score = np.zeros((s, n)), np.full(s, -np.inf)
     for shift in SEARCH_SCALES:
         log_scales = np.broadcast_to((at.log_scale_mean + shift)[:, np.newaxis], (s, r))
-        climbed = _climb(at, log_scales, np.ones(r), rows, SEARCH_ITERATIONS)
+        climbed = climb(at, log_scales, np.ones(r), rows, SEARCH_ITERATIONS)
         top = np.argmax(climbed.scores, axis=1)
         score = climbed.scores[np.arange(s), top]
         better = score > best_score
@@ -217,9 +163,9 @@ def _suspects(at: Linearised) -> Indices:
     weights = 1.0 / (scale * at.sigma_deg) ** 2
     slopes = at.slopes.transpose(0, 2, 1, 3)
     weighted = slopes * weights[..., np.newaxis, np.newaxis]
-    normal = np.einsum("snai,snaj->sij", weighted, slopes) + at.precision * np.eye(_K)
+    normal = np.einsum("snai,snaj->sij", weighted, slopes) + at.precision * np.eye(PARAMETERS)
     pull = np.einsum("snai,san->si", weighted, at.residuals) + at.precision * at.offset
-    normal += ROUNDING * np.einsum("sii->s", normal)[:, np.newaxis, np.newaxis] * np.eye(_K)
+    normal += ROUNDING * np.einsum("sii->s", normal)[:, np.newaxis, np.newaxis] * np.eye(PARAMETERS)
     inverse = np.linalg.inv(normal)
     left = at.residuals.transpose(0, 2, 1) - np.einsum("snai,sij,sj->sna", slopes, inverse, pull)
     leverage = (weighted @ inverse[:, np.newaxis]) @ slopes.swapaxes(2, 3)
@@ -241,7 +187,7 @@ def _at_scales(at: Linearised, scales: FloatArray, start: FloatArray) -> ScaleMi
     q = scales.shape[1] * len(at.widths)
     points = np.empty((s, q, n))
     pairs = np.empty((s, q))
-    whole = ScaleMixtures(pairs, pairs, pairs, np.empty((s, q, _K)), points, points)
+    whole = ScaleMixtures(pairs, pairs, pairs, np.empty((s, q, PARAMETERS)), points, points)
     for group, doubt in ((doubted, True), (~doubted, False)):
         found = _at_scales_alike(at.take(group), scales[group], start[group], doubt)
         whole = whole.replaced(group, found)
@@ -261,11 +207,8 @@ def _at_scales_alike(
         _from_start_and_none(at, log_scales[:, part], widths[part], start, doubted)
         for part in (slice(low, low + together) for low in range(0, len(widths), together))
     ]
-    climbed = _Climbed(
-        *(
-            np.concatenate([getattr(p, one.name) for p in parts], axis=-1)
-            for one in fields(_Climbed)
-        )
+    climbed = Climbed(
+        *(np.concatenate([getattr(p, one.name) for p in parts], axis=-1) for one in fields(Climbed))
     )
     evidence = climbed.scores + log_chances
     weights = np.exp(evidence - evidence.max(axis=1, keepdims=True))
@@ -281,158 +224,20 @@ def _at_scales_alike(
 
 def _from_start_and_none(
     at: Linearised, log_scales: FloatArray, widths: FloatArray, start: FloatArray, doubted: bool
-) -> _Climbed:
+) -> Climbed:
     """At each scale (s, r) the better of two climbs; of one where nobody is doubted."""
     (s, n), r = start.shape, len(widths)
     starts = np.zeros((n, s, 2 * r if doubted else r))
     if not doubted:
-        return _climb(at, log_scales, widths, starts, ITERATIONS)
+        return climb(at, log_scales, widths, starts, ITERATIONS)
     starts[:, :, :r] = start.T[:, :, np.newaxis]
-    found = _climb(at, np.tile(log_scales, 2), np.tile(widths, 2), starts, ITERATIONS)
+    found = climb(at, np.tile(log_scales, 2), np.tile(widths, 2), starts, ITERATIONS)
     first = np.arange(r)
     better = np.where(found.scores[:, :r] >= found.scores[:, r:], first, first + r)
     session = np.arange(s)[:, np.newaxis]
-    return _Climbed(
+    return Climbed(
         found.steps[:, session, better],
         found.point_weights[:, session, better],
         found.blunder[:, session, better],
         found.scores[session, better],
     )
-
-
-def _climb(
-    at: Linearised,
-    log_scales: FloatArray,
-    widths: FloatArray,
-    blunder: FloatArray,
-    iterations: int,
-) -> _Climbed:
-    """Expectation-maximisation of r starts (n, s, r) in each session.
-
-    ``log_scales`` (s, r), ``widths`` (r,).
-    """
-    n, s, r = blunder.shape
-    found = _Climbed(
-        np.empty((_K, s, r)), np.empty((n, s, r)), np.empty((n, s, r)), np.empty((s, r))
-    )
-    precision = at.precision / widths**2
-    log_odds = np.log1p(-BLUNDER_CHANCE) - np.log(BLUNDER_CHANCE)
-    moments, model = _moments(at), _model(at)
-    offset = at.offset.T[:, :, np.newaxis]
-    good = np.exp(2.0 * log_scales) * (at.sigma_deg.T**2)[:, :, np.newaxis]
-    bad = good + BLUNDER_DEG**2
-    inverse = 1.0 / good
-    doubt = inverse - 1.0 / bad
-    odds = log_odds - np.log(good) + np.log(bad)
-    active = np.arange(s)
-    for turn in range(iterations):
-        weights = blunder * doubt
-        np.subtract(inverse, weights, out=weights)
-        steps, determinant = _maximised(moments, weights, precision, offset)
-        left = np.empty((2 * n, *steps.shape[1:]))
-        np.matmul(model, steps.transpose(1, 0, 2), out=left.transpose(1, 0, 2))
-        left *= left
-        distance = left[:n]
-        distance += left[n:]
-        distance *= 0.5
-        before, blunder = blunder, distance * doubt
-        np.subtract(odds, blunder, out=blunder)
-        # A point that cannot be a blunder: exp is infinite and the probability zero, as it should.
-        with np.errstate(over="ignore"):
-            np.exp(blunder, out=blunder)
-        blunder += 1.0
-        np.reciprocal(blunder, out=blunder)
-        last = turn == iterations - 1
-        if turn < 2 and not last:
-            continue
-        change = np.subtract(blunder, before, out=left[n:])
-        np.abs(change, out=change)
-        settled = change.max(axis=0).max(axis=1) < SETTLED
-        if last:
-            settled[:] = True
-        if not settled.any():
-            continue
-        here = active[settled]
-        found.steps[:, here] = steps[:_K, settled]
-        found.point_weights[:, here] = weights[:, settled]
-        found.blunder[:, here] = blunder[:, settled]
-        like_good = np.log1p(-BLUNDER_CHANCE) + np.log(inverse[:, settled])
-        like_good -= distance[:, settled] * inverse[:, settled]
-        like_bad = like_good - odds[:, settled] + distance[:, settled] * doubt[:, settled]
-        likelihood = np.logaddexp(like_good, like_bad)
-        away = steps[:_K, settled] - offset[:, settled]
-        off_scale = log_scales[settled] - at.log_scale_mean[here, np.newaxis]
-        found.scores[here] = (
-            likelihood.sum(axis=0)
-            - 0.5 * np.sum(away**2, axis=0) * precision
-            - 0.5 * np.log(determinant[settled])
-            - _K * np.log(widths)
-            - 0.5 * (off_scale / at.log_scale_sd[here, np.newaxis]) ** 2
-        )
-        if settled.all():
-            break
-        on = ~settled
-        active, log_scales = active[on], log_scales[on]
-        moments, model, offset = moments[on], model[on], offset[:, on]
-        inverse, doubt, odds = inverse[:, on], doubt[:, on], odds[:, on]
-        blunder = blunder[:, on]
-    return found
-
-
-def _moments(at: Linearised) -> FloatArray:
-    """(s, 27, n): each point's share of the normal matrix, by columns, and of the pull."""
-    s, _, n, _ = at.slopes.shape
-    rows = np.concatenate((at.slopes, at.residuals[..., np.newaxis]), axis=3)
-    if n <= ENOUGH_FOR_SCALE:
-        gathered: FloatArray = np.einsum("sanp,sanp->spn", rows[..., _ROWS], rows[..., _COLUMNS])
-        return gathered
-    # Of very many points each row alone: memory grows as the points.
-    moments = np.empty((s, len(_ROWS), n))
-    for at_row, (row, column) in enumerate(zip(_ROWS, _COLUMNS, strict=True)):
-        moments[:, at_row] = np.einsum("san,san->sn", rows[..., row], rows[..., column])
-    return moments
-
-
-def _model(at: Linearised) -> FloatArray:
-    """(s, 2 n, 6 + 1): times (steps, 1) it is what the steps leave, with the sign turned."""
-    s, _, n, k = at.slopes.shape
-    flat = at.slopes.reshape(s, 2 * n, k)
-    return np.concatenate((flat, -at.residuals.reshape(s, 2 * n, 1)), axis=2)
-
-
-def _maximised(
-    moments: FloatArray, weights: FloatArray, precision: FloatArray, offset: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Steps (6 + 1, s, r) that solve the normal equations, a one below them; determinants (s, r).
-
-    L D L.T by hand: LAPACK takes a microsecond for each 6 by 6 matrix, this a fraction of it.
-    """
-    normal = np.empty((len(_ROWS), *weights.shape[1:]))
-    np.matmul(moments, weights.transpose(1, 0, 2), out=normal.transpose(1, 0, 2))
-    columns = [normal[start : start + _K + 1 - j] for j, start in enumerate(_COLUMN_STARTS)]
-    diagonal = normal[list(_COLUMN_STARTS)]
-    diagonal += precision
-    # As alone: free directions would otherwise be lost in rounding.
-    diagonal += ROUNDING * diagonal.sum(axis=0)
-    for j, column in enumerate(columns):
-        column[0] = diagonal[j]
-        column[-1] += offset[j] * precision
-    # Below the pivots stays L D, which back substitution needs.
-    work = np.empty((_K, *weights.shape[1:]))
-    for j, column in enumerate(columns[:-1]):
-        factors = column[1:-1] / column[0]
-        for m in range(j + 1, _K):
-            change = work[: _K + 1 - m]
-            np.multiply(factors[m - j - 1], column[m - j :], out=change)
-            columns[m] -= change
-    steps = np.empty((_K + 1, *weights.shape[1:]))
-    steps[_K] = 1.0
-    determinant = columns[0][0].copy()
-    for column in columns[1:]:
-        determinant *= column[0]
-    for j in range(_K - 1, -1, -1):
-        column = columns[j]
-        known = np.einsum("isr,isr->sr", column[1:-1], steps[j + 1 : _K])
-        np.subtract(column[-1], known, out=known)
-        np.divide(known, column[0], out=steps[j])
-    return steps, determinant

@@ -16,7 +16,7 @@ import numpy as np
 from solarcal.errors import FitError, InputFileError, SolarcalError
 from solarcal.model.fleet_fit import ManyMechanisms, at_once, fit_many
 from solarcal.model.mechanism_solution import OUTLIER_PROBABILITY, MechanismSolution
-from solarcal.model.noise_mixture import ENOUGH_FOR_SCALE
+from solarcal.model.mixture_climb import ENOUGH_FOR_SCALE
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.session.interchange.paint import Tower, paint_files, paint_table
 from solarcal.session.interchange.sessions import imported_header
