@@ -225,7 +225,7 @@ def _at_scales_alike(
 def _from_start_and_none(
     at: Linearised, log_scales: FloatArray, widths: FloatArray, start: FloatArray, doubted: bool
 ) -> Climbed:
-    """At each scale (s, r) the better of two climbs; of one where nobody is doubted."""
+    """At each scale (s, r) the better of two climbs; of one where no point is doubted."""
     (s, n), r = start.shape, len(widths)
     starts = np.zeros((n, s, 2 * r if doubted else r))
     if not doubted:
