@@ -21,7 +21,7 @@ from solarcal.model.f_tests import PointsTested, f_probability, norm_beside
 from solarcal.model.finding import Finding
 from solarcal.model.merging import Merged, merge_sessions
 from solarcal.model.methods import fit_exact
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext
 from solarcal.model.terms import TERMS
 from solarcal.mount.mechanism import Mechanism
@@ -58,7 +58,7 @@ class MadeUpDay:
     """Points of one made-up tracker and the sides its axes came from."""
 
     context: SkyContext
-    points: PointSet
+    points: Points
     approach: NDArray[np.int_]
 
     def diagnose(self, losses: Sequence[Loss] = ()) -> tuple[Finding, ...]:
@@ -68,9 +68,9 @@ class MadeUpDay:
         return [finding for finding in self.diagnose() if finding.certainty == "found"]
 
 
-def changed(points: PointSet, more1_deg: FloatArray, more2_deg: FloatArray) -> PointSet:
+def changed(points: Points, more1_deg: FloatArray, more2_deg: FloatArray) -> Points:
     """The points with axis errors added."""
-    return PointSet(
+    return Points(
         geometry=points.geometry,
         ax1_deg=points.ax1_deg,
         ax2_deg=points.ax2_deg,
@@ -111,7 +111,7 @@ def made_up_day(
 
 
 def missing_air(
-    context: SkyContext, mechanism: Mechanism, points: PointSet, amount: float
+    context: SkyContext, mechanism: Mechanism, points: Points, amount: float
 ) -> tuple[FloatArray, FloatArray]:
     """What axis errors become when the Sun stands higher by so many standard atmospheres."""
     geometry = context.geometry

@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.timing import table, timed
 from solarcal.model.fit import fit_linear
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import MountGeometry
 
@@ -20,7 +20,7 @@ KATPOINT_PARAMETERS = [1, 5, 6, 7, 9, 12]
 """Its names for what P1..P6 are: both leans, both zeros, both scales."""
 
 
-def day_of_points(n: int) -> PointSet:
+def day_of_points(n: int) -> Points:
     """n points of a day's arc with 0.03 deg of noise on sky."""
     geometry = MountGeometry("azel", 35.0)
     ax1 = np.linspace(-110.0, 110.0, n)
@@ -28,7 +28,7 @@ def day_of_points(n: int) -> PointSet:
     truth = Coefficients(P1=0.3, P2=0.2, P3=-0.4, P4=0.1, P5=0.001, P6=-0.002)
     e1, e2 = correction_deg(truth, ax1, ax2)
     noise1, noise2 = 0.03 * np.random.default_rng(1).standard_normal((2, n))
-    return PointSet(
+    return Points(
         geometry=geometry,
         ax1_deg=ax1,
         ax2_deg=ax2,
@@ -37,7 +37,7 @@ def day_of_points(n: int) -> PointSet:
     )
 
 
-def katpoint_fit(points: PointSet) -> Callable[[], object]:
+def katpoint_fit(points: Points) -> Callable[[], object]:
     """katpoint's fit of the same points, its angles converted beforehand."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -82,8 +82,8 @@ def run() -> list[str]:
     ]
 
 
-def _checked_again(points: PointSet) -> PointSet:
-    return PointSet(
+def _checked_again(points: Points) -> Points:
+    return Points(
         geometry=points.geometry,
         ax1_deg=points.ax1_deg,
         ax2_deg=points.ax2_deg,

@@ -12,7 +12,7 @@ from benchmarks.judgement_trackers import (
 )
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import fit, fit_exact
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.mount.mechanism import Mechanism
 
 SEEDS = 100
@@ -20,7 +20,7 @@ BAD_DEG = 0.5
 LEANS_DEG = (2.0, 5.0, 8.0)
 
 
-def spoiled(points: PointSet, rng: np.random.Generator) -> tuple[PointSet, set[int]]:
+def spoiled(points: Points, rng: np.random.Generator) -> tuple[Points, set[int]]:
     """Two of the points off by 0.5 deg on sky in a random direction, and their labels."""
     err1, err2 = points.err1_deg.copy(), points.err2_deg.copy()
     bad = rng.choice(len(points), 2, replace=False)
@@ -28,7 +28,7 @@ def spoiled(points: PointSet, rng: np.random.Generator) -> tuple[PointSet, set[i
         way = rng.uniform(0.0, 2.0 * np.pi)
         err1[index] += BAD_DEG * np.cos(way) / np.sin(np.radians(points.ax2_deg[index]))
         err2[index] += BAD_DEG * np.sin(way)
-    return PointSet(
+    return Points(
         geometry=points.geometry,
         ax1_deg=points.ax1_deg,
         ax2_deg=points.ax2_deg,

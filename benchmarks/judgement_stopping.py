@@ -40,7 +40,7 @@ from benchmarks.judgement_world import (
 from benchmarks.timing import table
 from solarcal.errors import SolarcalError
 from solarcal.model.analysis import Analysis, analyse
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext
 from solarcal.mount.formula import correction_deg
 from solarcal.mount.geometry import MountGeometry
@@ -75,9 +75,9 @@ def context_of(place: Place) -> SkyContext:
     return SkyContext(Site(place.latitude_deg, 0.0), mount)
 
 
-def points_of(place: Place, points: Sequence[MeasuredPoint]) -> PointSet:
+def points_of(place: Place, points: Sequence[MeasuredPoint]) -> Points:
     columns = np.array([(p.ax1_deg, p.ax2_deg, p.err1_deg, p.err2_deg, p.utc_s) for p in points]).T
-    return PointSet(
+    return Points(
         geometry=context_of(place).geometry,
         ax1_deg=columns[0],
         ax2_deg=columns[1],

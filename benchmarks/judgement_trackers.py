@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.prior import PLAIN, Prior, sigmas_of
 from solarcal.model.sky_context import Ideal, SkyContext, sun_directions
 from solarcal.model.year_grid import formula_slopes, year_grid
@@ -62,12 +62,12 @@ def measured(
     utc_s: FloatArray,
     rng: np.random.Generator,
     noise_deg: float = NOISE_DEG,
-) -> PointSet:
+) -> Points:
     """Points of this mechanism with normal noise on sky."""
     sun = sun_directions(context, utc_s)
     e1, e2 = mechanism.errors_deg(context.geometry, sun.true1_deg, sun.true2_deg)
     noise = noise_deg * rng.standard_normal((2, len(utc_s)))
-    return PointSet(
+    return Points(
         geometry=context.geometry,
         ax1_deg=sun.ideal1_deg,
         ax2_deg=sun.ideal2_deg,
@@ -104,7 +104,7 @@ def true_year(context: SkyContext, mechanism: Mechanism, uploaded: Coefficients)
     return TrueYear(sky, np.stack((beside1 * np.sin(np.radians(own2)), beside2)))
 
 
-def oracle(points: PointSet, context: SkyContext, noise_deg: float = NOISE_DEG) -> Coefficients:
+def oracle(points: Points, context: SkyContext, noise_deg: float = NOISE_DEG) -> Coefficients:
     """Linear Bayes with the population's own prior and known noise: as good as it gets."""
     sin2 = np.sin(np.radians(points.ax2_deg))
     rows = formula_slopes(context.geometry, points.ax1_deg, points.ax2_deg)

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.judgement_trackers import daylight_s, measured, random_mechanism
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext
 from solarcal.mount.drive import RotaryDrive
 from solarcal.mount.formula import Coefficients, Offsets
@@ -151,7 +151,7 @@ def _header(
     )
 
 
-def _point(points: PointSet, err1_deg: np.ndarray, index: int, seq: int) -> Iterator[Record]:  # type: ignore[type-arg]
+def _point(points: Points, err1_deg: np.ndarray, index: int, seq: int) -> Iterator[Record]:  # type: ignore[type-arg]
     assert points.utc_s is not None
     read = format_utc(float(points.utc_s[index]))
     after = format_utc(float(points.utc_s[index]) + 79.0)

@@ -19,7 +19,7 @@ from solarcal.model.forecast import forecast
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
 from solarcal.model.planner import plan
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext, true_points
 from solarcal.mount.mechanism import Mechanism
 from solarcal.session.reader import read_session
@@ -93,7 +93,7 @@ def _growth() -> list[str]:
     ]
 
 
-def _scipy_fit(points: PointSet, context: SkyContext) -> Callable[[], object]:
+def _scipy_fit(points: Points, context: SkyContext) -> Callable[[], object]:
     seen = true_points(points, context)
     sine, unit = np.sin(np.radians(seen.ax2_deg)), DEFAULT_PRIOR.sigma_array()
 

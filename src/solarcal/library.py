@@ -14,7 +14,7 @@ from solarcal.model.analysis import analyse as analyse_points
 from solarcal.model.forecast import Forecast
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.model.methods import fit as fit_points
-from solarcal.model.points import PointSet as Points
+from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext
 from solarcal.model.solution import Solution
 from solarcal.mount.formula import COEFFICIENT_NAMES

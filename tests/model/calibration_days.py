@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import MountGeometry
 from solarcal.units import FloatArray
@@ -63,13 +63,13 @@ def points_of_day(
     seed: int = 1,
     hours: float | None = None,
     latitude_deg: float = 35.0,
-) -> PointSet:
+) -> Points:
     """Points with errors of the controller's formula and noise on sky, one sigma per axis."""
     geometry = MountGeometry(name, latitude_deg)
     ax1, ax2 = sun_axes(geometry, declination_deg, n, hours)
     e1, e2 = correction_deg(truth, ax1, ax2)
     noise = noise_deg * np.random.default_rng(seed).standard_normal((2, n))
-    return PointSet(
+    return Points(
         geometry=geometry,
         ax1_deg=ax1,
         ax2_deg=ax2,

@@ -17,7 +17,7 @@ from benchmarks.judgement_trackers import (
 )
 from solarcal.model.forecast import Forecast
 from solarcal.model.plan import Plan
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.sky_context import Ideal, SkyContext
 from solarcal.model.solution import Solution
 from solarcal.model.verdict import Verdict, assess, conclude
@@ -41,7 +41,7 @@ def day_of(
     noise_deg: float = 0.03,
     seed: int = 1,
     ideal: Ideal = "apparent",
-) -> tuple[SkyContext, PointSet]:
+) -> tuple[SkyContext, Points]:
     """n points from first to last light of a day."""
     context = context_of(geometry, ideal)
     first, last = daylight_s(context, day)

@@ -27,7 +27,7 @@ from solarcal.model.evidence.counts import Loss, undo_losses
 from solarcal.model.evidence.residuals import diagnose
 from solarcal.model.finding import Finding
 from solarcal.model.methods import fit_exact
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.interchange import read_table
@@ -210,7 +210,7 @@ def test_the_moment_of_a_loss_is_sure_where_the_points_show_it() -> None:
     assert len(day.points) > 8
 
 
-def march(centre_deg: float | None) -> PointSet:
+def march(centre_deg: float | None) -> Points:
     path = TPOINT / MARCH
     if not path.exists():
         pytest.skip("the TPOINT reference files are not beside the project")
@@ -218,7 +218,7 @@ def march(centre_deg: float | None) -> PointSet:
     if centre_deg is not None:
         table = replace(table, ax1_centre_deg=centre_deg)
     assert table.latitude_deg is not None
-    return PointSet(
+    return Points(
         geometry=MountGeometry(table.geometry, table.latitude_deg, table.ax1_centre_deg),
         ax1_deg=table.ax1_deg,
         ax2_deg=table.ax2_deg,

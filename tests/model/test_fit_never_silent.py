@@ -8,7 +8,7 @@ import pytest
 
 from solarcal.errors import FitError
 from solarcal.model.fit import fit_linear
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.terms import TERMS
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry
 from solarcal.mount.limits import AxisLimits, Limits
@@ -30,10 +30,10 @@ def awkward(rng: np.random.Generator, n: int, low: float, high: float) -> FloatA
             return rng.uniform(low, high, n)
 
 
-def awkward_points(rng: np.random.Generator, geometry: str) -> PointSet:
+def awkward_points(rng: np.random.Generator, geometry: str) -> Points:
     n = int(rng.integers(0, 9))
     sigma = 10.0 ** rng.uniform(-9.0, 2.5, n)
-    return PointSet(
+    return Points(
         geometry=MountGeometry(geometry, rng.choice([-33.9, 0.0, 35.0, 90.0])),
         ax1_deg=awkward(rng, n, -180.0, 180.0),
         ax2_deg=awkward(rng, n, 0.0, 180.0),

@@ -14,7 +14,7 @@ from calibration_days import (
 
 from solarcal.model.fit import fit_linear
 from solarcal.model.parameter_checks import correlation_text
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.terms import CONTROLLER_TERMS, TERMS
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import MountGeometry
@@ -136,7 +136,7 @@ def test_a_term_without_effect_is_named_not_made_up() -> None:
     geometry = MountGeometry("polar", 35.0)
     ax1 = np.linspace(-60.0, 60.0, 8)
     noise = 0.02 * np.random.default_rng(2).standard_normal((2, 8))
-    points = PointSet(
+    points = Points(
         geometry=geometry,
         ax1_deg=ax1,
         ax2_deg=np.full(8, 90.0),
@@ -163,7 +163,7 @@ def test_a_term_under_two_names_is_found_out() -> None:
 
 def test_all_points_at_one_place_fix_two_numbers() -> None:
     day = points_of_day("azel", JUNE, 10, noise_deg=0.03)
-    here = PointSet(
+    here = Points(
         geometry=day.geometry,
         ax1_deg=np.full(5, 30.0),
         ax2_deg=np.full(5, 40.0),

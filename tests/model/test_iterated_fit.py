@@ -8,7 +8,7 @@ import pytest
 
 from solarcal.errors import FitError
 from solarcal.model.fit import PMFIT_TERMS, fit_iterated, fit_linear
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.interchange.altaz import read_pmfit
 from solarcal.station.published_model import compare_model
@@ -17,7 +17,7 @@ AZEL = MountGeometry("azel", -30.24)
 ARCSEC = math.pi / 180.0 / 3600.0
 
 
-def night(noise_arcsec: float = 2.0) -> tuple[PointSet, list[tuple[float, float, float, float]]]:
+def night(noise_arcsec: float = 2.0) -> tuple[Points, list[tuple[float, float, float, float]]]:
     """Forty observations, one near the zenith; as points, and as azimuths and elevations."""
     generator = np.random.default_rng(87)
     azimuth = generator.uniform(0.0, 360.0, 40)
@@ -28,7 +28,7 @@ def night(noise_arcsec: float = 2.0) -> tuple[PointSet, list[tuple[float, float,
     cross, up = (part + generator.normal(0.0, noise_arcsec, 40) for part in (cross, up))
     encoder_azimuth = azimuth - cross / np.cos(e) / 3600.0
     encoder_elevation = elevation - up / 3600.0
-    points = PointSet(
+    points = Points(
         geometry=AZEL,
         ax1_deg=180.0 - azimuth,
         ax2_deg=90.0 - elevation,
@@ -100,7 +100,7 @@ PRINTED = (
 
 def test_the_published_solution_of_105_observations_comes_out_to_the_printed_digit() -> None:
     table = read_pmfit(PUBLISHED)
-    points = PointSet(
+    points = Points(
         geometry=MountGeometry("azel", -30.240667, table.ax1_centre_deg),
         ax1_deg=table.ax1_deg,
         ax2_deg=table.ax2_deg,

@@ -8,7 +8,7 @@ from made_up_trackers import context_of, day_of
 
 from solarcal.errors import ConfigurationError, SolarcalError
 from solarcal.model.analysis import analyse
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext, sun_directions
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry
 
@@ -73,7 +73,7 @@ def test_odd_points_get_an_answer_or_one_line():
         )
         n = int(rng.integers(1, 7))
         err1, err2 = np.clip(10.0 ** rng.uniform(-3, 2.2) * rng.standard_normal((2, n)), -170, 170)
-        points = PointSet(
+        points = Points(
             geometry=geometry,
             ax1_deg=rng.uniform(0.0, 180.0, n),
             ax2_deg=rng.uniform(1.0, 80.0, n),

@@ -9,7 +9,7 @@ from solarcal.model.forecast import forecast
 from solarcal.model.last_coefficients import last_prior, weigh_last
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.prior import PLAIN, SINCE_LAST, Prior
 from solarcal.model.sky_context import SkyContext
 from solarcal.model.year_grid import controller_coefficients, mechanism_of
@@ -26,7 +26,7 @@ def held(context: SkyContext, mechanism: np.ndarray) -> Coefficients:
 
 
 def fitted(
-    points: PointSet, context: SkyContext, last: Coefficients
+    points: Points, context: SkyContext, last: Coefficients
 ) -> tuple[MechanismSolution, tuple[Finding, ...]]:
     prior, findings = weigh_last(
         last, context, DEFAULT_PRIOR, lambda one: fit_exact(points, context, prior=one)

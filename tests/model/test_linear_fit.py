@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from solarcal.errors import FitError
 from solarcal.model.fit import fit_linear
 from solarcal.model.least_squares import solve
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.terms import CONTROLLER_TERMS, TERMS
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry
@@ -20,7 +20,7 @@ from solarcal.mount.mechanism import Mechanism
 ALL_OWN = (*CONTROLLER_TERMS, "C", "N", "SAG")
 
 
-def weighted_design(points: PointSet, terms: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+def weighted_design(points: Points, terms: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
     """The textbook's X and y: rows of axis 1 times sin AX2, each divided by its sigma."""
     columns = [TERMS[t].design(points.geometry, points.ax1_deg, points.ax2_deg) for t in terms]
     sigma = np.ones(len(points)) if points.sigma_deg is None else points.sigma_deg
@@ -73,7 +73,7 @@ def test_covariance_agrees_with_curve_fit(given_sigma: bool) -> None:
 
     sigma = np.linspace(0.01, 0.05, 12)
     clean = points_of_day("azel", EQUINOX, 12, noise_deg=0.03)
-    points = PointSet(
+    points = Points(
         geometry=clean.geometry,
         ax1_deg=clean.ax1_deg,
         ax2_deg=clean.ax2_deg,
@@ -191,7 +191,7 @@ def test_half_the_sigma_counts_as_much_as_the_point_taken_four_times() -> None:
     points = points_of_day("azel", JUNE, 10, noise_deg=0.02, sigma_deg=0.02)
     sigma = np.full(10, 0.02)
     sigma[3] = 0.01
-    weighted = PointSet(
+    weighted = Points(
         geometry=points.geometry,
         ax1_deg=points.ax1_deg,
         ax2_deg=points.ax2_deg,
@@ -209,7 +209,7 @@ def test_a_slightly_leaning_exact_mechanism_is_found(name: str) -> None:
     mechanism = Mechanism(P1=0.06, P2=0.3, P3=-0.08, P4=-0.2, P5=0.0008, P6=-0.0005)
     e1, e2 = mechanism.errors_deg(day.geometry, day.ax1_deg, day.ax2_deg)
     solution = fit_linear(
-        PointSet(
+        Points(
             geometry=day.geometry,
             ax1_deg=day.ax1_deg,
             ax2_deg=day.ax2_deg,
@@ -228,7 +228,7 @@ def test_southern_branch_keeps_the_gear_error() -> None:
     e1, e2 = correction_deg(Coefficients(P5=0.001), ax1, ax2)
     wrapped = np.where(ax1 > 180.0, ax1 - 360.0, ax1)
     solution = fit_linear(
-        PointSet(geometry=geometry, ax1_deg=wrapped, ax2_deg=ax2, err1_deg=e1, err2_deg=e2)
+        Points(geometry=geometry, ax1_deg=wrapped, ax2_deg=ax2, err1_deg=e1, err2_deg=e2)
     )
     np.testing.assert_allclose(solution.coefficients().P5, 0.001, atol=1e-10)
     assert any("off the mount's branch" in note for note in solution.notes)

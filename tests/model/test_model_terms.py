@@ -7,7 +7,7 @@ from solarcal.errors import FitError
 from solarcal.model.evidence.residuals import diagnose
 from solarcal.model.fit import fit_linear
 from solarcal.model.methods import fit
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext
 from solarcal.model.terms import TERMS, LookedFor, Term, chosen_terms, harmonic, terms_tested
 from solarcal.mount.formula import Coefficients, correction_deg
@@ -107,7 +107,7 @@ def test_a_fit_gives_back_the_tpoint_terms_a_sky_was_made_with(names: tuple[str,
     errors = sum(
         value * term.design(mount, ax1, ax2) for value, term in zip(truth, terms, strict=True)
     )
-    points = PointSet(
+    points = Points(
         geometry=mount, ax1_deg=ax1, ax2_deg=ax2, err1_deg=errors[:, 0], err2_deg=errors[:, 1]
     )
     solution = fit_linear(points, names)
@@ -116,7 +116,7 @@ def test_a_fit_gives_back_the_tpoint_terms_a_sky_was_made_with(names: tuple[str,
 
 
 def test_tx_has_no_value_at_the_horizon() -> None:
-    points = PointSet(
+    points = Points(
         geometry=MountGeometry("azel", 35.0),
         ax1_deg=np.array([0.0, 40.0, 80.0]),
         ax2_deg=np.array([30.0, 90.0, 60.0]),
@@ -187,7 +187,7 @@ def test_a_term_added_as_one_row_is_fitted_diagnosed_and_reported(
     e1, e2 = Mechanism(P1=0.4, P2=-0.3, P3=0.2, P5=0.001).errors_deg(geometry, ax1, ax2)
     e2 = e2 + 0.25 * np.sin(np.radians(2.0 * ax1))
     noise1, noise2 = np.random.default_rng(5).normal(0.0, 0.01, (2, 24))
-    points = PointSet(
+    points = Points(
         geometry=geometry, ax1_deg=ax1, ax2_deg=ax2, err1_deg=e1 + noise1, err2_deg=e2 + noise2
     )
 

@@ -9,7 +9,7 @@ from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit, fit_exact
 from solarcal.model.mixture_climb import Linearised
 from solarcal.model.noise_mixture import solve_mixtures
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.prior import PLAIN, Prior, sigmas_of
 from solarcal.model.year_grid import controller_coefficients
 from solarcal.mount.formula import Coefficients
@@ -19,10 +19,10 @@ from solarcal.mount.mechanism import Mechanism
 VALUES = (TRACKER.P1, TRACKER.P2, TRACKER.P3, TRACKER.P4, TRACKER.P5, TRACKER.P6)
 
 
-def with_errors(points: PointSet, err1: np.ndarray, err2: np.ndarray, **changed) -> PointSet:
+def with_errors(points: Points, err1: np.ndarray, err2: np.ndarray, **changed) -> Points:
     kept = {"geometry": points.geometry, "ax1_deg": points.ax1_deg, "ax2_deg": points.ax2_deg}
     kept |= {"labels": points.labels, "utc_s": points.utc_s}
-    return PointSet(err1_deg=err1, err2_deg=err2, **(kept | changed))
+    return Points(err1_deg=err1, err2_deg=err2, **(kept | changed))
 
 
 class TestClosure:
@@ -100,7 +100,7 @@ class TestFewPoints:
 
     def test_points_in_the_haze_are_left_out_and_named(self):
         context, points = day_of("azel", 6)
-        low = PointSet(
+        low = Points(
             geometry=points.geometry,
             ax1_deg=np.append(points.ax1_deg, 100.0),
             ax2_deg=np.append(points.ax2_deg, 87.0),

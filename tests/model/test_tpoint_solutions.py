@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from solarcal.model.fit import fit_linear
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.mount.geometry import MountGeometry
 from solarcal.units import wrap_deg
 
@@ -16,7 +16,7 @@ JANUARY = "auxtel-2020-Jan-26-UTC-1-47-15.dat"
 MARCH = "auxtel-2020-Mar-15-UTC-2-27-13.dat"
 
 
-def observed(name: str, centre_deg: float = 0.0) -> PointSet:
+def observed(name: str, centre_deg: float = 0.0) -> Points:
     path = FOLDER / name
     if not path.exists():
         pytest.skip("the TPOINT reference files are not beside the project")
@@ -24,7 +24,7 @@ def observed(name: str, centre_deg: float = 0.0) -> PointSet:
     numbers = np.array([row for row in rows if len(row) == 5 and row[0][:1].isdigit()], dtype=float)
     az, el, az_enc, el_enc, _ = numbers.T
     geometry = MountGeometry("azel", -30.24, centre_deg)
-    return PointSet(
+    return Points(
         geometry=geometry,
         ax1_deg=geometry.branch(180.0 - az),
         ax2_deg=90.0 - el,

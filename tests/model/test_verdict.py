@@ -19,7 +19,7 @@ from solarcal.model.forecast import forecast
 from solarcal.model.mechanism_solution import MechanismSolution, base_tilt, shim_heights, wind
 from solarcal.model.methods import fit, fit_exact
 from solarcal.model.planner import plan
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.verdict import Verdict
 from solarcal.model.year_grid import year_grid
 from solarcal.mount.geometry import MountGeometry
@@ -28,7 +28,7 @@ from solarcal.site import BoltCircle
 from solarcal.stopping_rule import StoppingRule
 
 
-def verdict_of(points: PointSet, context, **options) -> Verdict:
+def verdict_of(points: Points, context, **options) -> Verdict:
     solution = fit_exact(points, context)
     return judge(solution, forecast(solution), **options)
 
@@ -93,7 +93,7 @@ class TestStates:
 
     def test_sigmas_that_promise_too_much(self):
         context, points = day_of("azel", 20, noise_deg=0.1)
-        proud = PointSet(
+        proud = Points(
             geometry=points.geometry,
             ax1_deg=points.ax1_deg,
             ax2_deg=points.ax2_deg,

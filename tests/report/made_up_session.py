@@ -3,7 +3,7 @@
 import numpy as np
 
 from solarcal.model.fit import Solution, fit_linear
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.mount.drive import RotaryDrive
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
 from solarcal.mount.geometry import MountGeometry
@@ -92,7 +92,7 @@ def fit_points(header: Header, points: list[PointRecord]) -> Solution:
     ideal = np.array([p.ideal_deg for p in used])
     error = np.array([p.error_deg for p in used])
     return fit_linear(
-        PointSet(
+        Points(
             geometry=MountGeometry(
                 header.geometry, header.site.latitude_deg, header.ax1_centre_deg
             ),

@@ -6,7 +6,7 @@ import pytest
 from made_up_session import TRUTH, hourly
 
 from solarcal.model.fit import fit_linear
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.report import judgement, tables
@@ -146,7 +146,7 @@ def test_tpoint_terms_are_shown_in_arcseconds(june_day):
     ideal = np.array([p.ideal_deg for p in points])
     error = np.array([p.error_deg for p in points])
     solution = fit_linear(
-        PointSet(
+        Points(
             geometry=MountGeometry("azel", header.site.latitude_deg),
             ax1_deg=ideal[:, 0],
             ax2_deg=ideal[:, 1],

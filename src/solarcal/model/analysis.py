@@ -21,7 +21,7 @@ from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_METHOD, DEFAULT_PRIOR, fit
 from solarcal.model.plan import Plan, Standing
 from solarcal.model.planner import plan, times_of
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.prior import Prior
 from solarcal.model.sky_context import SkyContext
 from solarcal.model.solution import Solution
@@ -68,7 +68,7 @@ class Analysis:
 
 
 def analyse(
-    points: PointSet,
+    points: Points,
     context: SkyContext,
     evidence: Evidence = NO_EVIDENCE,
     at_utc_s: float | None = None,

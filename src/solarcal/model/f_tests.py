@@ -17,7 +17,7 @@ from scipy.special import betainc, stdtrit
 from solarcal.errors import ConfigurationError
 from solarcal.model.least_squares import RANK_LIMIT
 from solarcal.model.mechanism_solution import MechanismSolution
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext, TruePoints, true_points
 from solarcal.model.terms import TERMS, NativeAngles, Term, design_matrix, terms_tested
 from solarcal.mount.formula import COEFFICIENT_NAMES
@@ -58,7 +58,7 @@ class PointsTested:
     for, backlash only where an axis came from both sides.
     """
 
-    points: PointSet
+    points: Points
     context: SkyContext
     seen: TruePoints
     approach: NDArray[np.int_]
@@ -67,7 +67,7 @@ class PointsTested:
 
     @classmethod
     def of(
-        cls, points: PointSet, context: SkyContext, approach: NDArray[np.int_] | None = None
+        cls, points: Points, context: SkyContext, approach: NDArray[np.int_] | None = None
     ) -> "PointsTested":
         n = len(points)
         weights = np.ones(n)
@@ -271,7 +271,7 @@ def shift_columns(six: FloatArray, session: SessionIndex, which: Sequence[int]) 
 
 
 def what_changed(
-    points: PointSet, session: SessionIndex, context: SkyContext, values: FloatArray
+    points: Points, session: SessionIndex, context: SkyContext, values: FloatArray
 ) -> list[tuple[int, ...]]:
     """``ZEROS``, ``LEAN``, both or none, in the order found; about these six numbers (6,).
 
@@ -306,9 +306,7 @@ def what_changed(
             kept.remove(best)
 
 
-def weakest_change_deg(
-    points: PointSet, session: SessionIndex, solution: MechanismSolution
-) -> float:
+def weakest_change_deg(points: Points, session: SessionIndex, solution: MechanismSolution) -> float:
     """The change of lean or zero, in its worst direction, that would show nine times in ten."""
     rows = PointsTested.of(points, solution.context).rows(solution.posterior.mean, {})
     worst = 0.0

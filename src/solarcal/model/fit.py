@@ -12,7 +12,7 @@ import numpy as np
 
 from solarcal.errors import FitError
 from solarcal.model.least_squares import solve
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.solution import Solution
 from solarcal.model.terms import (
     CONTROLLER_TERMS,
@@ -32,7 +32,7 @@ LARGEST_EFFECT = 1e3
 
 
 def fit_linear(
-    points: PointSet,
+    points: Points,
     terms: Iterable[str] = CONTROLLER_TERMS,
     *,
     limits: Limits | None = None,
@@ -104,7 +104,7 @@ def fit_linear(
     )
 
 
-def _refuse_unbounded(design: FloatArray, points: PointSet, terms: tuple[Term, ...]) -> None:
+def _refuse_unbounded(design: FloatArray, points: Points, terms: tuple[Term, ...]) -> None:
     """Refuse a point where a term has no value, as TX (cot E) has none at the horizon."""
     # One unit of a term moves no axis by more than 1/sin(0.01 deg) anywhere else.
     largest = np.array([LARGEST_EFFECT * term.degrees_per_unit for term in terms])
@@ -124,9 +124,7 @@ PMFIT_TERMS = ("IA", "IE", "CA", "AN", "AW", "TF")
 _MOST_ROUNDS = 20
 
 
-def fit_iterated(
-    points: PointSet, terms: Sequence[str], *, limits: Limits | None = None
-) -> Solution:
+def fit_iterated(points: Points, terms: Sequence[str], *, limits: Limits | None = None) -> Solution:
     """Fit the named terms, in this order, at the encoder places.
 
     Raises

@@ -26,7 +26,7 @@ from solarcal.model.f_tests import (
 from solarcal.model.finding import Finding, listed
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.prior import MechanismPosterior, Prior
 from solarcal.model.sky_context import LOWEST_ELEVATION_DEG, SkyContext, true_points
 from solarcal.model.year_grid import coefficients_jacobian, year_grid
@@ -67,7 +67,7 @@ class Merged:
 
 
 def merge_sessions(
-    parts: Sequence[PointSet],
+    parts: Sequence[Points],
     context: SkyContext,
     *,
     prior: Prior = DEFAULT_PRIOR,
@@ -93,7 +93,7 @@ def merge_sessions(
         raise FitError("no session to merge; give at least one file")
     called = list(names) or [f"session {k + 1}" for k in range(len(parts))]
     parts = [_high_enough(p, context, name) for p, name in zip(parts, called, strict=True)]
-    joint = PointSet.joined(parts)
+    joint = Points.joined(parts)
     session = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
     solution = fit_exact(joint, context, prior=prior)
     nothing = np.zeros((len(parts) - 1, 4))
@@ -114,7 +114,7 @@ def merge_sessions(
     return Merged(solution, change, shifts, sigmas, findings, sentence)
 
 
-def _high_enough(points: PointSet, context: SkyContext, name: str) -> PointSet:
+def _high_enough(points: Points, context: SkyContext, name: str) -> Points:
     high = true_points(points, context).elevation_deg >= LOWEST_ELEVATION_DEG
     if not high.any():
         raise FitError(
@@ -174,7 +174,7 @@ def _moved(
 
 
 def _fit_shifted(
-    points: PointSet,
+    points: Points,
     session: SessionIndex,
     context: SkyContext,
     prior: Prior,
@@ -211,12 +211,12 @@ def _fit_shifted(
 
 
 def _as_the_last(
-    points: PointSet,
+    points: Points,
     session: SessionIndex,
     context: SkyContext,
     values: FloatArray,
     shifts: FloatArray,
-) -> PointSet:
+) -> Points:
     """The points as they would have been in the last session's state."""
     seen = true_points(points, context)
     geometry = points.geometry

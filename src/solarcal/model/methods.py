@@ -9,7 +9,7 @@ from solarcal.errors import FitError
 from solarcal.model.exact_fit import ExactFit, fit_mechanism
 from solarcal.model.fit import ITERATED, fit_iterated, fit_linear
 from solarcal.model.mechanism_solution import MechanismSolution
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.prior import MechanismPosterior, Prior
 from solarcal.model.sky_context import (
     LOWEST_ELEVATION_DEG,
@@ -33,7 +33,7 @@ DEFAULT_PRIOR = Prior()
 
 
 def fit(
-    points: PointSet,
+    points: Points,
     context: SkyContext | None = None,
     *,
     method: str = DEFAULT_METHOD,
@@ -78,7 +78,7 @@ def fit(
 
 
 def fit_exact(
-    points: PointSet, context: SkyContext, *, prior: Prior = DEFAULT_PRIOR, use_prior: bool = True
+    points: Points, context: SkyContext, *, prior: Prior = DEFAULT_PRIOR, use_prior: bool = True
 ) -> MechanismSolution:
     """``robust``, or ``exact`` without ``use_prior``; see ``fit``."""
     if not len(points):
@@ -112,19 +112,17 @@ def fit_exact(
     )
 
 
-def posterior_without_prior(points: PointSet, context: SkyContext) -> MechanismPosterior:
+def posterior_without_prior(points: Points, context: SkyContext) -> MechanismPosterior:
     """What the points alone say of the mechanism: by which a ``linear`` fit is judged."""
     used, seen, _ = _high_enough(points, context)
     return _fit_free(used, seen).posterior
 
 
-def _fit_free(used: PointSet, seen: TruePoints) -> ExactFit:
+def _fit_free(used: Points, seen: TruePoints) -> ExactFit:
     return fit_mechanism(seen, used.geometry, used.sigma_deg, DEFAULT_PRIOR, use_prior=False)
 
 
-def _high_enough(
-    points: PointSet, context: SkyContext
-) -> tuple[PointSet, TruePoints, tuple[str, ...]]:
+def _high_enough(points: Points, context: SkyContext) -> tuple[Points, TruePoints, tuple[str, ...]]:
     """Points high enough to be fitted, seen from the true Sun, and a sentence on the others."""
     seen = true_points(points, context)
     high = seen.elevation_deg >= LOWEST_ELEVATION_DEG

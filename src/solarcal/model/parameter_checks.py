@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.terms import NativeAngles, Term, design_matrix
 from solarcal.mount.limits import Limits
 from solarcal.units import FloatArray
@@ -117,7 +117,7 @@ POLE_DEG = 0.5
 
 
 def unrealistic_message(
-    terms: Sequence[Term], values: FloatArray, points: PointSet, limits: Limits | None
+    terms: Sequence[Term], values: FloatArray, points: Points, limits: Limits | None
 ) -> str | None:
     """The contract's rule: lean, zeros, scales, or the correction anywhere within limits.
 
@@ -140,7 +140,7 @@ def unrealistic_message(
 
 
 def _largest_correction_deg(
-    terms: Sequence[Term], values: FloatArray, points: PointSet, limits: Limits | None
+    terms: Sequence[Term], values: FloatArray, points: Points, limits: Limits | None
 ) -> float:
     centre = points.geometry.ax1_centre_deg
     if limits is not None:

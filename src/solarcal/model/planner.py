@@ -15,7 +15,7 @@ import numpy as np
 from solarcal.errors import ConfigurationError
 from solarcal.model.forecast import Forecast
 from solarcal.model.plan import JUMP_S, Basis, Plan, PlannedStop, Standing
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.prior import MechanismPosterior, Prior
 from solarcal.model.schedule import (
     GAP_S,
@@ -51,7 +51,7 @@ SECOND_VISIT_PROBABILITY = 0.99
 """As long as only P1..P6 are not known: it leaves room for the rest."""
 
 
-def times_of(points: PointSet) -> tuple[float, ...]:
+def times_of(points: Points) -> tuple[float, ...]:
     """When the points were taken, those without a time left out."""
     if points.utc_s is None:
         return ()

@@ -28,13 +28,13 @@ def _column(values: object, name: str, n: int | None) -> FloatArray:
         raise FitError(f"{name} must be one number per point, not an array of shape {column.shape}")
     if n is not None and len(column) != n:
         raise FitError(f"{name} has {len(column)} numbers for {n} points")
-    # A point set is shared by fits and screens: nobody may change it under another's feet.
+    # Points are shared by fits and screens: nobody may change them under another's feet.
     column.flags.writeable = False
     return column
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class PointSet:
+class Points:
     """Points of one mount, checked once so that every fit may trust them.
 
     Parameters
@@ -133,11 +133,11 @@ class PointSet:
             first = indices[0]
             raise FitError(f"point {self.labels[first]}: {complaint.format(column[first])}")
 
-    def replace(self, **columns: FloatArray | None) -> "PointSet":
+    def replace(self, **columns: FloatArray | None) -> "Points":
         """The same points with these columns instead, checked as new ones."""
         return replace(self, **columns)  # type: ignore[arg-type]
 
-    def subset(self, indices: Sequence[int] | Mask) -> "PointSet":
+    def subset(self, indices: Sequence[int] | Mask) -> "Points":
         """The points at these positions (integers, or a boolean mask), in that order."""
         # An empty list would come as floats, which index nothing.
         positions = np.asarray(indices, dtype=None if len(indices) else np.intp)
@@ -147,10 +147,10 @@ class PointSet:
             name: column if column is None else column[chosen] for name, column in given.items()
         }
         labels = tuple(self.labels[i] for i in chosen)
-        return PointSet(geometry=self.geometry, labels=labels, **columns)
+        return Points(geometry=self.geometry, labels=labels, **columns)
 
     @classmethod
-    def joined(cls, parts: "Sequence[PointSet]") -> "PointSet":
+    def joined(cls, parts: "Sequence[Points]") -> "Points":
         """The points of all, one after the other; columns that all of them have."""
         columns: dict[str, Any] = dict.fromkeys(COLUMNS)
         for name in COLUMNS:
@@ -160,7 +160,7 @@ class PointSet:
         labels = tuple(label for part in parts for label in part.labels)
         return cls(geometry=parts[0].geometry, labels=labels, **columns)
 
-    def distinct(self) -> "PointSet":
+    def distinct(self) -> "Points":
         """The points with each that was given more than once, to the last digit, taken once.
 
         Points of different times are different points, whatever they read.
@@ -223,4 +223,4 @@ class PointSet:
 
 
 COLUMNS = ("ax1_deg", "ax2_deg", "err1_deg", "err2_deg", "sigma_deg", "utc_s")
-"""What a ``PointSet`` has one number of for each point, or for none."""
+"""What a ``Points`` has one number of for each point, or for none."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError, FitError
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.mount.geometry import MountGeometry, axes_of_horizontal_deg, horizontal_of_axes_deg
 from solarcal.mount.limits import Limits
 from solarcal.optics.offset_mirror import Heliostat
@@ -86,7 +86,7 @@ class SkyContext(msgspec.Struct, frozen=True):
     @classmethod
     def for_points(
         cls,
-        points: PointSet,
+        points: Points,
         site: Site | None = None,
         limits: Limits | None = None,
         ideal: Ideal = "apparent",
@@ -200,7 +200,7 @@ class TruePoints(NamedTuple):
     elevation_deg: FloatArray
 
 
-def true_points(points: PointSet, context: SkyContext) -> TruePoints:
+def true_points(points: Points, context: SkyContext) -> TruePoints:
     """The points' true apparent directions, and their errors counted from there.
 
     Raises

@@ -10,7 +10,7 @@ import numpy as np
 from solarcal.errors import FitError
 from solarcal.model.least_squares import LeastSquares
 from solarcal.model.parameter_checks import inseparable_sentences, unrealistic_message
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.terms import (
     CONTROLLER_TERMS,
     LEAN_PRIOR_DEG,
@@ -65,7 +65,7 @@ class Solution:
     sigma_source: Literal["given", "residuals", "none", "posterior"]
     residual1_deg: FloatArray
     residual2_deg: FloatArray
-    points: PointSet
+    points: Points
     limits: Limits | None
     least_squares: LeastSquares
 

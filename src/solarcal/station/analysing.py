@@ -1,6 +1,6 @@
 """Sessions and files brought to ``analyse``: the one way of live, replay, files and certificates.
 
-Records are folded once into a ``SessionView``, its table is made once, and the point set once.
+Records are folded once into a ``SessionView``, its table is made once, and the points once.
 """
 
 from collections.abc import Mapping, Sequence

@@ -13,7 +13,7 @@ from solarcal.model.fit import FEWEST_POINTS, Solution
 from solarcal.model.last_coefficients import weigh_last
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_METHOD, DEFAULT_PRIOR, fit, fit_exact
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.prior import Prior
 from solarcal.model.sky_context import Ideal, SkyContext
 from solarcal.model.terms import LEAN_PRIOR_DEG
@@ -49,7 +49,7 @@ def prior_of(header: Header | None) -> Prior:
 
 
 def chosen_prior(
-    points: PointSet,
+    points: Points,
     context: SkyContext,
     header: Header | None,
     method: str,
@@ -70,13 +70,13 @@ def chosen_prior(
     return weigh_last(held, context, usual, by_prior)
 
 
-def point_set(table: PointTable) -> PointSet:
+def point_set(table: PointTable) -> Points:
     """The accepted points of a table, as the fitter takes them."""
     if table.latitude_deg is None:
         raise ConfigurationError("the points have no latitude; give it with --lat")
     geometry = MountGeometry(table.geometry, table.latitude_deg, table.ax1_centre_deg)
     used = table.accepted()
-    return PointSet(
+    return Points(
         geometry=geometry,
         ax1_deg=used.ax1_deg,
         ax2_deg=used.ax2_deg,
@@ -97,7 +97,7 @@ def newest_point_utc_s(table: PointTable) -> float | None:
 
 
 def sky_context(
-    table: PointTable, header: Header | None = None, points: PointSet | None = None
+    table: PointTable, header: Header | None = None, points: Points | None = None
 ) -> SkyContext:
     """Where and under what sky the points were taken: what a fit may take as known physics.
 

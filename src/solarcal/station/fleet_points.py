@@ -163,7 +163,7 @@ def _columns(
 
 
 def _usable(points: FleetPoints, sigma_deg: FloatArray) -> NDArray[np.bool_]:
-    """Which points ``PointSet`` would take, and whose Sun is known."""
+    """Which points ``Points`` would take, and whose Sun is known."""
     ax2 = points.ax2_deg
     usable = np.isfinite(points.ax1_deg) & (np.abs(points.ax1_deg) <= 720.0)
     usable &= (ax2 >= POLE_MARGIN_DEG) & (ax2 <= 180.0 - POLE_MARGIN_DEG)

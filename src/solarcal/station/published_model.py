@@ -9,7 +9,7 @@ import numpy as np
 
 from solarcal.errors import FitError
 from solarcal.model.fit import ITERATED, PMFIT_TERMS
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.solution import Solution
 from solarcal.model.terms import NativeAngles, chosen_terms, design_matrix
 from solarcal.session.interchange import FillIn, is_paint, read_paint
@@ -57,7 +57,7 @@ class ModelComparison:
 
 
 def residuals_on_sky_deg(
-    points: PointSet, names: Sequence[str], values: Sequence[float]
+    points: Points, names: Sequence[str], values: Sequence[float]
 ) -> FloatArray:
     """Distance of each point from what a model predicts, on the sky, degrees, (n,)."""
     terms = chosen_terms(names, points.geometry)

@@ -9,7 +9,7 @@ import numpy as np
 
 from solarcal.model.f_tests import PointsTested, squares_beside
 from solarcal.model.finding import Finding, points_named
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext
 from solarcal.mount.drive import reading_deg
 from solarcal.session.records import RefCheck, UnitRecord
@@ -54,8 +54,8 @@ class Loss:
 
 
 def undo_losses(
-    points: PointSet, context: SkyContext, values: FloatArray, losses: Sequence[Loss]
-) -> tuple[PointSet, tuple[Moment, ...]]:
+    points: Points, context: SkyContext, values: FloatArray, losses: Sequence[Loss]
+) -> tuple[Points, tuple[Moment, ...]]:
     """The points as they would read without the losses, and the moment of each.
 
     Each loss is put where the six numbers explain the points best. ``values`` (6,): about which
@@ -77,13 +77,13 @@ def undo_losses(
     return points, tuple(when)
 
 
-def _shifted(points: PointSet, loss: Loss, after: Sequence[int]) -> PointSet:
+def _shifted(points: Points, loss: Loss, after: Sequence[int]) -> Points:
     errors = [points.err1_deg.copy(), points.err2_deg.copy()]
     errors[loss.axis - 1][list(after)] -= loss.reading_deg
     return points.replace(err1_deg=errors[0], err2_deg=errors[1])
 
 
-def _squares(points: PointSet, context: SkyContext, values: FloatArray) -> float:
+def _squares(points: Points, context: SkyContext, values: FloatArray) -> float:
     rows = PointsTested.of(points, context).rows(values, {})
     return squares_beside(rows.six, rows.residuals)
 

@@ -19,7 +19,7 @@ from solarcal.model.fit import fit_linear
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
 from solarcal.model.parameter_checks import correlation_text
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.model.prior import Prior
 from solarcal.model.residual_tests import BadPoint, Cause, ResidualTests, run_residual_tests
 from solarcal.model.sky_context import SkyContext, true_points
@@ -169,7 +169,7 @@ def solution_to_test(
     if solution.terms != CONTROLLER_TERMS or len(points) < LINEAR_FEWEST:
         return fit_exact(points, context, prior=prior)
     seen = true_points(points, context)
-    there = PointSet(
+    there = Points(
         geometry=points.geometry,
         ax1_deg=seen.ax1_deg,
         ax2_deg=seen.ax2_deg,

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from solarcal.errors import FitError
-from solarcal.model.points import PointSet
+from solarcal.model.points import Points
 from solarcal.mount.geometry import MountGeometry
 
 
-def made(centre_deg: float = 0.0, **changes: Any) -> PointSet:
+def made(centre_deg: float = 0.0, **changes: Any) -> Points:
     columns: dict[str, Any] = {
         "ax1_deg": [-40.0, -10.0, 10.0, 40.0],
         "ax2_deg": [60.0, 40.0, 41.0, 62.0],
@@ -19,7 +19,7 @@ def made(centre_deg: float = 0.0, **changes: Any) -> PointSet:
         "err2_deg": [0.5, 0.6, 0.7, 0.8],
         "labels": (7, 9, 12, 15),
     }
-    return PointSet(geometry=MountGeometry("azel", 35.0, centre_deg), **(columns | changes))
+    return Points(geometry=MountGeometry("azel", 35.0, centre_deg), **(columns | changes))
 
 
 @pytest.mark.parametrize(
