@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from session_samples import table
 
 from solarcal.errors import ConfigurationError, InputFileError, SolarcalError
+from solarcal.optics.offset_mirror import Heliostat, MirrorOffset
+from solarcal.optics.reflection import Target
 from solarcal.session.interchange.altaz import (
     COLONS,
     DECIMAL,
@@ -366,6 +368,19 @@ def test_the_real_files_survive_being_written(tmp_path: Path, name: str, observa
 DECIMALS = ["210.5 41.25 210.6 41.5", "-0.5 -1 +359.75 .5", "10. 20 11 21"]
 SPACED_ROWS = ["210 30 00.0 41 15 00 210 36 0 41 30 00.00", "-0 30 00 -0 00 30.5 359 30 0 0 00 30"]
 COLON_ROWS = ["210:30:00.0 41:15:00 210:36:0 41:30:00", "-0:30:00 -0:00:30.5 0:30:00 -0:00:30"]
+
+
+def test_the_target_of_a_heliostat_comes_back(tmp_path: Path) -> None:
+    """Without it the normals of a mirror would be taken for places of the Sun."""
+    mirror = Heliostat(Target(176.0, 78.0, 120.0), MirrorOffset(0.12, 0.0, 0.35))
+    write_tpoint(table(heliostat=mirror), tmp_path / "h.dat")
+    read = read_tpoint(tmp_path / "h.dat").heliostat
+    assert read is not None
+    assert read.target == mirror.target
+    for name in ("AzimPivot_R", "PivotRefl_R", "PivotRefl_Z"):
+        assert getattr(read.offset, name) == pytest.approx(getattr(mirror.offset, name), abs=1e-6)
+    write_tpoint(table(), tmp_path / "plain.dat")
+    assert read_tpoint(tmp_path / "plain.dat").heliostat is None
 
 
 def test_degrees_and_minutes_without_seconds_keep_the_sign_of_the_degrees() -> None:

@@ -1,7 +1,7 @@
 """Points from and to other programs' files; what a file is, by what stands at its beginning."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Unpack, cast
@@ -178,8 +178,9 @@ def read_table(path: str | Path, **fill_in: Unpack[FillIn]) -> PointTable:
     unit = {key: value for key, value in fill_in.items() if key not in _NOT_OF_A_UNIT}
     if found == OFFSETS:
         return read_solar_offsets(path, offsets=fill_in.get("offsets"), **cast(UnitFillIn, unit))
-    reader = {POINTS_CSV: read_points_csv, PMFIT: read_pmfit}.get(found, read_tpoint)
-    return reader(path, **cast(UnitFillIn, unit))
+    readers: dict[Format, Callable[..., PointTable]]
+    readers = {POINTS_CSV: read_points_csv, PMFIT: read_pmfit}
+    return readers.get(found, read_tpoint)(path, **cast(UnitFillIn, unit))
 
 
 def read_paint(paths: Sequence[str | Path], fill_in: FillIn) -> PaintFiles:

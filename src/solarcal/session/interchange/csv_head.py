@@ -67,7 +67,7 @@ class Head:
         """What a ``PointTable`` has of unit and site, as its keywords."""
         names = (
             "geometry", "latitude_deg", "longitude_deg", "elevation_m", "unit", "ax1_centre_deg",
-            "ideal",
+            "ideal", "heliostat",
         )  # fmt: skip
         return {name: getattr(self, name) for name in names}
 

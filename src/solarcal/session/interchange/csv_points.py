@@ -86,7 +86,6 @@ def read_points_csv(path: str | Path, **fill_in: Unpack[UnitFillIn]) -> PointTab
         labels=tuple(sheet.lines),
         sources=(str(path),) * len(status),
         warnings=head.warnings,
-        heliostat=head.heliostat,
     )
 
 

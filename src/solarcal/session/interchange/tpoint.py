@@ -212,7 +212,7 @@ class _Reading:
             self._keep(number, row, masked=True)
         elif self.caption is None or not self.lines:
             key = text.partition("=")[0].strip()
-            if key in ("unit", "lon_deg", "elevation_m", "ax1_centre_deg"):
+            if key in ("unit", "lon_deg", "elevation_m", "ax1_centre_deg", "target", "mirror"):
                 take_key(self.keys, text, f"{self.path}:{number}")
 
     def _masked_row(self, cells: list[str]) -> Row | None:
