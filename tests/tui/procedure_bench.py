@@ -7,6 +7,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
+from textual.geometry import Region
 from textual.pilot import Pilot
 from textual.screen import Screen
 
@@ -18,6 +19,7 @@ from solarcal.station.clocks import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.tui.app import SolarcalApp
+from solarcal.tui.widgets.footer import Keys
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.link import Link
 
@@ -202,6 +204,16 @@ async def settled_text(pilot: Pilot[int], turns: int = 10) -> str:
         if same == turns:
             return screen_text(app)
     raise AssertionError(f"never at rest:\n{screen_text(app)}")
+
+
+def target(app: SolarcalApp, label: str) -> Region:
+    """Where on the screen a target of the footer or beside the tabs stands."""
+    return next(
+        place.translate(keys.region.offset)
+        for keys in app.screen.query(Keys)
+        for entry, place in keys.places()
+        if entry.label == label
+    )
 
 
 def paints(app: object) -> int:

@@ -9,6 +9,7 @@ from procedure_bench import (
     screen_text,
     screen_words,
     shows,
+    target,
     until,
     workstation,
 )
@@ -76,7 +77,7 @@ async def test_every_action_has_a_target_at_80_columns() -> None:
         row = screen_text(app).splitlines()[1]
         await pilot.click("#file", offset=(row.index("+"), 0))
         await until(pilot, lambda: app.emulated_speed)
-        await pilot.click("#beside-tabs FooterKey:last-child")
+        await pilot.click(offset=target(app, "All").offset)
         await until(pilot, lambda: isinstance(app.screen, Palette))
 
 

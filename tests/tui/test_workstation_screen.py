@@ -11,6 +11,7 @@ from procedure_bench import (
     screen_words,
     shows,
     take_points,
+    target,
     until,
     workstation,
 )
@@ -21,7 +22,7 @@ from solarcal.station.state import LiveView
 from solarcal.tui.base import Told
 from solarcal.tui.keys import ACTIONS
 from solarcal.tui.palette import ActionProvider
-from solarcal.tui.widgets.footer import ActionFooter, FooterKey, StopKey
+from solarcal.tui.widgets.footer import KeysInLine, KeysInTwoRows, StopKey
 from solarcal.tui.widgets.plot import strips_of_ansi
 from solarcal.tui.workstation.lines import sparkline
 from solarcal.tui.workstation.live_pane import limit_bar, phase_bar
@@ -120,16 +121,53 @@ async def test_v_goes_round_the_plots_in_both_forms(station_and_cable):
 async def test_every_footer_target_is_on_the_screen_and_does_what_its_key_does(station_and_cable):
     async with workstation(station_and_cable[0], SMALL) as (app, pilot):
         screen = await on_workstation(app, pilot)
-        beside_tabs = list(screen.query("#beside-tabs FooterKey").results(FooterKey))
-        footer = [key for key in screen.query(ActionFooter).first().query(FooterKey) if key.display]
-        assert [t.entry.action for t in footer] == [f"app.perform('{n}')" for n, _ in FOOTER]
-        assert [t.entry.label for t in beside_tabs] == ["Report", "Calcs", "All"]
-        targets = [*footer, *beside_tabs]
-        for target in targets:
-            assert screen.region.contains_region(target.region)
-            assert target.render().cell_length <= target.region.width, target.entry
-        await pilot.click(targets[0])
+        footer, beside_tabs = screen.query_one(KeysInTwoRows), screen.query_one(KeysInLine)
+        shown = [entry for entry, _ in footer.places()]
+        assert [entry.action for entry in shown] == [f"app.perform('{n}')" for n, _ in FOOTER]
+        assert [entry.label for entry, _ in beside_tabs.places()] == ["Report", "Calcs", "All"]
+        for keys in (footer, beside_tabs):
+            for entry, place in keys.places():
+                assert keys.size.region.contains_region(place)
+                assert screen.region.contains_region(place.translate(keys.region.offset))
+                assert place.width >= (10 if keys is footer else 5)
+                assert entry.words.cell_length <= place.width, entry
+        await pilot.click(offset=target(app, shown[0].label).offset)
         await shows(pilot, "THE PROCEDURE")
+
+
+@pytest.mark.parametrize("width", [80, 99, 100, 140])
+async def test_the_footer_leaves_no_gap_between_targets(width, station_and_cable):
+    async with workstation(station_and_cable[0], (width, 45)) as (app, pilot):
+        await on_workstation(app, pilot)
+        keys = app.screen.query_one(KeysInTwoRows)
+        places = [place for _, place in keys.places()]
+        a_row = 9 if width >= 100 else 7
+        assert len(places) == 2 * a_row
+        for row in (places[:a_row], places[a_row:]):
+            assert [place.x for place in row] == [0, *(place.right for place in row[:-1])]
+            assert row[-1].right == keys.size.width == width - 10
+
+
+async def test_the_target_under_the_mouse_is_lit_and_explained(station_and_cable):
+    def lit(place):
+        strip = app.screen._compositor.render_strips()[place.y].crop(place.x, place.right)
+        primary = app.theme_variables["primary"]
+        return {segment.style.bgcolor.name == primary.lower() for segment in strip}
+
+    async with workstation(station_and_cable[0], SMALL) as (app, pilot):
+        screen = await on_workstation(app, pilot)
+        footer = screen.query_one(KeysInTwoRows)
+        for label, keys in (
+            ("Link", footer), ("Upload", footer), ("All", screen.query_one(KeysInLine)),
+        ):  # fmt: skip
+            await pilot.hover(offset=target(app, label).offset)
+            await until(pilot, lambda label=label: lit(target(app, label)) == {True})
+            entry = next(entry for entry, _ in keys.places() if entry.label == label)
+            assert keys.tooltip == entry.tooltip
+            others = [e.label for e, _ in footer.places() if e.label != label]
+            assert all(lit(target(app, other)) == {False} for other in others)
+        await pilot.hover("#title")
+        await until(pilot, lambda: lit(target(app, "All")) == {False})
 
 
 async def test_stop_is_large_clickable_and_acts_at_once(station_and_cable):

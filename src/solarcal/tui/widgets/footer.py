@@ -1,11 +1,15 @@
 """The footer: every action as a target for mouse or finger, and STOP, always."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 from textual.app import ComposeResult
-from textual.containers import Grid, Horizontal
+from textual.containers import Horizontal
 from textual.content import Content
+from textual.events import Click, MouseMove
+from textual.geometry import Offset, Region
+from textual.widget import Widget
 from textual.widgets import Static
 
 from solarcal.tui.base import workstation_of
@@ -20,27 +24,102 @@ class FooterEntry:
     action: str
     tooltip: str = ""
 
+    @property
+    def words(self) -> Content:
+        return Content.assemble((self.key, "bold $footer-key-foreground"), f" {self.label}")
+
+
+class Keys(Widget):
+    """Targets drawn by one widget: one of its own for each made every layout slower."""
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {"keys--pointed-at"}
+    DEFAULT_CSS = """
+    Keys { width: 1fr; background: $panel; text-wrap: nowrap; }
+    Keys > .keys--pointed-at { background: $primary; color: $background; }
+    """
+
+    def __init__(self, entries: Sequence[FooterEntry], id: str | None = None) -> None:
+        super().__init__(id=id)
+        self.entries = tuple(entries)
+        self._pointed_at: FooterEntry | None = None
+
+    def places(self) -> Iterator[tuple[FooterEntry, Region]]:
+        """The targets that are shown, row by row, and where in this widget each stands."""
+        raise NotImplementedError
+
+    def target_at(self, offset: Offset) -> FooterEntry | None:
+        return next((entry for entry, place in self.places() if place.contains_point(offset)), None)
+
+    def render(self) -> Content:
+        rows = [Content()] * self.size.height
+        for entry, place in self.places():
+            gap = place.x - rows[place.y].cell_length
+            words = self._words(entry).truncate(place.width, pad=True)
+            if entry is self._pointed_at:
+                words = words.stylize_before(self.get_visual_style("keys--pointed-at"))
+            rows[place.y] = Content.assemble(rows[place.y], " " * gap, words)
+        return Content("\n").join(rows)
+
+    def _words(self, entry: FooterEntry) -> Content:
+        return entry.words
+
+    def on_mouse_move(self, event: MouseMove) -> None:
+        self._point_at(self.target_at(event.offset))
+
+    def on_leave(self) -> None:
+        self._point_at(None)
+
+    def _point_at(self, entry: FooterEntry | None) -> None:
+        if entry is self._pointed_at:
+            return
+        self._pointed_at = entry
+        self.tooltip = (entry and entry.tooltip) or None
+        self.refresh()
+
+    async def on_click(self, event: Click) -> None:
+        if entry := self.target_at(event.offset):
+            await self.run_action(entry.action)
+
+
+class KeysInLine(Keys):
+    """One row of targets as wide as their words, at the right."""
+
+    DEFAULT_CSS = """
+    KeysInLine { height: 1; }
+    """
+
+    def places(self) -> Iterator[tuple[FooterEntry, Region]]:
+        widths = [self._words(entry).cell_length for entry in self.entries]
+        start = max(0, self.size.width - sum(widths))
+        for entry, width in zip(self.entries, widths, strict=True):
+            yield entry, Region(start, 0, width, 1)
+            start += width
+
+    def _words(self, entry: FooterEntry) -> Content:
+        return Content.assemble(" ", entry.words)
+
+
+ROOMY_COLUMNS = 100
+"""From this width of the terminal on nine actions stand in a row of the footer."""
 
 NARROW_ENTRIES = 14
 
 
-class FooterKey(Static):
-    """A target ten cells wide."""
+class KeysInTwoRows(Keys):
+    """Two rows of seven targets, of nine where there is room; each at least ten cells wide."""
 
     DEFAULT_CSS = """
-    FooterKey { width: 1fr; height: 1; background: $panel; text-wrap: nowrap; }
-    FooterKey:hover { background: $primary; color: $background; }
+    KeysInTwoRows { height: 2; }
     """
 
-    def __init__(self, entry: FooterEntry) -> None:
-        super().__init__(
-            Content.assemble((entry.key, "bold $footer-key-foreground"), f" {entry.label}")
-        )
-        self.entry = entry
-        self.tooltip = entry.tooltip or None
-
-    async def on_click(self) -> None:
-        await self.run_action(self.entry.action)
+    def places(self) -> Iterator[tuple[FooterEntry, Region]]:
+        roomy = self.app.size.width >= ROOMY_COLUMNS and len(self.entries) > NARROW_ENTRIES
+        columns = 9 if roomy else NARROW_ENTRIES // 2
+        edges = [self.size.width * column // columns for column in range(columns + 1)]
+        for number, entry in enumerate(self.entries[: 2 * columns]):
+            row, column = divmod(number, columns)
+            start = edges[column]
+            yield entry, Region(start, row, edges[column + 1] - start, 1)
 
 
 class StopKey(Static):
@@ -67,20 +146,14 @@ class StopKey(Static):
         await self.run_action("app.perform('stop')")
 
 
-ROOMY_COLUMNS = 100
-"""From this width of the terminal on nine actions stand in a row of the footer."""
-
-
 class ActionFooter(Horizontal):
-    """Two rows of seven actions, nine where there is room, and STOP.
+    """Two rows of actions, and STOP.
 
     What has no room must have a place elsewhere on a narrow screen.
     """
 
     DEFAULT_CSS = """
     ActionFooter { dock: bottom; height: 2; background: $panel; }
-    ActionFooter Grid { grid-size: 7 2; grid-gutter: 0; height: 2; width: 1fr; }
-    ActionFooter.-roomy Grid { grid-size: 9 2; }
     """
 
     def __init__(self, entries: Sequence[FooterEntry]) -> None:
@@ -88,19 +161,5 @@ class ActionFooter(Horizontal):
         self._entries = tuple(entries)
 
     def compose(self) -> ComposeResult:
-        with Grid():
-            for entry in self._entries:
-                yield FooterKey(entry)
+        yield KeysInTwoRows(self._entries)
         yield StopKey()
-
-    def on_mount(self) -> None:
-        self._fit_in()
-
-    def on_resize(self) -> None:
-        self._fit_in()
-
-    def _fit_in(self) -> None:
-        roomy = self.app.size.width >= ROOMY_COLUMNS and len(self._entries) > NARROW_ENTRIES
-        self.set_class(roomy, "-roomy")
-        for number, key in enumerate(self.query(FooterKey)):
-            key.display = roomy or number < NARROW_ENTRIES

@@ -35,7 +35,7 @@ from solarcal.session.records import PointRecord
 from solarcal.station.curves import ErrorPlotData, session_plot_data
 from solarcal.station.state import SessionView, StationState
 from solarcal.tui.base import StationScreen
-from solarcal.tui.widgets.footer import ROOMY_COLUMNS, FooterEntry, FooterKey
+from solarcal.tui.widgets.footer import ROOMY_COLUMNS, FooterEntry, KeysInLine
 from solarcal.tui.widgets.lines import LogLine
 from solarcal.tui.widgets.plot import DrawView, ExploredPlot
 from solarcal.tui.widgets.text_lines import ChosenLines, TextLines
@@ -89,8 +89,6 @@ class WorkstationView(Vertical):
     DEFAULT_CSS = """
     WorkstationView { height: 1fr; }
     WorkstationView #tabs { height: 1; background: $panel; }
-    WorkstationView #beside-tabs { height: 1; width: 1fr; align-horizontal: right; }
-    WorkstationView #beside-tabs FooterKey { width: auto; padding: 0 0 0 1; }
     WorkstationView #panes { height: 1fr; }
     WorkstationView .pane { height: 1fr; }
     WorkstationView #left { width: 1fr; }
@@ -147,9 +145,7 @@ class WorkstationView(Vertical):
         with Horizontal(id="tabs"):
             for number, (name, label) in enumerate(TABS, start=1):
                 yield Tab(name, number, label)
-            with Horizontal(id="beside-tabs"):
-                for entry in self._beside_tabs:
-                    yield FooterKey(entry)
+            yield KeysInLine(self._beside_tabs, id="beside-tabs")
         with Horizontal(id="panes"):
             with Vertical(id="left"):
                 yield LivePane(id="now", classes="pane")
