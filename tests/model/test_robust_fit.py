@@ -5,6 +5,7 @@ import pytest
 from made_up_trackers import JUNE, MARCH, TRACKER, context_of, day_of, true_year
 
 from solarcal.errors import ConfigurationError, FitError
+from solarcal.model import noise_mixture
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit, fit_exact
 from solarcal.model.mixture_climb import Linearised
@@ -333,3 +334,26 @@ def test_the_blunders_of_a_large_set_are_found_and_harmless():
     clean = fit_exact(points, context).posterior.mean
     assert np.abs(solution.posterior.mean - clean)[:4].max() < 0.005
     assert solution.noise_deg == pytest.approx(0.02, rel=0.05)
+
+
+def test_what_towers_zeros_and_gears_are_like():
+    """One sigma: a lean of 2 deg a component, zeros of 5 deg, scales of 0.002."""
+    assert Prior().sigmas == (2.0, 5.0, 2.0, 5.0, 0.002, 0.002)
+
+
+@pytest.mark.parametrize(("sigma_deg", "expected_deg"), [(None, 0.03), (0.01, 0.01), (0.1, 0.1)])
+def test_before_the_points_tell_the_noise_is_the_usual_or_the_given(sigma_deg, expected_deg):
+    context, points = day_of("azel", 1)
+    if sigma_deg is not None:
+        points = points.replace(sigma_deg=np.full(1, sigma_deg))
+    assert fit(points, context).noise_deg == pytest.approx(expected_deg, rel=0.2)
+
+
+def test_scales_climbed_a_few_at_a_time_give_the_same_answer(monkeypatch):
+    """As it is done with very many points."""
+    context, points = day_of("azel", 12)
+    together = fit(points, context).posterior
+    monkeypatch.setattr(noise_mixture, "MOST_NUMBERS", 5 * 12)
+    one_by_one = fit(points, context).posterior
+    assert one_by_one.means == pytest.approx(together.means, rel=1e-9)
+    assert one_by_one.weights == pytest.approx(together.weights, rel=1e-9)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 from emulated_station import emulated_station
 
@@ -15,6 +16,7 @@ from solarcal.session.records import Note
 from solarcal.station.procedure import Station
 from solarcal.station.sensor_following import FollowPlan, SensorFollower
 from solarcal.station.technician import AutomaticTechnician, Schedule
+from solarcal.timescale import parse_utc
 from solarcal.unit.tracker import Mode, Spot, Status
 
 
@@ -46,6 +48,9 @@ def test_points_take_themselves(scenario: str) -> None:
     assert len(done.points) == 5
     accepted = station.session.accepted
     assert [p.seq for p in accepted] == [p.seq for p in done.points]
+    began_s = [parse_utc(p.utc) for p in accepted]
+    # From one to the next; each takes a minute or two of its own.
+    assert np.diff(began_s) == pytest.approx(2400.0, abs=30.0)
     assert all(p.basis == "sun_offset" for p in accepted)
     assert all(p.answers.ref_check and p.answers.sun_offset and p.answers.tracking
                for p in accepted)  # fmt: skip
