@@ -136,6 +136,7 @@ async def test_stop_ends_the_jog_and_arrows_do_not_move_a_stopped_unit() -> None
         await until(pilot, lambda: station.state.live.status.mode is Mode.TRACK)
 
 
+@pytest.mark.slow
 @on_loop
 async def test_far_from_the_sun_the_degrees_to_go_and_the_seconds_are_said() -> None:
     """After a reference check the axes stand at their switches, tens of degrees away."""
@@ -276,6 +277,7 @@ async def test_a_held_arrow_grows_its_step_and_leaves_little_to_do_after_release
         assert dialog._to_jog[0] <= 3 * 0.5
 
 
+@pytest.mark.slow
 @on_loop
 async def test_the_fit_brings_the_axes_near_the_sun_from_behind() -> None:
     station, _ = bench(start="2026-06-03T13:30:00Z")
