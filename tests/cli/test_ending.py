@@ -44,3 +44,26 @@ def test_one_that_ignores_hang_ups_goes_on_ignoring_them(tmp_path):
         "assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL"
     )
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+
+
+@pytest.mark.parametrize("hung_up", [True, False])
+def test_the_exit_code_of_a_hang_up_is_not_that_of_what_could_not_be_written(hung_up):
+    """What was left in a stream is written again at the interpreter's end, in vain: 120."""
+    code = 128 + signal.SIGHUP if hung_up else 0
+    program = (
+        "import sys; from solarcal.cli.process import let_go_of_terminal; "
+        f"print('left'); sys.exit(let_go_of_terminal({code}))"
+    )
+    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    reading, writing = os.pipe()
+    os.close(reading)
+    try:
+        ended = subprocess.run(
+            [sys.executable, "-c", program],
+            stdout=writing,
+            stderr=subprocess.DEVNULL,
+            env=buffered,
+        )
+    finally:
+        os.close(writing)
+    assert ended.returncode == (code if hung_up else 120)

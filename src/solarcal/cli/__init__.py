@@ -6,6 +6,7 @@ name in them where two share a module. It imports what is heavy inside ``run``, 
 """
 
 import argparse
+import contextlib
 import errno
 import importlib
 import os
@@ -15,7 +16,7 @@ from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 from solarcal import __version__
-from solarcal.cli.process import never_fail
+from solarcal.cli.process import let_go_of_terminal, never_fail
 from solarcal.errors import SolarcalError
 
 COMMANDS: dict[str, str] = {
@@ -122,7 +123,7 @@ def run_command(argv: Sequence[str]) -> int:
         asked, argv = "run", [*argv, "run"]
     args = build_parser(asked).parse_args(argv)
     try:
-        code = int(args.run(args))
+        code = let_go_of_terminal(int(args.run(args)))
         # Here a full disk or a closed pipe still has an answer; at the interpreter's end none.
         if sys.stdout is not None:
             sys.stdout.flush()
@@ -133,8 +134,10 @@ def run_command(argv: Sequence[str]) -> int:
         print(f"solarcal: {error}", file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt as interrupt:
-        print(f"solarcal: {str(interrupt) or 'interrupted'}", file=sys.stderr)
-        return int(getattr(interrupt, "exit_code", 130))
+        # A terminal that is gone takes no words.
+        with contextlib.suppress(OSError):
+            print(f"solarcal: {str(interrupt) or 'interrupted'}", file=sys.stderr)
+        return let_go_of_terminal(int(getattr(interrupt, "exit_code", 130)))
     except BrokenPipeError:
         # The reader of our output went away (`| head`); nothing is wrong.
         sys.stderr.close()

@@ -9,6 +9,7 @@ offers to go on.
 
 import argparse
 import codecs
+import contextlib
 import io
 import json
 import os
@@ -83,6 +84,22 @@ def end_by_signals() -> None:
     for number in _ending():
         if signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, end)
+
+
+def let_go_of_terminal(code: int) -> int:
+    """The exit code; after a hang-up nothing more is written to the terminal, which is gone.
+
+    What a failed write leaves in a stream is written again when the interpreter ends. It fails
+    again, and the program would end with the interpreter's own code for that (120).
+    """
+    if code == 128 + getattr(signal, "SIGHUP", 0):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        for stream in (sys.stdout, sys.stderr):
+            # A stream that is no file has nothing to let go of.
+            with contextlib.suppress(OSError, ValueError, AttributeError):
+                os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)
+    return code
 
 
 def leave_by_signals(leave: Callable[[int], object]) -> None:
