@@ -28,7 +28,7 @@ import numpy as np
 
 from solarcal.errors import FitError
 from solarcal.model.finding import Kind as FindingKind
-from solarcal.mount.formula import COEFFICIENT_NAMES, scale_error_deg
+from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.geometry import MountGeometry
 from solarcal.units import ARCSEC_PER_DEG, RAD_PER_DEG, FloatArray
 
@@ -266,7 +266,7 @@ _ALL = (
         "deg/deg",
         "scale of axis 1",
         SCALE_PRIOR,
-        lambda a: (scale_error_deg(1.0, a.ax1_deg), 0.0),
+        lambda a: (-a.ax1_deg, 0.0),
         "scale",
         called=_four("azimuth scale", "tilt scale", "tilt scale", "hour angle scale"),
     ),
@@ -275,7 +275,7 @@ _ALL = (
         "deg/deg",
         "scale of axis 2",
         SCALE_PRIOR,
-        lambda a: (0.0, scale_error_deg(1.0, a.ax2_deg)),
+        lambda a: (0.0, -a.ax2_deg),
         "scale",
         called=_four("elevation scale", "roll scale", "roll scale", "declination scale"),
     ),

@@ -11,7 +11,7 @@ import msgspec
 
 from solarcal.decimals import Six
 from solarcal.errors import ConfigurationError
-from solarcal.mount.geometry import Value, maths_for
+from solarcal.mount.geometry import maths_for
 from solarcal.units import RAD_PER_DEG, Angles
 
 COEFFICIENT_NAMES = ("P1", "P2", "P3", "P4", "P5", "P6")
@@ -54,11 +54,6 @@ class Offsets(msgspec.Struct, frozen=True):
         return Offsets(round(self.O1, decimals) + 0.0, round(self.O2, decimals) + 0.0)
 
 
-def scale_error_deg(scale: Value, angle_deg: Value) -> Value:
-    """What the scale of an axis, P5 or P6, puts into its error at an angle of its own, degrees."""
-    return -scale * angle_deg
-
-
 def correction_deg(p: Coefficients, ax1_deg: Angles, ax2_deg: Angles) -> tuple[Angles, Angles]:
     """E1, E2 to be ADDED to the ideal axis angles, degrees; any broadcastable shapes.
 
@@ -70,8 +65,8 @@ def correction_deg(p: Coefficients, ax1_deg: Angles, ax2_deg: Angles) -> tuple[A
         AX2 at a pole (0 or 180 deg) while P1 or P3 is not zero: E1 has no value there.
     """
     m = maths_for(ax1_deg, ax2_deg)
-    e1 = p.P2 + scale_error_deg(p.P5, ax1_deg)
-    e2 = p.P4 + scale_error_deg(p.P6, ax2_deg)
+    e1 = p.P2 - p.P5 * ax1_deg
+    e2 = p.P4 - p.P6 * ax2_deg
     if p.P1 == 0.0 and p.P3 == 0.0:
         # Nothing leans: both axes are plain functions of their own angle, at the poles too.
         return e1, e2

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError
-from solarcal.mount.formula import COEFFICIENT_NAMES, scale_error_deg
+from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.geometry import (
     Maths,
     MountGeometry,
@@ -234,9 +234,9 @@ class Mechanism(msgspec.Struct, frozen=True):
             elif name in ("P4", "backlash2_deg"):
                 slope[1] = 1.0 if name == "P4" or seen is None else 0.5 * seen.approach[1]
             elif name == "P5":
-                slope[0] = scale_error_deg(1.0, ax1_deg)
+                slope[0] = -ax1_deg
             elif name == "P6":
-                slope[1] = scale_error_deg(1.0, ax2_deg)
+                slope[1] = -ax2_deg
             else:
                 if name in lean:
                     there, step = nearby[lean.index(name)], steps[lean.index(name)]
@@ -271,7 +271,7 @@ class Mechanism(msgspec.Struct, frozen=True):
 
         Near the primary axis a lean makes it quite another number than the sine of ideal AX2.
         """
-        own_deg = ax2_deg + error2_deg - self.P4 - scale_error_deg(self.P6, ax2_deg)
+        own_deg = ax2_deg + error2_deg - self.P4 + self.P6 * ax2_deg
         sine: FloatArray = np.sin(own_deg * RAD_PER_DEG)
         return sine
 
@@ -280,9 +280,8 @@ class Mechanism(msgspec.Struct, frozen=True):
         sun = unit_vector(m, ax1_deg * RAD_PER_DEG, ax2_deg * RAD_PER_DEG)
         aim = self._raised(m, sun, up)
         axis1, axis2 = self._axes_aiming_along(m, rotated(self._own_axes(), aim))
-        e1 = m.wrap_deg(axis1 / RAD_PER_DEG - ax1_deg) + self.P2
-        e2 = axis2 / RAD_PER_DEG - ax2_deg + self.P4
-        e1, e2 = e1 + scale_error_deg(self.P5, ax1_deg), e2 + scale_error_deg(self.P6, ax2_deg)
+        e1 = m.wrap_deg(axis1 / RAD_PER_DEG - ax1_deg) + self.P2 - self.P5 * ax1_deg
+        e2 = axis2 / RAD_PER_DEG - ax2_deg + self.P4 - self.P6 * ax2_deg
         return e1, e2
 
     def readings_deg(
@@ -309,12 +308,12 @@ class Mechanism(msgspec.Struct, frozen=True):
         m = maths_for(reading1_deg, reading2_deg)
         rows, up = self._own_axes(), geometry.up_components()
         want1, want2 = reading1_deg - self.P2, reading2_deg - self.P4
-        per_deg1, per_deg2 = (1.0 + scale_error_deg(scale, 1.0) for scale in (self.P5, self.P6))
+        per_deg1, per_deg2 = 1.0 - self.P5, 1.0 - self.P6
         axis1, axis2 = want1 / per_deg1, want2 / per_deg2
         for _ in range(_MAX_ITERATIONS):
             ax1, ax2 = self._looked_at(m, rows, up, axis1, axis2)
-            miss1 = want1 - (axis1 + scale_error_deg(self.P5, ax1))
-            miss2 = want2 - (axis2 + scale_error_deg(self.P6, ax2))
+            miss1 = want1 - (axis1 - self.P5 * ax1)
+            miss2 = want2 - (axis2 - self.P6 * ax2)
             if not m.any((abs(miss1) > _CONVERGED_DEG) | (abs(miss2) > _CONVERGED_DEG)):
                 return m.wrap_deg(ax1, geometry.ax1_centre_deg), ax2
             axis1 = axis1 + miss1 / per_deg1
