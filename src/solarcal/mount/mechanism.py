@@ -51,9 +51,9 @@ _LARGEST = {
     "backlash1_deg": 360.0,
     "backlash2_deg": 360.0,
 }
+_LEAN = ("P1", "P3")
 _STEPS = {
-    "P1": 1e-4,
-    "P3": 1e-4,
+    **dict.fromkeys(_LEAN, 1e-4),
     "collimation_deg": 1e-3,
     "nonperpendicularity_deg": 1e-3,
     "sag_deg": 1e-3,
@@ -189,7 +189,13 @@ class Mechanism(msgspec.Struct, frozen=True):
         """The same at directions on the branch of their mounts."""
         if seen is None:
             return self._assumed_air_deg(up, ax1_deg, ax2_deg)
-        lifted1, lifted2 = seen.lifted(self.air) if _any(self.air) else (ax1_deg, ax2_deg)
+        lifted1, lifted2 = ax1_deg, ax2_deg
+        if _any(self.air):
+            # Where nothing is lifted the way there and back would only round.
+            lifted1, lifted2 = (
+                np.where(self.air == 0.0, ideal, lifted)
+                for ideal, lifted in zip((ax1_deg, ax2_deg), seen.lifted(self.air), strict=True)
+            )
         e1, e2 = self._assumed_air_deg(up, lifted1, lifted2)
         e1 = e1 + wrap_deg(lifted1 - ax1_deg) + 0.5 * self.backlash1_deg * seen.approach[0]
         e2 = e2 + (lifted2 - ax2_deg) + 0.5 * self.backlash2_deg * seen.approach[1]
@@ -221,12 +227,12 @@ class Mechanism(msgspec.Struct, frozen=True):
             As ``errors_deg``.
         """
         up = geometry.up_components()
-        lean = [name for name in ("P1", "P3") if name in names]
-        steps = [self._step(name) for name in lean]
+        bent = [name for name in names if name in _STEPS]
+        steps = [self._step(name) for name in bent]
         # One call for the mechanism and its neighbours: of few points the calls are what costs.
-        leaning = self._neighbours(lean, steps) if lean else self
-        there = np.stack(leaning._errors_deg(up, ax1_deg, ax2_deg, seen))
-        errors, *nearby = np.moveaxis(there, 1, 0) if lean else there[np.newaxis]
+        bending = self._neighbours(bent, steps) if bent else self
+        there = np.stack(bending._errors_deg(up, ax1_deg, ax2_deg, seen))
+        errors, *nearby = np.moveaxis(there, 1, 0) if bent else there[np.newaxis]
         slopes = np.zeros((len(names), *errors.shape))
         for slope, name in zip(slopes, names, strict=True):
             if name in ("P2", "backlash1_deg"):
@@ -238,32 +244,25 @@ class Mechanism(msgspec.Struct, frozen=True):
             elif name == "P6":
                 slope[1] = -ax2_deg
             else:
-                if name in lean:
-                    there, step = nearby[lean.index(name)], steps[lean.index(name)]
-                else:
-                    step = _STEPS[name]
-                    bent = msgspec.structs.replace(self, **{name: getattr(self, name) + step})
-                    there = np.stack(bent._errors_deg(up, ax1_deg, ax2_deg, seen))
-                change = there - errors
+                change = nearby[bent.index(name)] - errors
                 change[0] -= 360.0 * np.round(change[0] / 360.0)
-                np.divide(change, step, out=slope)
+                np.divide(change, steps[bent.index(name)], out=slope)
         sky = np.ones_like(errors)
         sky[0] = self.sin_ax2(ax2_deg, errors[1])
         return Linearised(errors, slopes, sky)
 
     def _step(self, name: str) -> Value:
-        """By how much a lean is changed: towards zero, so that the largest is not stepped over."""
-        value = getattr(self, name)
-        return np.where(value > 0.0, -_STEPS[name], _STEPS[name])
+        """By how much a number is changed; a lean towards zero: its largest is not stepped over."""
+        step = _STEPS[name]
+        return np.where(getattr(self, name) > 0.0, -step, step) if name in _LEAN else step
 
     def _neighbours(self, names: Sequence[str], steps: Sequence[Value]) -> "Mechanism":
         """This one and, for each name, one a step away: (1 + k, 1) or (1 + k, s, 1)."""
+        values = np.broadcast_arrays(*(np.atleast_1d(getattr(self, name)) for name in names))
         moved: dict[str, Value] = {}
-        for place, (name, step) in enumerate(zip(names, steps, strict=True), 1):
-            value = np.asarray(getattr(self, name), dtype=np.float64)
-            column = np.repeat(value[np.newaxis], 1 + len(names), axis=0)
-            column[place] += step
-            moved[name] = column if value.ndim else column[:, np.newaxis]
+        for place, (name, value, step) in enumerate(zip(names, values, steps, strict=True), 1):
+            moved[name] = np.repeat(value[np.newaxis], 1 + len(names), axis=0)
+            moved[name][place] += step
         return msgspec.structs.replace(self, **moved)
 
     def sin_ax2(self, ax2_deg: FloatArray, error2_deg: FloatArray) -> FloatArray:
