@@ -53,6 +53,7 @@ class Maths(NamedTuple):
     hypot: Callable[[Value, Value], Value]
     sqrt: Callable[[Value], Value]
     where: Callable[[Value, Value, Value], Value]
+    ceil: Callable[[Value], Value]
     wrap_deg: Callable[..., Value]
     any: Callable[[Value], bool]
 
@@ -65,10 +66,11 @@ _FLOATS = Maths(
     math.hypot,
     math.sqrt,
     _choose,
+    lambda value: float(np.ceil(value)),
     _wrap_float_deg,
     bool,
 )
-_ARRAYS = Maths(
+ARRAYS = Maths(
     np.sin,
     np.cos,
     np.arctan2,
@@ -76,6 +78,7 @@ _ARRAYS = Maths(
     np.hypot,
     np.sqrt,
     np.where,
+    np.ceil,
     wrap_deg,
     lambda condition: bool(np.any(condition)),
 )
@@ -85,12 +88,8 @@ def maths_for(*values: Value) -> Maths:
     """``math`` when every value is a plain number, numpy when any is an array."""
     for value in values:
         if not isinstance(value, (float, int)):
-            return _ARRAYS
+            return ARRAYS
     return _FLOATS
-
-
-def dot(a: Vector, b: Vector) -> Value:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def rotated(rows: tuple[Vector, Vector, Vector], vector: Vector) -> Vector:

@@ -23,17 +23,8 @@ from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError
 from solarcal.mount.formula import COEFFICIENT_NAMES
-from solarcal.mount.geometry import (
-    Maths,
-    MountGeometry,
-    Value,
-    Vector,
-    dot,
-    maths_for,
-    rotated,
-    unit_vector,
-)
-from solarcal.units import RAD_PER_DEG, Angles, FloatArray, wrap_deg
+from solarcal.mount.geometry import ARRAYS, Maths, MountGeometry, Value, Vector, maths_for
+from solarcal.units import RAD_PER_DEG, Angles, FloatArray
 
 _LARGEST_ANGLE_DEG = 45.0
 _LARGEST_SCALE = 0.5
@@ -181,14 +172,19 @@ class Mechanism(msgspec.Struct, frozen=True):
         """
         m = maths_for(ax1_deg, ax2_deg)
         on_branch = m.wrap_deg(ax1_deg, geometry.ax1_centre_deg)
-        return self._errors_deg(geometry.up_components(), on_branch, ax2_deg, seen)
+        return self._errors_deg(m, geometry, on_branch, ax2_deg, seen)
 
     def _errors_deg(
-        self, up: Vector, ax1_deg: Value, ax2_deg: Value, seen: Circumstances | None
+        self,
+        m: Maths,
+        geometry: MountGeometry,
+        ax1_deg: Value,
+        ax2_deg: Value,
+        seen: Circumstances | None,
     ) -> tuple[Value, Value]:
         """The same at directions on the branch of their mounts."""
         if seen is None:
-            return self._assumed_air_deg(up, ax1_deg, ax2_deg)
+            return self._assumed_air_deg(m, geometry, ax1_deg, ax2_deg)
         lifted1, lifted2 = ax1_deg, ax2_deg
         if _any(self.air):
             # Where nothing is lifted the way there and back would only round.
@@ -196,8 +192,8 @@ class Mechanism(msgspec.Struct, frozen=True):
                 np.where(self.air == 0.0, ideal, lifted)
                 for ideal, lifted in zip((ax1_deg, ax2_deg), seen.lifted(self.air), strict=True)
             )
-        e1, e2 = self._assumed_air_deg(up, lifted1, lifted2)
-        e1 = e1 + wrap_deg(lifted1 - ax1_deg) + 0.5 * self.backlash1_deg * seen.approach[0]
+        e1, e2 = self._assumed_air_deg(m, geometry, lifted1, lifted2)
+        e1 = e1 + _short_way(m, lifted1 - ax1_deg) + 0.5 * self.backlash1_deg * seen.approach[0]
         e2 = e2 + (lifted2 - ax2_deg) + 0.5 * self.backlash2_deg * seen.approach[1]
         return e1, e2
 
@@ -226,12 +222,11 @@ class Mechanism(msgspec.Struct, frozen=True):
         ConfigurationError
             As ``errors_deg``.
         """
-        up = geometry.up_components()
         bent = [name for name in names if name in _STEPS]
         steps = [self._step(name) for name in bent]
         # One call for the mechanism and its neighbours: of few points the calls are what costs.
         bending = self._neighbours(bent, steps) if bent else self
-        there = np.stack(bending._errors_deg(up, ax1_deg, ax2_deg, seen))
+        there = np.stack(bending._errors_deg(ARRAYS, geometry, ax1_deg, ax2_deg, seen))
         errors, *nearby = np.moveaxis(there, 1, 0) if bent else there[np.newaxis]
         slopes = np.zeros((len(names), *errors.shape))
         for slope, name in zip(slopes, names, strict=True):
@@ -245,7 +240,7 @@ class Mechanism(msgspec.Struct, frozen=True):
                 slope[1] = -ax2_deg
             else:
                 change = nearby[bent.index(name)] - errors
-                change[0] -= 360.0 * np.round(change[0] / 360.0)
+                change[0] = _short_way(ARRAYS, change[0])
                 np.divide(change, steps[bent.index(name)], out=slope)
         sky = np.ones_like(errors)
         sky[0] = self.sin_ax2(ax2_deg, errors[1])
@@ -274,12 +269,15 @@ class Mechanism(msgspec.Struct, frozen=True):
         sine: FloatArray = np.sin(own_deg * RAD_PER_DEG)
         return sine
 
-    def _assumed_air_deg(self, up: Vector, ax1_deg: Value, ax2_deg: Value) -> tuple[Value, Value]:
-        m = maths_for(ax1_deg, ax2_deg)
-        sun = unit_vector(m, ax1_deg * RAD_PER_DEG, ax2_deg * RAD_PER_DEG)
-        aim = self._raised(m, sun, up)
-        axis1, axis2 = self._axes_aiming_along(m, rotated(self._own_axes(), aim))
-        e1 = m.wrap_deg(axis1 / RAD_PER_DEG - ax1_deg) + self.P2 - self.P5 * ax1_deg
+    def _assumed_air_deg(
+        self, m: Maths, geometry: MountGeometry, ax1_deg: Value, ax2_deg: Value
+    ) -> tuple[Value, Value]:
+        ax1, ax2 = ax1_deg * RAD_PER_DEG, ax2_deg * RAD_PER_DEG
+        sin2 = m.sin(ax2)
+        aim = self._raised(m, (sin2 * m.cos(ax1), sin2 * m.sin(ax1), m.cos(ax2)), geometry)
+        x, y, z = self._own_axes(m)
+        axis1, axis2 = self._axes_aiming_along(m, (_dot(x, aim), _dot(y, aim), _dot(z, aim)))
+        e1 = _short_way(m, axis1 / RAD_PER_DEG - ax1_deg) + self.P2 - self.P5 * ax1_deg
         e2 = axis2 / RAD_PER_DEG - ax2_deg + self.P4 - self.P6 * ax2_deg
         return e1, e2
 
@@ -305,7 +303,7 @@ class Mechanism(msgspec.Struct, frozen=True):
             The iteration does not settle (a large scale error very near the primary axis).
         """
         m = maths_for(reading1_deg, reading2_deg)
-        rows, up = self._own_axes(), geometry.up_components()
+        rows, up = self._own_axes(m), geometry.up_components()
         want1, want2 = reading1_deg - self.P2, reading2_deg - self.P4
         per_deg1, per_deg2 = 1.0 - self.P5, 1.0 - self.P6
         axis1, axis2 = want1 / per_deg1, want2 / per_deg2
@@ -323,9 +321,8 @@ class Mechanism(msgspec.Struct, frozen=True):
             "(shift the read-outs away from AX2 = 0 or 180, or correct the gear ratio)"
         )
 
-    def _own_axes(self) -> tuple[Vector, Vector, Vector]:
+    def _own_axes(self, m: Maths) -> tuple[Vector, Vector, Vector]:
         """The mechanism's own x, y, z in native components: rotated by omega = (-P3, -P1, 0)."""
-        m = maths_for(self.P1, self.P3)
         x, y = -self.P3 * RAD_PER_DEG, -self.P1 * RAD_PER_DEG
         angle = m.hypot(x, y)
         if isinstance(angle, float) and angle == 0.0:
@@ -353,7 +350,7 @@ class Mechanism(msgspec.Struct, frozen=True):
             if m.any(square < _AXIS_RAD * _AXIS_RAD):
                 self._refuse_axis()
             return m.arctan2(y, x), m.arctan2(m.sqrt(square), z)
-        sin_c, _, sin_n, _ = self._sines()
+        sin_c, _, sin_n, _ = self._sines(m)
         square = x * x + y * y - sin_c * sin_c - sin_n * sin_n - 2.0 * z * sin_c * sin_n
         if m.any(square < _AXIS_RAD * _AXIS_RAD):
             self._refuse_axis()
@@ -375,11 +372,10 @@ class Mechanism(msgspec.Struct, frozen=True):
 
     def _arm(self, m: Maths, axis2: Value) -> tuple[Value, Value]:
         """y and x component of Rx(N) Ry(A2) Rx(C) z: how far axis 1 misses the collector."""
-        sin_c, cos_c, sin_n, cos_n = self._sines()
+        sin_c, cos_c, sin_n, cos_n = self._sines(m)
         return -sin_c * cos_n - m.cos(axis2) * cos_c * sin_n, m.sin(axis2) * cos_c
 
-    def _sines(self) -> tuple[Value, Value, Value, Value]:
-        m = maths_for(self.collimation_deg, self.nonperpendicularity_deg)
+    def _sines(self, m: Maths) -> tuple[Value, Value, Value, Value]:
         c = self.collimation_deg * RAD_PER_DEG
         n = self.nonperpendicularity_deg * RAD_PER_DEG
         return m.sin(c), m.cos(c), m.sin(n), m.cos(n)
@@ -397,7 +393,7 @@ class Mechanism(msgspec.Struct, frozen=True):
         AX1 comes within 180 deg of the axis, not on the branch: a gear does not jump there.
         """
         axis1, axis2 = axis1_deg * RAD_PER_DEG, axis2_deg * RAD_PER_DEG
-        sin_c, cos_c, sin_n, cos_n = self._sines()
+        sin_c, cos_c, sin_n, cos_n = self._sines(m)
         across, along = self._arm(m, axis2)
         sin1, cos1 = m.sin(axis1), m.cos(axis1)
         x = cos1 * along - sin1 * across
@@ -415,13 +411,14 @@ class Mechanism(msgspec.Struct, frozen=True):
         longitude = m.where(polar < 1e-14, axis1, m.arctan2(y, x)) / RAD_PER_DEG
         return axis1_deg - m.wrap_deg(axis1_deg - longitude), m.arctan2(polar, z) / RAD_PER_DEG
 
-    def _raised(self, m: Maths, look: Vector, up: Vector) -> Vector:
+    def _raised(self, m: Maths, look: Vector, geometry: MountGeometry) -> Vector:
         """Where a stiff arm must aim for a bending one to look at ``look``: sag*sin(z) higher."""
         if not _any(self.sag_deg):
             return look
-        cos_z = dot(look, up)
+        up = geometry.up_components()
+        cos_z = _dot(look, up)
         rise = _across(up, look, cos_z)
-        sin_z = m.sqrt(dot(rise, rise))
+        sin_z = m.sqrt(_dot(rise, rise))
         return _turned(m, look, rise, sin_z, self.sag_deg * RAD_PER_DEG * sin_z)
 
     def _lowered(self, m: Maths, aim: Vector, up: Vector) -> Vector:
@@ -432,9 +429,9 @@ class Mechanism(msgspec.Struct, frozen=True):
         if not _any(self.sag_deg):
             return aim
         sag = self.sag_deg * RAD_PER_DEG
-        cos_aim = dot(aim, up)
+        cos_aim = _dot(aim, up)
         rise = _across(up, aim, cos_aim)
-        sin_aim = m.sqrt(dot(rise, rise))
+        sin_aim = m.sqrt(_dot(rise, rise))
         z_aim = m.arctan2(sin_aim, cos_aim)
         z = z_aim + sag * m.sin(z_aim)
         for _ in range(_MAX_ITERATIONS):
@@ -447,6 +444,15 @@ class Mechanism(msgspec.Struct, frozen=True):
 
 def _any(value: Value) -> bool:
     return value != 0.0 if isinstance(value, (float, int)) else bool(np.any(value))
+
+
+def _short_way(m: Maths, turn_deg: Value) -> Value:
+    """An angle without its whole turns, in (-180, 180]."""
+    return turn_deg - 360.0 * m.ceil(turn_deg / 360.0 - 0.5)
+
+
+def _dot(a: Vector, b: Vector) -> Value:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def _held(value: Value, largest: float) -> Value:
