@@ -36,17 +36,17 @@ class Rig:
         return self.reply(text).code
 
     def status(self) -> Status:
-        return fields.status_from_fields(self.ask("STATUS"), self.zone_west_h)
+        return fields.status(self.zone_west_h).read(self.ask("STATUS"))
 
     @property
     def zone_west_h(self) -> float:
         return self.emulator.controller.model.zone_west_h
 
     def spot(self) -> Spot:
-        return fields.spot_from_fields(self.ask("X SPOT"))
+        return fields.SPOT.read(self.ask("X SPOT"))
 
     def ref(self) -> RefCheckResult:
-        return fields.ref_check_from_fields(self.ask("REF"))
+        return fields.REF_CHECK.read(self.ask("REF"))
 
     def advance(self, seconds: float) -> None:
         self.ask(f"X ADVANCE {seconds:.6f}")
@@ -73,7 +73,7 @@ class Rig:
         raise AssertionError("the jog never ends")
 
     def load(self, coefficients: Coefficients, offsets: Offsets | None = None) -> None:
-        texts = fields.coefficients_to_fields(coefficients, offsets or Offsets())
+        texts = fields.COEFFICIENTS.write((coefficients, offsets or Offsets()))
         self.unlocked("COEF SET " + " ".join(texts))
 
     def true_coefficients(self) -> Coefficients:

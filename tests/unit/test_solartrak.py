@@ -124,7 +124,7 @@ def test_each_bit_of_the_flags_has_its_own_meaning(
     unit.site()
     status = ask(unit)
     assert (status.referenced, status.memories_differ) == (referenced, memories_differ)
-    assert fields.status_to_fields(status, 7.0) == text.split()
+    assert fields.status(7.0).write(status) == text.split()
     link.assert_finished()
 
 

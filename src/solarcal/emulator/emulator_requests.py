@@ -11,6 +11,7 @@ from typing import Protocol
 from solarcal.errors import ConfigurationError, ProtocolError
 from solarcal.unit import fields, values
 from solarcal.unit.tracker import Code, EmulatedSky, Refusal, Spot, Truth
+from solarcal.unit.verbs import expect
 
 
 class VirtualTime:
@@ -128,31 +129,31 @@ class EmulatorRequests:
         return word(arguments[1:])
 
     def _time(self, arguments: list[str]) -> list[str]:
-        fields.expect(arguments, "")
-        return fields.times_and_speed_to_fields(*self._around.times_utc_s(), self._around.speed())
+        expect(arguments, "")
+        return fields.TIMES_AND_SPEED.write((self._around.times_utc_s(), self._around.speed()))
 
     def _speed(self, arguments: list[str]) -> list[str]:
-        self._around.set_speed(fields.speed_from_fields(arguments))
-        return fields.speed_to_fields(self._around.speed())
+        self._around.set_speed(fields.SPEED.read(arguments))
+        return fields.SPEED.write(self._around.speed())
 
     def _advance(self, arguments: list[str]) -> list[str]:
-        self._around.advance(fields.advance_from_fields(arguments))
-        return fields.times_to_fields(*self._around.times_utc_s())
+        self._around.advance(fields.ADVANCE.read(arguments))
+        return fields.TIMES.write(self._around.times_utc_s())
 
     def _spot(self, arguments: list[str]) -> list[str]:
-        fields.expect(arguments, "")
-        return fields.spot_to_fields(self._around.spot())
+        expect(arguments, "")
+        return fields.SPOT.write(self._around.spot())
 
     def _sky(self, arguments: list[str]) -> list[str]:
-        fields.expect(arguments, "")
-        return fields.sky_to_fields(self._around.sky())
+        expect(arguments, "")
+        return fields.SKY.write(self._around.sky())
 
     def _truth(self, arguments: list[str]) -> list[str]:
-        fields.expect(arguments, "")
-        return fields.truth_to_fields(self._around.truth())
+        expect(arguments, "")
+        return fields.TRUTH.write(self._around.truth())
 
     def _fault(self, arguments: list[str]) -> list[str]:
-        (name,) = fields.expect(arguments, "name")
+        (name,) = expect(arguments, "name")
         if name in ("mute", "garbage"):
             self._around.talk(name)
         elif name == "none":

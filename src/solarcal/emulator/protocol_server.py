@@ -12,7 +12,7 @@ from solarcal.unit import fields, values
 from solarcal.unit.frames import Reply, Request, decode_request, encode_reply
 from solarcal.unit.tracker import Code, Refusal, UnitIdentity
 from solarcal.unit.values import PARAMETER_NAMES, parameters_from_texts, parameters_to_texts
-from solarcal.unit.verbs import read, verb, write
+from solarcal.unit.verbs import expect, read, verb, write
 
 REPLIES_REMEMBERED = 16
 URGENT = ("STOP", "STOW")
@@ -141,47 +141,48 @@ class ProtocolServer:
     # --- conversation, identity, clock, site --------------------------------------------------
 
     def _open(self, arguments: list[str]) -> list[str]:
-        nonce: str = read(verb("OPEN").arguments, arguments)["nonce"]
+        (nonce,) = read(verb("OPEN").arguments, arguments)
         self._memory.clear()
         self._controller.cancel_jog(self._now_s)
         self._controller.lock()
         return [nonce]
 
     def _id(self, arguments: list[str]) -> list[str]:
-        fields.expect(arguments, "")
-        return fields.identity_to_fields(self._identity)
+        expect(arguments, "")
+        return fields.IDENTITY.write(self._identity)
 
     def _clock(self, arguments: list[str]) -> list[str]:
         if arguments:
-            word, local_time = fields.expect(arguments, "SET local_time")
+            word, local_time = expect(arguments, "SET local_time")
             _require(word == "SET", word)
             controller = self._unlocked()
             utc_s = values.utc_from_local_time(local_time, controller.model.zone_west_h)
             controller.set_clock(utc_s, self._now_s)
-        return fields.clock_to_fields(
-            self._controller.model.utc_s(self._now_s), self._controller.model.zone_west_h
-        )
+        model = self._controller.model
+        return fields.CLOCK.write((model.utc_s(self._now_s), model.zone_west_h))
 
     def _site(self, arguments: list[str]) -> list[str]:
         if arguments:
             _require(arguments[0] == "SET", arguments[0])
             controller = self._unlocked()
-            site, zone_west_h = fields.site_set_from_fields(arguments[1:])
+            site, zone_west_h = fields.SITE_SET.read(arguments[1:])
             controller.set_site(site, zone_west_h, self._now_s)
-        return fields.site_to_fields(self._controller.unit_site())
+        return fields.SITE.write(self._controller.unit_site())
 
     # --- status, parameters, lock -------------------------------------------------------------
 
     def _status(self, arguments: list[str]) -> list[str]:
-        fields.expect(arguments, "")
+        expect(arguments, "")
         return self._status_fields()
 
     def _status_fields(self) -> list[str]:
-        return fields.status_to_fields(
-            self._controller.status(self._now_s),
-            self._controller.model.zone_west_h,
-            self._controller.parameters().tilt_decimals,
+        return fields.status(self._controller.model.zone_west_h).write(
+            self._controller.status(self._now_s), self._decimals()
         )
+
+    def _decimals(self) -> tuple[int, int]:
+        parameters = self._controller.parameters()
+        return parameters.tilt_decimals, parameters.scale_decimals
 
     def _param(self, arguments: list[str]) -> list[str]:
         if not 1 <= len(arguments) <= 2 or arguments[0] not in PARAMETER_NAMES:
@@ -197,19 +198,19 @@ class ProtocolServer:
         return [parameters_to_texts(self._controller.parameters())[name]]
 
     def _unlock(self, arguments: list[str]) -> list[str]:
-        fields.expect(arguments, "")
+        expect(arguments, "")
         seconds = self._controller.unlock(self._now_s)
-        return write(verb("UNLOCK").reply, {"unlocked": round(seconds)})
+        return write(verb("UNLOCK").reply, [round(seconds)])
 
     def _lock(self, arguments: list[str]) -> list[str]:
-        fields.expect(arguments, "")
+        expect(arguments, "")
         self._controller.lock()
         return []
 
     # --- motion -------------------------------------------------------------------------------
 
     def _mode(self, arguments: list[str]) -> list[str]:
-        (mode,) = fields.expect(arguments, "mode")
+        (mode,) = expect(arguments, "mode")
         _require(mode in ("TRACK", "MANUAL"), mode)
         controller = self._unlocked()
         if mode == "TRACK":
@@ -229,23 +230,23 @@ class ProtocolServer:
         return ["STOW"]
 
     def _jog(self, arguments: list[str]) -> list[str]:
-        target1_deg, target2_deg = fields.jog_from_fields(arguments)
+        target1_deg, target2_deg = fields.JOG.read(arguments)
         self._unlocked().jog(target1_deg, target2_deg, self._now_s)
-        return fields.jog_to_fields(target1_deg, target2_deg)
+        return fields.JOG.write((target1_deg, target2_deg))
 
     def _offset(self, arguments: list[str]) -> list[str]:
-        (word,) = fields.expect(arguments, "SET")
+        (word,) = expect(arguments, "SET")
         _require(word == "SET", word)
         self._unlocked().set_sun_offset(self._now_s)
         return self._status_fields()
 
     def _ref(self, arguments: list[str]) -> list[str]:
         if arguments:
-            (word,) = fields.expect(arguments, "START")
+            (word,) = expect(arguments, "START")
             _require(word == "START", word)
             number = self._unlocked().start_ref_check(self._now_s)
-            return write(verb("REF START").reply, {"number": number})
-        return fields.ref_check_to_fields(self._controller.ref_check_result())
+            return write(verb("REF START").reply, [number])
+        return fields.REF_CHECK.write(self._controller.ref_check_result())
 
     # --- coefficients -------------------------------------------------------------------------
 
@@ -254,18 +255,16 @@ class ProtocolServer:
         if arguments and not permanent:
             _require(arguments[0] == "SET", arguments[0])
             controller = self._unlocked()
-            coefficients, offsets = fields.coefficients_from_fields(arguments[1:])
+            coefficients, offsets = fields.COEFFICIENTS.read(arguments[1:])
             controller.set_coefficients(coefficients, offsets, self._now_s)
-        parameters, stored = self._controller.parameters(), self._controller.stored()
-        return fields.coefficients_to_fields(
-            stored.permanent_coefficients if permanent else stored.coefficients,
-            stored.permanent_offsets if permanent else stored.offsets,
-            parameters.tilt_decimals,
-            parameters.scale_decimals,
-        )
+        stored = self._controller.stored()
+        memory = stored.coefficients, stored.offsets
+        if permanent:
+            memory = stored.permanent_coefficients, stored.permanent_offsets
+        return fields.COEFFICIENTS.write(memory, self._decimals())
 
     def _store(self, arguments: list[str]) -> list[str]:
-        fields.expect(arguments, "")
+        expect(arguments, "")
         self._unlocked().store()
         return ["1"]
 

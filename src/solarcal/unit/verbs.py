@@ -6,13 +6,14 @@ it holds; ``KINDS`` says how that is written and what it can be.
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from solarcal.errors import ProtocolError
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.geometry import GEOMETRIES
+from solarcal.timescale import format_utc
 from solarcal.unit import values
 from solarcal.unit.tracker import Mode
 
@@ -87,21 +88,27 @@ def _word(*words: str) -> Kind:
     return Kind(kind.read, kind.write, kind.examples, ("", "sideways"))
 
 
-def _checked(check: Callable[[str, str], object], *examples: str) -> Kind:
-    """A text that is kept as it is, once it is known to mean something."""
+def _local_time() -> Kind:
+    """Kept as a text: it means an instant only together with the unit's zone."""
 
     def read(text: str, name: str) -> str:
-        check(text, name)
+        values.utc_from_local_time(text, 0.0, name)
         return text
 
-    return Kind(read, lambda value, decimals: str(value), examples, ("", "20261301T000000.000"))
+    return Kind(
+        read,
+        lambda value, decimals: str(value),
+        ("20260603T083000.000",),
+        ("", "20261301T000000.000"),
+    )
 
 
-_ANGLE, _TILT, _COUNTS, _UTC = (
-    _number(5),
-    _kept(0),
-    _whole(),
-    _checked(values.utc_from_iso, "2026-06-03T15:30:00.125Z"),
+_ANGLE, _TILT, _COUNTS = _number(5), _kept(0), _whole()
+_UTC = Kind(
+    values.utc_from_iso,
+    lambda value, decimals: format_utc(value),
+    ("2026-06-03T15:30:00.125Z",),
+    ("", "20261301T000000.000"),
 )
 _NAME = _text(r"\S+", "a name", "SOLARTRAK-EMU")
 _SENSES = Kind(
@@ -116,9 +123,7 @@ KINDS: dict[str, Kind] = {
     **dict.fromkeys(("model", "serial", "firmware", "name", "value"), _NAME),
     "protocol": _whole(1),
     "extensions": _text(r"-|[A-Za-z]+", "letters or '-'", "X", "-"),
-    "local_time": _checked(
-        lambda text, name: values.utc_from_local_time(text, 0.0, name), "20260603T083000.000"
-    ),
+    "local_time": _local_time(),
     "zone": _number(2, -15.0, 15.0),
     "latitude": _number(5, -90.0, 90.0),
     "longitude": _number(5, -180.0, 360.0),
@@ -365,8 +370,8 @@ def expect(fields: Sequence[str], names: str) -> tuple[str, ...]:
     return tuple(fields)
 
 
-def read(names: str, texts: Sequence[str]) -> dict[str, Any]:
-    """The values of fields, by name.
+def read(names: str, texts: Sequence[str]) -> list[Any]:
+    """The values of fields, in the order of their names.
 
     Raises
     ------
@@ -374,16 +379,17 @@ def read(names: str, texts: Sequence[str]) -> dict[str, Any]:
         As many texts as there are names there must be, each of its kind; names the field.
     """
     found = zip(names.split(), expect(texts, names), strict=True)
-    return {name: KINDS[name].read(text, name) for name, text in found}
+    return [KINDS[name].read(text, name) for name, text in found]
 
 
 def write(
     names: str,
-    values: Mapping[str, Any],
+    values: Sequence[Any],
     decimals: tuple[int, int] = (TILT_DECIMALS, SCALE_DECIMALS),
 ) -> list[str]:
-    """The texts of fields, in the order of their names."""
-    return [KINDS[name].write(values[name], decimals) for name in names.split()]
+    """The texts of fields from their values, in the order of their names."""
+    fields = zip(names.split(), values, strict=True)
+    return [KINDS[name].write(value, decimals) for name, value in fields]
 
 
 _BY_WORDS = {

@@ -27,7 +27,7 @@ from solarcal.unit.tracker import (
     UnitSite,
 )
 from solarcal.unit.values import ABSENT, PARAMETER_NAMES, parameters_from_texts
-from solarcal.unit.verbs import read, verb
+from solarcal.unit.verbs import expect, read, verb
 
 PROTOCOL_VERSION = 1
 
@@ -97,7 +97,7 @@ class SolarTrakUnit:
         talk = Conversation(link, self._port, self._timing, self._last_seq)
         self._conversation = talk
         talk.open(secrets.token_hex(4).upper())
-        identity = self._read("ID", fields.identity_from_fields, talk.ask("ID"))
+        identity = self._read("ID", fields.IDENTITY.read, talk.ask("ID"))
         if identity.protocol != PROTOCOL_VERSION:
             raise ProtocolError(
                 f"{self._port}: the unit speaks version {identity.protocol} of the protocol, this "
@@ -115,7 +115,7 @@ class SolarTrakUnit:
         self._identity = self._zone_west_h = self._decimals = self.standing = None
 
     def site(self) -> UnitSite:
-        answer = self._read("SITE", fields.site_from_fields, self._talk.ask("SITE"))
+        answer = self._read("SITE", fields.SITE.read, self._talk.ask("SITE"))
         self._zone_west_h = answer.zone_west_h
         return answer
 
@@ -133,7 +133,7 @@ class SolarTrakUnit:
     def set_clock(self, utc_s: float) -> None:
         local_time = values.local_time_text(utc_s, self._zone())
         answer = self._talk.command("CLOCK", "SET", local_time)
-        _, zone_west_h = self._read("CLOCK SET", fields.clock_from_fields, answer)
+        _, zone_west_h = self._read("CLOCK SET", fields.CLOCK.read, answer)
         if zone_west_h != self._zone():
             raise ProtocolError(
                 f"{self._port}: the unit's zone has become {zone_west_h:g} h west since it was "
@@ -152,10 +152,10 @@ class SolarTrakUnit:
         self._echoed(("STOW",), self._talk.interrupt("STOW"), "STOW")
 
     def jog(self, target1_deg: float, target2_deg: float) -> None:
-        targets = fields.jog_to_fields(target1_deg, target2_deg)
+        targets = fields.JOG.write((target1_deg, target2_deg))
         answer = self._talk.command("JOG", *targets, moves=True)
-        taken = self._read("JOG", fields.jog_from_fields, answer)
-        if taken != fields.jog_from_fields(targets):
+        taken = self._read("JOG", fields.JOG.read, answer)
+        if taken != fields.JOG.read(targets):
             raise ProtocolError(f"{self._port}: asked to jog to {targets}, it answered {answer}")
 
     def set_sun_offset(self) -> Status:
@@ -169,7 +169,7 @@ class SolarTrakUnit:
         )
 
     def ref_check_result(self) -> RefCheckResult:
-        return self._read("REF", fields.ref_check_from_fields, self._talk.ask("REF"))
+        return self._read("REF", fields.REF_CHECK.read, self._talk.ask("REF"))
 
     def stored(self) -> Stored:
         with self._talk.turn:
@@ -187,10 +187,10 @@ class SolarTrakUnit:
         talk = self._talk
         with talk.turn:
             decimals = self._kept_decimals()
-            wanted = fields.coefficients_to_fields(coefficients, offsets, *decimals)
+            wanted = fields.COEFFICIENTS.write((coefficients, offsets), decimals)
             talk.command("COEF", "SET", *wanted)
             in_force = self._coefficients("COEF")
-            if fields.coefficients_to_fields(*in_force, *decimals) == wanted:
+            if fields.COEFFICIENTS.write(in_force, decimals) == wanted:
                 self._echoed(("1",), talk.command("STORE"), "STORE")
             return Stored(*in_force, *self._coefficients("COEF", "STORED"))
 
@@ -240,19 +240,14 @@ class SolarTrakUnit:
             if name not in ABSENT or refusal.code != Code.BAD_ARGUMENT:
                 raise
             return ABSENT[name]
-        (text,) = self._read(f"PARAM {name}", lambda answer: fields.expect(answer, "value"), answer)
+        (text,) = self._read(f"PARAM {name}", lambda answer: expect(answer, "value"), answer)
         return text
 
     def _coefficients(self, *request: str) -> tuple[Coefficients, Offsets]:
-        return self._read(
-            " ".join(request), fields.coefficients_from_fields, self._talk.ask(*request)
-        )
+        return self._read(" ".join(request), fields.COEFFICIENTS.read, self._talk.ask(*request))
 
     def _status(self, request: str, answer: tuple[str, ...]) -> Status:
-        zone_west_h = self._zone()
-        return self._read(
-            request, lambda texts: fields.status_from_fields(texts, zone_west_h), answer
-        )
+        return self._read(request, fields.status(self._zone()).read, answer)
 
     def _echoed(self, wanted: tuple[str, ...], answer: tuple[str, ...], request: str) -> None:
         if answer != wanted:
@@ -286,7 +281,7 @@ class _SolarTrakEmulation:
             raise ConfigurationError(f"virtual time cannot run {speed} times as fast")
         with self._unit.turn:
             self._unit.standing = None
-            return self._ask("SPEED", fields.speed_from_fields, *fields.speed_to_fields(speed))
+            return self._ask("SPEED", fields.SPEED.read, *fields.SPEED.write(speed))
 
     def advance(self, seconds: float) -> tuple[float, float]:
         if not 0.0 <= seconds < math.inf:
@@ -297,31 +292,29 @@ class _SolarTrakEmulation:
             seconds -= step_s
             with self._unit.turn:
                 stood, self._unit.standing = self._unit.standing, None
-                times = self._ask(
-                    "ADVANCE", fields.times_from_fields, *fields.advance_to_fields(step_s)
-                )
+                times = self._ask("ADVANCE", fields.TIMES.read, *fields.ADVANCE.write(step_s))
                 if stood is not None:
                     self._unit.standing = times
         return times
 
     def spot(self) -> Spot:
-        return self._ask("SPOT", fields.spot_from_fields)
+        return self._ask("SPOT", fields.SPOT.read)
 
     def sky(self) -> EmulatedSky:
-        return self._ask("SKY", fields.sky_from_fields)
+        return self._ask("SKY", fields.SKY.read)
 
     def truth(self) -> Truth:
-        return self._ask("TRUTH", fields.truth_from_fields)
+        return self._ask("TRUTH", fields.TRUTH.read)
 
     def fault(self, name: str) -> None:
-        self._ask("FAULT", lambda answer: fields.expect(answer, "name"), name)
+        self._ask("FAULT", lambda answer: expect(answer, "name"), name)
 
     def _times(self) -> tuple[tuple[float, float], float]:
         """True and laptop's time, and the speed; asked for again only where they may be others."""
         with self._unit.turn:
             if self._unit.standing is not None:
                 return self._unit.standing, 0.0
-            times, speed = self._ask("TIME", fields.times_and_speed_from_fields)
+            times, speed = self._ask("TIME", fields.TIMES_AND_SPEED.read)
             if speed == 0.0:
                 self._unit.standing = times
             return times, speed
