@@ -3,7 +3,8 @@
 import re
 from pathlib import Path
 
-from solarcal.unit.verbs import KINDS, VERBS, Verb
+from solarcal.unit.values import KINDS
+from solarcal.unit.verbs import VERBS, Verb
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "protocol.md"
 HEAD = "| request | reply fields | does |\n|---|---|---|\n"

@@ -13,6 +13,7 @@ from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.optics.reflection import Target
 from solarcal.site import Site
 from solarcal.unit import fields, values
+from solarcal.unit.fields import PARAMETER_NAMES, parameters_from_texts, parameters_to_texts
 from solarcal.unit.tracker import (
     Mode,
     RefCheckResult,
@@ -23,7 +24,6 @@ from solarcal.unit.tracker import (
     UnitParameters,
     UnitSite,
 )
-from solarcal.unit.values import PARAMETER_NAMES, parameters_from_texts, parameters_to_texts
 
 every = settings(derandomize=True, deadline=None, max_examples=100)
 

@@ -10,8 +10,8 @@ from solarcal.station.connect import open_tracker
 from solarcal.unit import fields
 from solarcal.unit.conversation import Timing
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
+from solarcal.unit.fields import parameters_to_texts
 from solarcal.unit.tracker import Mode, RefCheckResult, Spot, Truth
-from solarcal.unit.values import parameters_to_texts
 
 
 def connected(*exchanges, opening=OPENING):

@@ -9,7 +9,8 @@ from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.errors import ProtocolError
 from solarcal.unit.frames import Request, decode_reply, encode_request
-from solarcal.unit.verbs import KINDS, VERBS, read, verb, write
+from solarcal.unit.values import KINDS
+from solarcal.unit.verbs import VERBS, read, verb, write
 from tools.protocol_page import page
 
 PAGE = Path(__file__).parents[2] / "docs" / "protocol.md"

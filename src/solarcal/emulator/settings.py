@@ -19,7 +19,7 @@ from solarcal.mount.limits import AxisLimits, Limits
 from solarcal.optics.offset_mirror import Heliostat, MirrorOffset
 from solarcal.optics.reflection import Target
 from solarcal.site import Site
-from solarcal.unit.values import RANGES
+from solarcal.unit.fields import RANGES
 
 S = TypeVar("S", bound=msgspec.Struct)
 

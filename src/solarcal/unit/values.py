@@ -1,5 +1,4 @@
-"""Single values as they are written on the wire: numbers, times, senses of motion; and those of
-``PARAM``, the parameters with their names, for both ends.
+"""Single values as they are written on the wire, and the kind of each field by its name.
 
 Reading is strict; whatever is not exactly of its kind raises ``ProtocolError`` with the field's
 name. See the table "Values" of ``docs/protocol.md``.
@@ -7,16 +6,16 @@ name. See the table "Values" of ``docs/protocol.md``.
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from typing import TypeVar
+from typing import Any
 
 from solarcal.errors import ConfigurationError, ProtocolError
-from solarcal.mount.drive import format_drive, parse_drive
-from solarcal.mount.limits import AxisLimits, Limits
-from solarcal.optics.offset_mirror import format_mirror, format_target, parse_mirror, parse_target
-from solarcal.timescale import parse_utc
-from solarcal.unit.tracker import UnitParameters
+from solarcal.mount.formula import COEFFICIENT_NAMES
+from solarcal.mount.geometry import GEOMETRIES
+from solarcal.timescale import format_utc, parse_utc
+from solarcal.unit.tracker import Mode
 
 _NUMBER = re.compile(r"-?[0-9]+(\.[0-9]+)?", re.ASCII)
 _WHOLE = re.compile(r"-?[0-9]+", re.ASCII)
@@ -96,95 +95,133 @@ def utc_from_iso(text: str, name: str) -> float:
         raise ProtocolError(f"field {name}: {error}") from None
 
 
-Written = TypeVar("Written")
+TILT_DECIMALS, SCALE_DECIMALS = 4, 6
+"""Decimals of P1..P4 and O, and of P5, P6, where a unit keeps no others."""
 
-PARAMETER_NAMES = (
-    "axis1.drive", "axis2.drive", "axis1.limits", "axis2.limits", "axis1.reference",
-    "axis2.reference", "update_range", "tilt_decimals", "scale_decimals", "target", "mirror",
-)  # fmt: skip
-"""Everything ``PARAM`` knows."""
-
-RANGES: dict[str, tuple[float, float]] = {
-    "axis1.limits": (-540.0, 540.0),
-    "axis2.limits": (-180.0, 360.0),
-    "axis1.reference": (-540.0, 540.0),
-    "axis2.reference": (-180.0, 360.0),
-    "update_range": (0.001, 5.0),
-    "tilt_decimals": (2, 9),
-    "scale_decimals": (4, 9),
-}
-"""What each can be, degrees or decimals. Outside of it a unit is broken or misread: its limits
-would protect nothing, its P and O would be rounded away."""
-
-ABSENT = {"target": "-", "mirror": "0:0:0"}
-"""What a unit that does not know these names is taken to have: it is no heliostat."""
+SKY_SUNS = ("precise", "solartrak", "solartrak+", "noaa")
+"""Suns an emulated world may have."""
 
 
-def parameters_to_texts(parameters: UnitParameters) -> dict[str, str]:
-    """What ``PARAM name`` answers, for every name."""
-    limits = parameters.limits
-    return {
-        "axis1.drive": format_drive(parameters.drive1),
-        "axis2.drive": format_drive(parameters.drive2),
-        "axis1.limits": _limits_text(limits.axis1),
-        "axis2.limits": _limits_text(limits.axis2),
-        "axis1.reference": number_text(parameters.reference1_deg),
-        "axis2.reference": number_text(parameters.reference2_deg),
-        "update_range": number_text(parameters.update_range_deg),
-        "tilt_decimals": str(parameters.tilt_decimals),
-        "scale_decimals": str(parameters.scale_decimals),
-        "target": format_target(parameters.target),
-        "mirror": format_mirror(parameters.mirror),
-    }
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """How one kind of field is written.
+
+    Attributes
+    ----------
+    read : a text and the field's name to the value; raises ProtocolError with the name.
+    write : a value, and the decimals a unit keeps of tilts and scales, to the text.
+    examples, wrong : texts that are of this kind, as written; and some that are not.
+    """
+
+    read: Callable[[str, str], Any]
+    write: Callable[[Any, tuple[int, int]], str]
+    examples: tuple[str, ...]
+    wrong: tuple[str, ...]
 
 
-def parameters_from_texts(texts: Mapping[str, str]) -> UnitParameters:
-    """The parameters from the values of all ``PARAMETER_NAMES``."""
-    return UnitParameters(
-        drive1=_written(texts, "axis1.drive", parse_drive),
-        drive2=_written(texts, "axis2.drive", parse_drive),
-        limits=Limits(_limits(texts, "axis1.limits"), _limits(texts, "axis2.limits")),
-        update_range_deg=_bounded(texts, "update_range"),
-        reference1_deg=_bounded(texts, "axis1.reference"),
-        reference2_deg=_bounded(texts, "axis2.reference"),
-        tilt_decimals=int(_bounded(texts, "tilt_decimals")),
-        scale_decimals=int(_bounded(texts, "scale_decimals")),
-        target=_written(texts, "target", parse_target),
-        mirror=_written(texts, "mirror", parse_mirror),
+def _number(digits: int, low: float = -1e9, high: float = 1e9) -> Kind:
+    return Kind(
+        lambda text, name: number(text, name, low, high),
+        lambda value, decimals: number_text(value, digits),
+        tuple(f"{value:.{digits}f}" for value in (max(low, 0.0), min(high, 12.0))),
+        ("", "1e1", "+1", "nan", "x", *([f"{high + 1.0:.1f}"] if high < 1e9 else [])),
     )
 
 
-def _written(texts: Mapping[str, str], name: str, parse: Callable[[str], Written]) -> Written:
-    try:
-        return parse(texts[name])
-    except ConfigurationError as error:
-        raise ProtocolError(f"field {name}: {error}") from None
+def _kept(which: int) -> Kind:
+    """A number with as many decimals as the unit keeps: of tilts (0), of scales (1)."""
+    digits = (TILT_DECIMALS, SCALE_DECIMALS)[which]
+    return Kind(
+        number,
+        lambda value, decimals: number_text(value, decimals[which]),
+        tuple(f"{value:.{digits}f}" for value in (0.0, -0.125)),
+        ("", "1e-3", "x"),
+    )
 
 
-def _limits_text(limits: AxisLimits) -> str:
-    return f"{number_text(limits.low_deg)}:{number_text(limits.high_deg)}"
+def _whole(low: int = -(10**9), high: int = 10**9) -> Kind:
+    def read(text: str, name: str) -> int:
+        value = whole_number(text, name)
+        if not low <= value <= high:
+            raise ProtocolError(f"field {name}: {text} is not between {low} and {high}")
+        return value
+
+    return Kind(read, lambda value, decimals: str(value), (str(max(low, 0)), "7"), ("", "1.5", "x"))
 
 
-def _limits(texts: Mapping[str, str], name: str) -> AxisLimits:
-    low, colon, high = texts[name].partition(":")
-    if not colon:
-        raise ProtocolError(f"field {name}: {texts[name]!r} is not low:high")
-    try:
-        return AxisLimits(_within(number(low, "low"), name), _within(number(high, "high"), name))
-    except (ConfigurationError, ProtocolError) as error:
-        raise ProtocolError(f"field {name}: {error}") from None
+def _text(pattern: str, what: str, *examples: str) -> Kind:
+    known = re.compile(pattern, re.ASCII)
+
+    def read(text: str, name: str) -> str:
+        if not known.fullmatch(text):
+            raise ProtocolError(f"field {name}: {text!r} is not {what}")
+        return text
+
+    return Kind(read, lambda value, decimals: str(value), examples, ("",))
 
 
-def _bounded(texts: Mapping[str, str], name: str) -> float:
-    read = whole_number if name.endswith("decimals") else number
-    try:
-        return _within(read(texts[name], name), name)
-    except ConfigurationError as error:
-        raise ProtocolError(f"field {name}: {error}") from None
+def _word(*words: str) -> Kind:
+    pattern = "|".join(re.escape(word) for word in words)
+    kind = _text(pattern, f"one of {' '.join(words)}", *words)
+    return Kind(kind.read, kind.write, kind.examples, ("", "sideways"))
 
 
-def _within(value: float, name: str) -> float:
-    low, high = RANGES[name]
-    if not low <= value <= high:
-        raise ConfigurationError(f"{value:g} is not between {low:g} and {high:g}")
-    return value
+def _local_time() -> Kind:
+    """Kept as a text: it means an instant only together with the unit's zone."""
+
+    def read(text: str, name: str) -> str:
+        utc_from_local_time(text, 0.0, name)
+        return text
+
+    return Kind(
+        read,
+        lambda value, decimals: str(value),
+        ("20260603T083000.000",),
+        ("", "20261301T000000.000"),
+    )
+
+
+_ANGLE, _TILT, _COUNTS = _number(5), _kept(0), _whole()
+_INSTANT = Kind(
+    utc_from_iso,
+    lambda value, decimals: format_utc(value),
+    ("2026-06-03T15:30:00.125Z",),
+    ("", "20261301T000000.000"),
+)
+_NAME = _text(r"\S+", "a name", "SOLARTRAK-EMU")
+_MOTION = Kind(senses, lambda value, decimals: senses_text(value), ("+-", ".."), ("", "+", "ab"))
+
+KINDS: dict[str, Kind] = {
+    "nonce": _text(r"[0-9A-F]{8}", "8 hexadecimal digits", "5C0FFEE5"),
+    **dict.fromkeys(("model", "serial", "firmware", "name", "value"), _NAME),
+    "protocol": _whole(1),
+    "extensions": _text(r"-|[A-Za-z]+", "letters or '-'", "X", "-"),
+    "local_time": _local_time(),
+    "zone": _number(2, -15.0, 15.0),
+    "latitude": _number(5, -90.0, 90.0),
+    "longitude": _number(5, -180.0, 360.0),
+    "elevation_m": _number(1, -500.0, 9000.0),
+    "geometry": _word(*GEOMETRIES),
+    "ax1_centre": _number(5, -360.0, 360.0),
+    "mode": _word(*Mode.__members__),
+    "ideal1": _number(5, -540.0, 540.0),
+    "ideal2": _number(5, 0.0, 180.0),
+    **dict.fromkeys(("reading1", "reading2", "target1", "target2", "error1", "error2"), _ANGLE),
+    **dict.fromkeys(("day_rms", "day_max", "year_rms"), _ANGLE),
+    **dict.fromkeys(("counts1", "counts2", "difference1", "difference2", "number"), _COUNTS),
+    **dict.fromkeys((*COEFFICIENT_NAMES[:4], "O1", "O2"), _TILT),
+    **dict.fromkeys(COEFFICIENT_NAMES[4:], _kept(1)),
+    **dict.fromkeys(("motion", "approach"), _MOTION),
+    "phase": _whole(0, 99),
+    "flags": _text(r"[0-9A-F]{2}", "two hexadecimal digits", "03"),
+    "unlocked": _whole(0),
+    "state": _word("NONE", "RUNNING", "DONE", "BROKEN"),
+    **dict.fromkeys(("true_utc", "laptop_utc"), _INSTANT),
+    "speed": _number(3, 0.0, 1e6),
+    "seconds": _number(6, 0.0, 86400.0),
+    "visible": _word("0", "1"),
+    "sun": _word(*SKY_SUNS),
+    "pressure": _number(1, 0.0, 1200.0),
+    "temperature": _number(1, -100.0, 100.0),
+}
+"""Field -> its kind."""

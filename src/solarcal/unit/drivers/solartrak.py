@@ -10,6 +10,7 @@ from solarcal.errors import ConfigurationError, LinkError, ProtocolError, UnitRe
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.unit import fields, values
 from solarcal.unit.conversation import Conversation, Timing
+from solarcal.unit.fields import ABSENT, PARAMETER_NAMES, parameters_from_texts
 from solarcal.unit.link import Link
 from solarcal.unit.tracker import (
     Capabilities,
@@ -26,7 +27,6 @@ from solarcal.unit.tracker import (
     UnitParameters,
     UnitSite,
 )
-from solarcal.unit.values import ABSENT, PARAMETER_NAMES, parameters_from_texts
 from solarcal.unit.verbs import expect, read, verb
 
 PROTOCOL_VERSION = 1
