@@ -23,7 +23,7 @@ from solarcal.station.next_step import next_step
 from solarcal.station.procedure import Station
 from solarcal.station.sign_off import sign_off
 from solarcal.station.state import newest_upload
-from solarcal.unit.tracker import Code
+from solarcal.unit.frames import Code
 
 
 def kinds(session):

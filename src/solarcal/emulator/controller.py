@@ -18,11 +18,10 @@ from solarcal.emulator.settings import UnitSettings
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.site import Site
+from solarcal.unit.frames import Code, Refusal
 from solarcal.unit.tracker import (
-    Code,
     Mode,
     RefCheckResult,
-    Refusal,
     Status,
     Stored,
     UnitParameters,

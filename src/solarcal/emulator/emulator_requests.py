@@ -10,7 +10,8 @@ from typing import Protocol
 
 from solarcal.errors import ConfigurationError, ProtocolError
 from solarcal.unit import fields, values
-from solarcal.unit.tracker import Code, EmulatedSky, Refusal, Spot, Truth
+from solarcal.unit.frames import Code, Refusal
+from solarcal.unit.tracker import EmulatedSky, Spot, Truth
 from solarcal.unit.verbs import expect
 
 

@@ -10,8 +10,8 @@ from solarcal.emulator.emulator_requests import EmulatorRequests, Surroundings
 from solarcal.errors import ConfigurationError, ProtocolError
 from solarcal.unit import fields, values
 from solarcal.unit.fields import PARAMETER_NAMES, parameters_from_texts, parameters_to_texts
-from solarcal.unit.frames import Reply, Request, decode_request, encode_reply
-from solarcal.unit.tracker import Code, Refusal, UnitIdentity
+from solarcal.unit.frames import Code, Refusal, Reply, Request, decode_request, encode_reply
+from solarcal.unit.tracker import UnitIdentity
 from solarcal.unit.verbs import expect, read, verb, write
 
 REPLIES_REMEMBERED = 16

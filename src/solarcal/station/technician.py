@@ -23,7 +23,7 @@ from solarcal.station.procedure import Station
 from solarcal.station.uploading import propose_upload, refuse_doubtful
 from solarcal.sun.day import daylight
 from solarcal.timescale import SECONDS_PER_DAY, format_utc
-from solarcal.unit.conversation import NOT_REFERENCED
+from solarcal.unit.frames import Code
 from solarcal.unit.tracker import Mode, Spot
 
 T = TypeVar("T")
@@ -194,7 +194,7 @@ class AutomaticTechnician:
                     continue
             except UnitRefused as refusal:
                 # The unit lost its power on the way: it will say so to every step until referenced.
-                if refusal.code != NOT_REFERENCED:
+                if refusal.code != Code.NOT_REFERENCED:
                     raise
                 self._say(str(refusal))
                 if self.station.state.attempt is not None:
@@ -385,7 +385,7 @@ class AutomaticTechnician:
         try:
             self.station.track()
         except UnitRefused as refusal:
-            if refusal.code != NOT_REFERENCED:
+            if refusal.code != Code.NOT_REFERENCED:
                 raise
             return False
         return True

@@ -14,8 +14,8 @@ import msgspec
 
 from solarcal.errors import LinkError, ProcedureRefused, ProtocolError, UnitRefused
 from solarcal.unit.frames import (
-    DAMAGED_FRAME,
     SEQUENCE_NUMBERS,
+    Code,
     MalformedFrame,
     Reply,
     Request,
@@ -28,12 +28,6 @@ FRAMES_REMEMBERED = 100
 
 TURNED_AWAY = b"# busy"
 """How a server that has a station already greets a second one."""
-
-LOCKED = 20
-"""Refusal code of a request that needs the unlock."""
-
-NOT_REFERENCED = 24
-"""Refusal code of what needs a reference check since power-up."""
 
 
 class Timing(msgspec.Struct, frozen=True):
@@ -110,7 +104,7 @@ class Conversation:
             try:
                 return self._ask(verb, arguments, stops=stops)
             except UnitRefused as refusal:
-                if refusal.code != LOCKED:
+                if refusal.code != Code.LOCKED:
                     raise
             self._ask("UNLOCK", ())
             return self._ask(verb, arguments, stops=stops)
@@ -274,7 +268,7 @@ class Conversation:
             return
         except ProtocolError:
             reply = None
-        if reply is None or reply.code == DAMAGED_FRAME:
+        if reply is None or reply.code == Code.DAMAGED:
             self._understood = self._understood or reply is not None
             for each in self._waiting.values():
                 each.damaged = True

@@ -5,6 +5,7 @@ station's driver and the emulated unit.
 """
 
 import re
+from enum import IntEnum
 from zlib import crc32
 
 import msgspec
@@ -17,9 +18,6 @@ MAX_FRAME_CHARS = 250
 SEQUENCE_NUMBERS = 0x10000
 """Sequence numbers run from 0000 to FFFF and wrap."""
 
-DAMAGED_FRAME = 10
-"""Refusal code of a frame that arrived damaged; its sequence number is ``----``."""
-
 # No field holds a space, '*', '<' or '>': a frame therefore has exactly one '*', nine characters
 # before its end, and no damage can move it without the checksum noticing.
 _TOKEN = r"[!-)+-;=?-~]+"
@@ -27,6 +25,35 @@ _REQUEST = re.compile(rf">([0-9A-F]{{4}}) ({_TOKEN}(?: {_TOKEN})*)")
 _RESULT = re.compile(rf"<([0-9A-F]{{4}}) OK((?: {_TOKEN})*)")
 _REFUSAL = re.compile(rf"<([0-9A-F]{{4}}|----) NO ([1-9][0-9]?) ({_TOKEN}(?: {_TOKEN})*)")
 _CHECKSUM = re.compile(rb"[0-9A-F]{8}")
+
+
+class Code(IntEnum):
+    """Refusal numbers of the wire protocol.
+
+    The sequence number of a ``DAMAGED`` frame's refusal is ``----``.
+    """
+
+    DAMAGED = 10
+    UNKNOWN = 11
+    SEQUENCE_REUSED = 12
+    BAD_ARGUMENT = 13
+    LOCKED = 20
+    BEYOND_LIMIT = 21
+    BUSY = 22
+    MOVING = 23
+    NOT_REFERENCED = 24
+    SUN_DOWN = 25
+    STOPPED = 26
+    NOT_ANNOUNCED = 30
+
+
+class Refusal(Exception):
+    """Raised within an emulated unit: a request it does not carry out; nothing has changed."""
+
+    def __init__(self, code: Code, text: str) -> None:
+        super().__init__(text)
+        self.code = code
+        self.text = text
 
 
 class MalformedFrame(ProtocolError):

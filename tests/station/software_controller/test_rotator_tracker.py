@@ -9,7 +9,8 @@ from solarcal.mount.drive import RotaryDrive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import AxisLimits
 from solarcal.station.software_controller.coefficient_store import FileStore
-from solarcal.unit.tracker import Code, Mode
+from solarcal.unit.frames import Code
+from solarcal.unit.tracker import Mode
 
 P = Coefficients(0.2, -0.3, 0.5, 0.2, 0.0007, 0.0)
 

@@ -21,8 +21,9 @@ from solarcal.station.software_controller.coefficient_store import (
     StoredCorrection,
 )
 from solarcal.timescale import Clock, format_utc
+from solarcal.unit.frames import Code
 from solarcal.unit.rotator import Direction
-from solarcal.unit.tracker import Code, Stored, UnitParameters, UnitSite
+from solarcal.unit.tracker import Stored, UnitParameters, UnitSite
 from solarcal.units import wrap_deg
 
 TURNS = (0, 1, -1, 2, -2)

@@ -14,8 +14,9 @@ from solarcal.errors import ProcedureRefused, UnitRefused
 from solarcal.mount.drive import Drive, register
 from solarcal.station.software_controller.controller_model import AzElAxes, SoftwareControllerModel
 from solarcal.station.software_controller.motion import MotionWatch, SunSteps
+from solarcal.unit.frames import Code
 from solarcal.unit.rotator import READ_OUT_DEG, Rotator
-from solarcal.unit.tracker import Code, Mode, RefCheckResult
+from solarcal.unit.tracker import Mode, RefCheckResult
 
 JOG_EXPIRES_S: Final = 5.0
 WATCH_S: Final = 0.5

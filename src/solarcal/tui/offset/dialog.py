@@ -37,7 +37,7 @@ from solarcal.tui.offset.spot import (
     jog_table,
 )
 from solarcal.tui.widgets.lines import Words
-from solarcal.unit.conversation import NOT_REFERENCED
+from solarcal.unit.frames import Code
 from solarcal.unit.tracker import Mode
 
 STEPS = (JogSeen, Jogged, OffsetSet, OffsetLeft)
@@ -357,7 +357,7 @@ class SunOffsetDialog(PacedDialog):
 
     def step_failed(self, failed: StepFailed) -> None:
         super().step_failed(failed)
-        if isinstance(failed.error, UnitRefused) and failed.error.code == NOT_REFERENCED:
+        if isinstance(failed.error, UnitRefused) and failed.error.code == Code.NOT_REFERENCED:
             self.say(f"Refused. {self._reference_first()}", "error")
         if failed.kind in STEPS:
             self._waiting = max(0, self._waiting - 1)

@@ -11,10 +11,10 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.unit import fields, values
 from solarcal.unit.conversation import Conversation, Timing
 from solarcal.unit.fields import ABSENT, PARAMETER_NAMES, parameters_from_texts
+from solarcal.unit.frames import Code
 from solarcal.unit.link import Link
 from solarcal.unit.tracker import (
     Capabilities,
-    Code,
     EmulatedSky,
     Emulation,
     Mode,
