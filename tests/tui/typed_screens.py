@@ -159,7 +159,8 @@ async def type_in(pilot: Pilot[int], *values: str) -> None:
 
 
 async def fill(pilot: Pilot[int], **values: str) -> None:
-    """Values into fields at once, as if typed very fast."""
+    """Values into fields at once, as if typed very fast, once the fields are there."""
+    await until(pilot, lambda: all(pilot.app.screen.query(f"#typed-{name}") for name in values))
     for name, value in values.items():
         pilot.app.screen.query_one(f"#typed-{name}", Field).input.value = value
     await pilot.pause()
