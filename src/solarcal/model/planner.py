@@ -7,7 +7,7 @@ of the points taken and of what is struck out: as long as its next point lies ah
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -173,7 +173,7 @@ class _Planner:
     def _of_slots(self, slots: Slots, at_utc_s: float) -> Plan:
         ends_s = _ends(slots)
         allowed = [self._allowed(slots, end_s) for end_s in ends_s]
-        found = self._schedules(slots, ends_s, allowed)
+        found = list(self._schedules(slots, ends_s, allowed))
         stops = [stop for stop, _, _ in found]
         sure = next((i for i, stop in enumerate(stops) if self._meets(stop)), None)
         if sure is not None:
@@ -182,7 +182,7 @@ class _Planner:
             return self._reaching(at_utc_s, stops, stops[sure], "")
         last = found[-1]
         if self.points is None:
-            dense = self._schedules(slots, ends_s[-1:], [len(slots)])[0]
+            dense = next(self._schedules(slots, ends_s[-1:], [len(slots)]))
             if self._meets(dense[0]):
                 low = self._first_dense(slots, ends_s)
                 stops[low] = self._earliest(slots, ends_s[low - 1] if low else -np.inf, dense)
@@ -210,7 +210,7 @@ class _Planner:
 
     def _schedules(
         self, slots: Slots, ends_s: Sequence[float], allowed: Sequence[int]
-    ) -> list[tuple[PlannedStop, list[int], list[FloatArray]]]:
+    ) -> Iterator[tuple[PlannedStop, list[int], list[FloatArray]]]:
         """The greedy schedule of every end, with what is known after each of its points."""
         orders = greedy_for_each(
             slots,
@@ -221,12 +221,10 @@ class _Planner:
             least_gain=WORTH_A_POINT if self.points is None else 0.0,
             floor=self.year.known_square,
         )
-        found = []
         for end_s, most, (chosen, covariances) in zip(ends_s, allowed, orders, strict=True):
             chosen, covariances = chosen[:most], covariances[:most]
             left = covariances[-1] if covariances else self.covariance
-            found.append((self._stop(end_s, slots, chosen, left), chosen, covariances))
-        return found
+            yield self._stop(end_s, slots, chosen, left), chosen, covariances
 
     def _stop(
         self, end_s: float, slots: Slots, chosen: Sequence[int], covariance: FloatArray
@@ -268,7 +266,8 @@ class _Planner:
         low, high = 0, len(ends_s) - 1
         while low < high:
             middle = (low + high) // 2
-            if self._meets(self._schedules(slots, [ends_s[middle]], [len(slots)])[0][0]):
+            dense, *_ = next(self._schedules(slots, [ends_s[middle]], [len(slots)]))
+            if self._meets(dense):
                 high = middle
             else:
                 low = middle + 1
@@ -377,9 +376,9 @@ class _Planner:
         )
         visit = replace(visit, points=None, year=year, rule=rule)
         ends_s = _ends(slots)
-        found = visit._schedules(slots, ends_s, [visit._allowed(slots, end) for end in ends_s])
-        stop = next((one[0] for one in found if visit._meets(one[0])), found[-1][0])
-        return stop.times_utc_s
+        allowed = [visit._allowed(slots, end_s) for end_s in ends_s]
+        stops = [stop for stop, _, _ in visit._schedules(slots, ends_s, allowed)]
+        return next((stop for stop in stops if visit._meets(stop)), stops[-1]).times_utc_s
 
     def _concluded(
         self,

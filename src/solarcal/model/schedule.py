@@ -181,21 +181,26 @@ def exchanged(
     # By how many points each slot is blocked.
     blocked = too_near[schedule].sum(axis=0)
     for _ in range(_ROUNDS):
-        moved = False
-        for place in range(len(schedule)):
-            others = schedule[:place] + schedule[place + 1 :]
-            rows = slots.rows[others].reshape(-1, 6)
-            without = _inverse(start + rows.T @ rows)
-            gain = gains(slots.rows, without, weight)
-            now = gain[schedule[place]]
-            free = within & (blocked == too_near[schedule[place]])
+        first = 0
+        while first < len(schedule):
+            # What each point from here on would gain elsewhere, good until one of them is moved.
+            here = schedule[first:]
+            information = _information(slots.rows[schedule])
+            without = start + information.sum(axis=0) - information[first:]
+            gain = gains(slots.rows, _inverse(without), weight)
+            now = gain[np.arange(len(here)), here]
+            free = within & (blocked == too_near[here])
             gain = np.where(free, gain, -np.inf)
-            best = int(np.argmax(gain))
-            if gain[best] > now * (1.0 + 1e-6):
-                blocked += too_near[best]
-                blocked -= too_near[schedule[place]]
-                schedule[place], moved = best, True
-        if not moved:
+            better = np.flatnonzero(gain.max(axis=1) > now * (1.0 + 1e-6))
+            if not better.size:
+                break
+            place = first + int(better[0])
+            best = int(np.argmax(gain[better[0]]))
+            blocked += too_near[best]
+            blocked -= too_near[schedule[place]]
+            schedule[place] = best
+            first = place + 1
+        if first == 0:
             break
     return sorted(schedule)
 
@@ -209,8 +214,8 @@ def cost(
 
 def after(slots: Slots, covariance: FloatArray, schedule: Sequence[int]) -> FloatArray:
     """Covariance after the points of a schedule, (6, 6)."""
-    rows = slots.rows[list(schedule)].reshape(-1, 6)
-    return _inverse(_inverse(covariance) + rows.T @ rows)
+    information = _information(slots.rows[list(schedule)])
+    return _inverse(_inverse(covariance) + information.sum(axis=0))
 
 
 def best_schedule(
@@ -249,6 +254,11 @@ def equally_spaced(slots: Slots, count: int, until_s: float = np.inf) -> list[in
     steps = (last - first) / count
     wanted = [first + steps * i for i in range(1, count + 1)]
     return [int(eligible[np.argmin(np.abs(slots.utc_s[eligible] - time))]) for time in wanted]
+
+
+def _information(rows: FloatArray) -> FloatArray:
+    """What points with sky slopes (..., 2, 6) tell each, (..., 6, 6)."""
+    return np.swapaxes(rows, -1, -2) @ rows
 
 
 def _inverse(matrix: FloatArray) -> FloatArray:
