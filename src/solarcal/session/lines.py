@@ -27,7 +27,7 @@ from solarcal.session.records import (
     UnknownRecord,
     Void,
 )
-from solarcal.timescale import parse_utc
+from solarcal.timescale import parse_many_utc
 
 _TORN_START = b'{"type":"torn","bytes":'
 _CHECKSUM_LENGTH = len(b',"crc32c":"01234567"}')
@@ -99,12 +99,10 @@ def decode_record(line: bytes) -> Record:
         Not JSON, or not a record; the message says what is wrong.
     """
     try:
-        record = _decode(_opened(line))
-        _check_meaning(record)
+        record = _understood(line)
+        _check_stamps([record])
     except ConfigurationError as error:
         raise msgspec.ValidationError(str(error)) from None
-    except RecursionError:
-        raise ValueError("nested too deeply") from None
     return record
 
 
@@ -237,7 +235,7 @@ class _Reading:
                 raise self._error(self.bad[0], self.bad[2])
             return
         try:
-            record = decode_record(_harmless(line))
+            record = _understood(_harmless(line))
         except msgspec.ValidationError as error:
             raise self._error(self.number, str(error)) from None
         except ValueError as error:
@@ -267,6 +265,10 @@ class _Reading:
     def finish(self) -> SessionText:
         if self.header is None:
             raise SessionFileError(f"{self.name} is empty: no session was begun in it")
+        try:
+            _check_stamps(self.records)
+        except ConfigurationError:
+            self._refuse_stamp()
         self._check_sequence()
         if self.unsealed:
             self.warnings.insert(
@@ -344,6 +346,14 @@ class _Reading:
             last = record.seq
             seen.add(last)
 
+    def _refuse_stamp(self) -> None:
+        """Name the line of the first instant that is none."""
+        for record, number in zip(self.records, self.lines, strict=True):
+            try:
+                _check_stamps([record])
+            except ConfigurationError as error:
+                raise self._error(number, str(error)) from None
+
     def _error(self, number: int, complaint: str) -> SessionFileError:
         return SessionFileError(f"{self.name}:{number}: {one_line(complaint)}")
 
@@ -363,6 +373,19 @@ def _is_json(line: bytes) -> bool:
     return True
 
 
+def _understood(line: bytes) -> Record:
+    """A line's record; its times are not looked at."""
+    try:
+        record = _decode(_opened(line))
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
+    if isinstance(record, PointRecord) and record.status == "accepted":
+        for name in ("ideal_deg", "error_deg"):
+            if getattr(record, name) is None:
+                raise msgspec.ValidationError(f"an accepted point without {name}")
+    return record
+
+
 def _decode(line: bytes) -> Record:
     try:
         record: KnownRecord = _decoder.decode(line)
@@ -379,12 +402,7 @@ def _decode(line: bytes) -> Record:
     return UnknownRecord(seq=seq, utc=utc, type=kind, fields=raw)
 
 
-def _check_meaning(record: Record) -> None:
-    """What the field types cannot say."""
-    parse_utc(record.utc)
-    if isinstance(record, PointRecord | CheckRecord) and record.read_utc is not None:
-        parse_utc(record.read_utc)
-    if isinstance(record, PointRecord) and record.status == "accepted":
-        for name in ("ideal_deg", "error_deg"):
-            if getattr(record, name) is None:
-                raise msgspec.ValidationError(f"an accepted point without {name}")
+def _check_stamps(records: Sequence[Record]) -> None:
+    """Refuse the first time that is no instant, of these records or of their read-outs."""
+    read = (r.read_utc for r in records if isinstance(r, PointRecord | CheckRecord))
+    parse_many_utc([*(r.utc for r in records), *(utc for utc in read if utc is not None)])

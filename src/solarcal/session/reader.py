@@ -4,6 +4,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from solarcal.errors import SessionFileError
 from solarcal.input_files import read_bytes
 from solarcal.session.lines import parse_session
@@ -58,17 +60,24 @@ def session_of(content: bytes, name: str) -> Session:
 def contradictions(header: Header, records: Sequence[Record], name: str) -> Iterator[str]:
     """Records in which a number does not agree with the others it can be had from."""
     offsets = {r.instant: r for r in records if isinstance(r, SunOffset)}
-    for record in records:
-        if not isinstance(record, PointRecord):
-            continue
-        if record.reading_deg and record.ideal_deg and record.error_deg and not header.unit.typed:
-            pairs = zip(record.reading_deg, record.ideal_deg, record.error_deg, strict=True)
-            for axis, (reading, ideal, error) in enumerate(pairs, start=1):
-                if abs(wrap_deg(reading - ideal - error)) > _SAME_DEG:
-                    yield (
-                        f"{name}: point {record.seq}: reading {reading:.5f} - ideal {ideal:.5f} of "
-                        f"axis {axis} is not the recorded error {error:.5f} deg"
-                    )
+    found = [record for record in records if isinstance(record, PointRecord)]
+    parts = [
+        (record.seq, axis, *numbers)
+        for record in found
+        if record.reading_deg and record.ideal_deg and record.error_deg
+        for axis, numbers in enumerate(
+            zip(record.reading_deg, record.ideal_deg, record.error_deg, strict=True), start=1
+        )
+    ]
+    if parts and not header.unit.typed:
+        _, _, reading, ideal, error = np.array(parts).T
+        for at in np.flatnonzero(np.abs(wrap_deg(reading - ideal - error)) > _SAME_DEG).tolist():
+            seq, axis, *numbers = parts[at]
+            yield (
+                f"{name}: point {seq}: reading {numbers[0]:.5f} - ideal {numbers[1]:.5f} of "
+                f"axis {axis} is not the recorded error {numbers[2]:.5f} deg"
+            )
+    for record in found:
         offset = offsets.get(record.read_utc or "")
         if record.basis == "sun_offset" and offset is not None:
             for what in ("ideal_deg", "reading_deg", "counts", "offsets"):

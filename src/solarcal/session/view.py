@@ -64,7 +64,7 @@ class SessionView:
             self.header.geometry, self.header.site.latitude_deg, self.header.ax1_centre_deg
         )
 
-    @property
+    @cached_property
     def accepted(self) -> tuple[PointRecord, ...]:
         return tuple(p for p in self.points if p.status == "accepted")
 

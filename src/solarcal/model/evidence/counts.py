@@ -147,11 +147,11 @@ def losses(session: SessionView) -> tuple[tuple[RefCheck, int, Loss], ...]:
     return tuple(found)
 
 
-def real_losses(session: SessionView) -> tuple[Loss, ...]:
-    """Those that are more than the play of a switch."""
+def real_losses(found: Sequence[tuple[RefCheck, int, Loss]]) -> tuple[Loss, ...]:
+    """Those of the ``losses`` that are more than the play of a switch."""
     return tuple(
         loss
-        for check, counts, loss in losses(session)
+        for check, counts, loss in found
         if missed_counts_finding(check.number, counts, loss) is not None
     )
 
@@ -161,13 +161,14 @@ def count_evidence(
 ) -> tuple[Finding, ...]:
     """What the reference checks found; a fit of the points dates it."""
     dated: dict[Loss, Moment] = {}
-    real = real_losses(session)
+    found = losses(session)
+    real = real_losses(found)
     if solution is not None and real:
         _, when = undo_losses(solution.points, solution.context, solution.posterior.mean, real)
         dated = dict(zip(real, when, strict=True))
     findings = [
         missed_counts_finding(check.number, counts, loss, dated.get(loss))
-        for check, counts, loss in losses(session)
+        for check, counts, loss in found
     ]
     return tuple(finding for finding in findings if finding is not None)
 

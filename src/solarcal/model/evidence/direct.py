@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from solarcal.model.evidence.branches import branch_evidence, side_evidence
 from solarcal.model.evidence.clocks import clock_evidence, laptop_evidence
-from solarcal.model.evidence.counts import Loss, count_evidence, real_losses
+from solarcal.model.evidence.counts import Loss, count_evidence, losses, real_losses
 from solarcal.model.evidence.read_outs import offset_evidence, read_out_evidence
 from solarcal.model.evidence.times import UNIT_CLOCK, stamp_evidence
 from solarcal.model.evidence.unit_state import held_evidence, unit_evidence
@@ -48,7 +48,7 @@ class Evidence:
     @property
     def losses(self) -> tuple[Loss, ...]:
         """Counts known to have been missed; labels of several files are ambiguous."""
-        return real_losses(self.sessions[0]) if self._one_session else ()
+        return real_losses(losses(self.sessions[0])) if self._one_session else ()
 
     @property
     def _one_session(self) -> bool:

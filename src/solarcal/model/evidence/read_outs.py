@@ -60,11 +60,10 @@ def offset_disagreements(unit: UnitRecord, point: PointRecord) -> tuple[str, ...
     """Where the unit's O contradicts its own read-outs at a point: both numbers, per axis.
 
     E(P in force) + O is reading - ideal, to the unit's resolution; between two updates the axes
-    stand up to an update range away. Typed read-outs are of another moment: not compared.
+    stand up to an update range away. Not for typed read-outs, which are of another moment.
     """
     if (
-        unit.typed
-        or point.ideal_deg is None
+        point.ideal_deg is None
         or point.reading_deg is None
         or point.offsets is None
         or point.coefficients is None
