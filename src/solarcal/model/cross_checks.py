@@ -7,7 +7,6 @@ import numpy as np
 from scipy.optimize import brentq
 
 from solarcal.model.mechanism_solution import OUTLIER_PROBABILITY, MechanismSolution
-from solarcal.model.year_grid import year_grid
 from solarcal.mount.mechanism import Mechanism
 from solarcal.units import FloatArray
 
@@ -217,11 +216,7 @@ def _last_moved(
     pull = np.einsum("n,nai,na->i", weights[last], rows[last], sky[last])
     # At the solution all pulls cancel, so leaving these out moves it by minus their own.
     moved = np.linalg.solve(without + 1e-9 * np.eye(6), -pull) * unit
-    grid = year_grid(solution.context)
-    at = Mechanism.of(solution.posterior.mean).linearised(
-        grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg
-    )
-    change = np.einsum("k,kag->ag", moved, at.sky_slopes)
+    change = np.einsum("k,kag->ag", moved, solution.year.sky_slopes)
     return _rms(np.hypot(change[0], change[1]))
 
 

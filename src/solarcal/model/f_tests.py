@@ -67,8 +67,13 @@ class PointsTested:
 
     @classmethod
     def of(
-        cls, points: Points, context: SkyContext, approach: NDArray[np.int_] | None = None
+        cls,
+        points: Points,
+        context: SkyContext,
+        approach: NDArray[np.int_] | None = None,
+        seen: TruePoints | None = None,
     ) -> "PointsTested":
+        """``seen``: the points from the true Sun, where they are looked at already."""
         n = len(points)
         weights = np.ones(n)
         if points.sigma_deg is not None:
@@ -79,7 +84,8 @@ class PointsTested:
             for term in terms_tested(points.geometry.name)
             if term.tested is not None and _told(sides, term.tested.both_sides_of)
         )
-        return cls(points, context, true_points(points, context), sides, weights, terms)
+        seen = true_points(points, context) if seen is None else seen
+        return cls(points, context, seen, sides, weights, terms)
 
     def rows(self, values: FloatArray, amounts: Mapping[str, float]) -> Rows:
         """Linearise about six numbers (6,) and amounts of tested terms.
@@ -308,7 +314,8 @@ def what_changed(
 
 def weakest_change_deg(points: Points, session: SessionIndex, solution: MechanismSolution) -> float:
     """The change of lean or zero, in its worst direction, that would show nine times in ten."""
-    rows = PointsTested.of(points, solution.context).rows(solution.posterior.mean, {})
+    tested = PointsTested.of(points, solution.context, seen=solution.seen)
+    rows = tested.rows(solution.posterior.mean, {})
     worst = 0.0
     for which in (ZEROS, LEAN):
         fit = ColumnFit(rows.six, rows.residuals)

@@ -19,7 +19,7 @@ from solarcal.model.solution import Solution
 from solarcal.model.unmodelled import widened, year_columns
 from solarcal.model.year_grid import SLOTS, SunGrid, year_grid
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, correction_deg
-from solarcal.mount.mechanism import Mechanism
+from solarcal.mount.mechanism import Linearised
 from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule, Unmodelled
 from solarcal.units import FloatArray, wrap_deg
 
@@ -283,18 +283,18 @@ def upper_quantile(values: FloatArray, share: float) -> float:
 
 
 def known_and_slopes(
-    values: FloatArray, uploaded: Coefficients, grid: SunGrid
+    values: FloatArray, uploaded: Coefficients, grid: SunGrid, at: Linearised | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Sky error (2, g) of these coefficients on the mechanism of six numbers, and the slopes
     (6, 2, g) of the mechanism's own sky errors; with ``values`` of the amounts beside the six,
-    theirs too (11, 2, g)."""
+    theirs too (11, 2, g). ``at``: the mechanism over the grid, where it is computed already."""
     if len(values) > len(COEFFICIENT_NAMES):
         known, slopes = known_and_slopes(values[:6], uploaded, grid)
         columns = year_columns(values[:6], grid)
         known = known - np.einsum("m,mag->ag", values[6:], columns)
         return known, np.concatenate((slopes, columns))
     sun = grid.sun
-    at = Mechanism.of(values).linearised(grid.geometry, sun.true1_deg, sun.true2_deg)
+    at = grid.linearised(values) if at is None else at
     driven = np.stack(correction_deg(uploaded, sun.ideal1_deg, sun.ideal2_deg))
     beside = driven - at.errors - grid.gap_deg
     beside[0] = wrap_deg(beside[0])

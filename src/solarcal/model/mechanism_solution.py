@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from solarcal.model.prior import MechanismPosterior, Prior
-from solarcal.model.sky_context import SkyContext
+from solarcal.model.sky_context import SkyContext, TruePoints
 from solarcal.model.solution import Solution
 from solarcal.mount.geometry import MountGeometry
+from solarcal.mount.mechanism import Linearised
 from solarcal.units import FloatArray
 
 OUTLIER_PROBABILITY = 0.5
@@ -74,6 +75,10 @@ class MechanismSolution(Solution):
         What is known of the mechanism.
     context, prior
         What was known beforehand.
+    seen
+        The points from where the Sun really stood.
+    year
+        The mechanism over the year's grid.
     blunder_probability : (n,)
     slopes : (n, 2, 6)
         Of the points' sky errors with respect to the mechanism.
@@ -82,6 +87,8 @@ class MechanismSolution(Solution):
     posterior: MechanismPosterior
     context: SkyContext
     prior: Prior
+    seen: TruePoints
+    year: Linearised
     blunder_probability: FloatArray
     slopes: FloatArray
     point_weights: FloatArray

@@ -29,7 +29,7 @@ from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
 from solarcal.model.points import Points
 from solarcal.model.prior import MechanismPosterior, Prior
 from solarcal.model.sky_context import LOWEST_ELEVATION_DEG, SkyContext, true_points
-from solarcal.model.year_grid import coefficients_jacobian, year_grid
+from solarcal.model.year_grid import coefficients_jacobian
 from solarcal.mount.mechanism import Mechanism
 from solarcal.units import FloatArray, wrap_deg
 
@@ -193,8 +193,8 @@ def _fit_shifted(
         root = np.sqrt(solution.point_weights)[:, np.newaxis]
         six = (solution.slopes * unit * root[..., np.newaxis]).reshape(-1, 6)
         more = shift_columns(six, session, allowed)
-        at = PointsTested.of(solution.points, context).rows(solution.posterior.mean, {})
-        weights = PointsTested.of(solution.points, context).weights[:, np.newaxis]
+        tested = PointsTested.of(solution.points, context, seen=solution.seen)
+        at, weights = tested.rows(solution.posterior.mean, {}), tested.weights[:, np.newaxis]
         left = (at.residuals.reshape(-1, 2) / weights * root).reshape(-1)
         both = np.hstack((six, more))
         held = shifts[:, list(allowed)].reshape(-1) / np.tile(unit[list(allowed)], s)
@@ -244,11 +244,7 @@ def _widened(
         noise_deg=old.noise_deg,
         point_weights=old.point_weights,
     )
-    grid = year_grid(solution.context)
-    at = Mechanism.of(posterior.mean).linearised(
-        grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg
-    )
-    carried = coefficients_jacobian(at.slopes, solution.context, solution.prior)
+    carried = coefficients_jacobian(solution.year.slopes, solution.context, solution.prior)
     return replace(
         solution, posterior=posterior, covariance=carried @ posterior.covariance @ carried.T
     )

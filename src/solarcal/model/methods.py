@@ -24,7 +24,6 @@ from solarcal.model.year_grid import (
     controller_coefficients,
     year_grid,
 )
-from solarcal.mount.mechanism import Mechanism
 
 Method = Literal["linear", "robust", "exact"]
 METHODS: tuple[Method, ...] = get_args(Method)
@@ -86,15 +85,12 @@ def fit_exact(
     used, seen, left_out = _high_enough(points, context)
     fitted = fit_mechanism(seen, used.geometry, used.sigma_deg, prior, use_prior=use_prior)
     posterior = fitted.posterior
-    grid = year_grid(context)
-    at = Mechanism.of(posterior.mean).linearised(
-        grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg
-    )
-    carried = coefficients_jacobian(at.slopes, context, prior)
+    year = year_grid(context).linearised(posterior.mean)
+    carried = coefficients_jacobian(year.slopes, context, prior)
     return MechanismSolution(
         method="robust" if use_prior else "exact",
         model_terms=tuple(TERMS[name] for name in CONTROLLER_TERMS),
-        values=controller_coefficients(posterior.mean, context, prior),
+        values=controller_coefficients(posterior.mean, context, prior, year.errors),
         covariance=carried @ posterior.covariance @ carried.T,
         sigma_source="posterior",
         residual1_deg=fitted.residuals_deg[0],
@@ -105,6 +101,8 @@ def fit_exact(
         posterior=posterior,
         context=context,
         prior=prior,
+        seen=seen,
+        year=year,
         blunder_probability=fitted.blunder,
         slopes=fitted.slopes,
         point_weights=fitted.point_weights,

@@ -18,6 +18,7 @@ from solarcal.model.f_tests import (
     POWER_QUANTILE,
     ColumnFit,
     PointsTested,
+    Rows,
     basis_of,
     norm_beside,
     t_limit,
@@ -85,6 +86,7 @@ class ResidualTests:
 
 def run_residual_tests(
     model: PointsTested,
+    rows: Rows,
     values: FloatArray,
     prior: Prior,
     *,
@@ -95,8 +97,8 @@ def run_residual_tests(
 
     Parameters
     ----------
-    values : (6,)
-        The fitted mechanism, about which everything is linearised.
+    rows, values : (6,)
+        The points about the fitted mechanism, and that mechanism.
     prior
         Its sigmas are the units in which the place moves when a cause is taken in.
     suspects
@@ -104,7 +106,7 @@ def run_residual_tests(
     noise_deg
         For ``weakest``; default what is left over.
     """
-    search = _Search(model, values, prior, tuple(suspects))
+    search = _Search(model, rows, values, prior, tuple(suspects))
     search.run()
     return search.concluded(noise_deg)
 
@@ -113,6 +115,7 @@ class _Search:
     def __init__(
         self,
         model: PointsTested,
+        rows: Rows,
         values: FloatArray,
         prior: Prior,
         suspects: tuple[int, ...],
@@ -124,7 +127,7 @@ class _Search:
         self.amounts: dict[str, float] = {}
         self.bad: list[int] = []
         self.left_then: dict[str, tuple[float, dict[str, float]]] = {}
-        self.rows = model.rows(values, {})
+        self.rows = rows
         self.family = len(self.rows.causes) + 1
         self.count = len(self.model.points)
 

@@ -363,8 +363,9 @@ def year_ahead(
     ``expected``: a forecast with what may be there beside P1..P6.
     """
     grid = year_grid(context)
-    uploaded = Coefficients(*controller_coefficients(posterior.mean, context, Prior()).tolist())
-    known, slopes = known_and_slopes(posterior.mean, uploaded, grid)
+    at = grid.linearised(posterior.mean)
+    best = controller_coefficients(posterior.mean, context, Prior(), at.errors)
+    known, slopes = known_and_slopes(posterior.mean, Coefficients(*best.tolist()), grid, at)
     slopes = slopes * unit[:, np.newaxis, np.newaxis]
     flat = slopes.reshape(6, -1)
     days = len(grid.days_utc_s)

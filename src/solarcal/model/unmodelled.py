@@ -14,7 +14,7 @@ import numpy as np
 
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.prior import MechanismPosterior
-from solarcal.model.sky_context import SkyContext, true_points
+from solarcal.model.sky_context import SkyContext
 from solarcal.model.year_grid import SunGrid
 from solarcal.mount.mechanism import Mechanism
 from solarcal.stopping_rule import Unmodelled
@@ -96,7 +96,7 @@ def widened(solution: MechanismSolution, unmodelled: Unmodelled) -> MechanismPos
     """Posterior of P1..P6 and the five amounts (q, 11) for a ``robust`` fit."""
     posterior, context = solution.posterior, solution.context
     assert posterior.point_weights is not None
-    seen = true_points(solution.points, context)
+    seen = solution.seen
     columns = sky_columns(posterior.mean, context, seen.ax1_deg, seen.ax2_deg)
     n = solution.n_points
     A = solution.slopes.reshape(2 * n, 6)

@@ -15,7 +15,7 @@ from solarcal.model.sky_context import SkyContext, SunDirections, sun_directions
 from solarcal.model.terms import CONTROLLER_TERMS, TERMS, NativeAngles, design_matrix
 from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import MountGeometry
-from solarcal.mount.mechanism import Mechanism
+from solarcal.mount.mechanism import Linearised, Mechanism
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray, wrap_deg
 
@@ -63,6 +63,12 @@ class SunGrid:
 
     def __len__(self) -> int:
         return len(self.utc_s)
+
+    def linearised(self, values: FloatArray) -> Linearised:
+        """The exact mechanism of six numbers (6,) at the true directions."""
+        return Mechanism.of(values).linearised(
+            self.geometry, self.sun.true1_deg, self.sun.true2_deg
+        )
 
 
 def sun_grid(context: SkyContext, days_utc_s: FloatArray, lowest_deg: float) -> SunGrid:
@@ -118,15 +124,20 @@ def _best_fit(context: SkyContext, prior: Prior) -> FloatArray:
     return best
 
 
-def controller_coefficients(values: FloatArray, context: SkyContext, prior: Prior) -> FloatArray:
+def controller_coefficients(
+    values: FloatArray, context: SkyContext, prior: Prior, errors_deg: FloatArray | None = None
+) -> FloatArray:
     """The six numbers (6,) with which the controller's formula does best over the year.
 
     Starts from the mechanism's own six and adds, by least squares on sky in units of the prior,
     what makes up for the second order of the lean, for refraction and for the controller's Sun.
+    ``errors_deg`` (2, g): the mechanism's over the year, where they are computed already.
     """
     grid = year_grid(context)
-    wanted = Mechanism.of(values).errors_deg(grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg)
-    missing = np.stack(wanted) + grid.gap_deg - np.einsum("k,kag->ag", values, grid.formula)
+    if errors_deg is None:
+        true = grid.sun.true1_deg, grid.sun.true2_deg
+        errors_deg = np.stack(Mechanism.of(values).errors_deg(grid.geometry, *true))
+    missing = errors_deg + grid.gap_deg - np.einsum("k,kag->ag", values, grid.formula)
     missing[0] = wrap_deg(missing[0])
     found: FloatArray = values + _best_fit(context, prior) @ (missing * grid.sky).reshape(-1)
     return found

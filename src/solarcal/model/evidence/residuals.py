@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from solarcal.model.degeneracy import clock_utc, degeneracies
 from solarcal.model.evidence.counts import Loss, undo_losses
-from solarcal.model.f_tests import ZEROS, ColumnFit, PointsTested
+from solarcal.model.f_tests import ZEROS, ColumnFit, PointsTested, Rows
 from solarcal.model.finding import Finding, Kind, listed
 from solarcal.model.fit import FEWEST_POINTS as LINEAR_FEWEST
 from solarcal.model.fit import fit_linear
@@ -25,7 +25,6 @@ from solarcal.model.residual_tests import BadPoint, Cause, ResidualTests, run_re
 from solarcal.model.sky_context import SkyContext, true_points
 from solarcal.model.solution import Solution
 from solarcal.model.terms import CONTROLLER_TERMS, TERMS, LookedFor
-from solarcal.model.year_grid import year_grid
 from solarcal.mount.mechanism import Mechanism
 from solarcal.stopping_rule import TOLERANCE_DEG
 from solarcal.units import FloatArray, wrap_deg
@@ -70,15 +69,18 @@ def diagnose(
     if len(points) < FEWEST_POINTS:
         return (_too_few(len(points)), *doubtful)
     outliers = set(solution.outliers)
+    tested = PointsTested.of(points, solution.context, approach, solution.seen)
+    rows = tested.rows(solution.posterior.mean, {})
     tests = run_residual_tests(
-        PointsTested.of(points, solution.context, approach),
+        tested,
+        rows,
         solution.posterior.mean,
         solution.prior,
         suspects=[i for i, label in enumerate(points.labels) if label in outliers],
         noise_deg=solution.noise_deg,
     )
     return (
-        *_steps(solution, tolerance_deg),
+        *_steps(solution, rows, tolerance_deg),
         *(_cause(cause, tests, tolerance_deg) for cause in tests.causes),
         *(_bad_point(bad, solution) for bad in tests.bad),
         *_undecided(tests),
@@ -86,7 +88,7 @@ def diagnose(
     )
 
 
-def _steps(solution: MechanismSolution, tolerance_deg: float) -> tuple[Finding, ...]:
+def _steps(solution: MechanismSolution, rows: Rows, tolerance_deg: float) -> tuple[Finding, ...]:
     """A change of both zeros between two runs of points in time: a reference or a clamp moved.
 
     Each division into two runs of three points or more is an F-test of two columns beside the six
@@ -98,7 +100,6 @@ def _steps(solution: MechanismSolution, tolerance_deg: float) -> tuple[Finding, 
     if times is None or not np.isfinite(times).all() or n < 2 * SHORTEST_RUN + 1:
         return ()
     order = np.argsort(times, kind="stable")
-    rows = PointsTested.of(points, solution.context).rows(solution.posterior.mean, {})
     base = ColumnFit(rows.six, rows.residuals)
     place = np.empty(n, dtype=np.intp)
     place[order] = np.arange(n)
@@ -111,7 +112,11 @@ def _steps(solution: MechanismSolution, tolerance_deg: float) -> tuple[Finding, 
         return ()
     p, first, amount = min(tried, key=lambda one: one[0])
     p *= len(tried)
-    smooth = min(base.column(column)[2] for column in rows.causes.values())
+    smooth = min(
+        base.column(column)[2]
+        for name, column in rows.causes.items()
+        if _looked_for(name).both_sides_of is None
+    )
     sine = float(np.mean(np.sin(np.radians(points.ax2_deg))))
     size = float(np.hypot(amount[0] * sine, amount[1]))
     if p > STEP_LEVEL or p > smooth or size < 0.5 * tolerance_deg:
@@ -282,10 +287,7 @@ def _small(angle_deg: float) -> str:
 
 def _bad_point(bad: BadPoint, solution: MechanismSolution) -> Finding:
     label = solution.points.labels[bad.index]
-    grid = year_grid(solution.context)
-    values = solution.posterior.mean
-    at = Mechanism.of(values).linearised(grid.geometry, grid.sun.true1_deg, grid.sun.true2_deg)
-    change = np.einsum("k,kag->ag", bad.step, at.sky_slopes)
+    change = np.einsum("k,kag->ag", bad.step, solution.year.sky_slopes)
     moved = float(np.sqrt(np.mean(np.sum(change**2, axis=0))))
     return Finding(
         kind="bad_point",
