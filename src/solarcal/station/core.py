@@ -8,6 +8,7 @@ import math
 import threading
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TypeVar, Unpack
 
@@ -138,13 +139,13 @@ class StationCore:
         with self._change:
             self._become(live=replace(self._state.live, **changes))  # type: ignore[arg-type]
 
-    def _record(self, make: Callable[[int, str], Recorded]) -> Recorded:
-        """Append to the journal, and only then show it."""
+    def _record(self, make: Callable[..., Recorded]) -> Recorded:
+        """Append to the journal, and only then show it. ``make`` is given ``seq`` and ``utc``."""
         utc = format_utc(self.clock.utc_s())
         with self._change:
             self._record_restored()
             journal = self._open_journal()
-            record = make(journal.next_seq, utc)
+            record = make(seq=journal.next_seq, utc=utc)
             journal.append(record)
             self._become(session=view_session(journal.header, tuple(journal.records)))
         return record
@@ -155,9 +156,8 @@ class StationCore:
             self._typed_before.append(answer)
             return
         self._record(
-            lambda seq, utc: Typed(
-                seq=seq,
-                utc=utc,
+            partial(
+                Typed,
                 form=answer.form.word,
                 read_utc=format_utc(answer.read_utc_s),
                 values={name: text for name, text in answer.texts.items() if text},
@@ -226,7 +226,7 @@ class StationCore:
                 self._losses += 1
                 self._live(losses_unrecorded=self._losses)
             elif self._journal is not None:
-                self._record(lambda seq, utc: LinkLost(seq=seq, utc=utc, reason=str(error)))
+                self._record(partial(LinkLost, reason=str(error)))
             held_s = self.clock.utc_s() - self._restored_utc_s
             self._flapping = 0.0 <= held_s < HELD_S
         finally:
@@ -274,9 +274,7 @@ class StationCore:
         self._restored_serial, self._losses = "", 0
         self._live(losses_unrecorded=0)
         if self._journal is not None:
-            self._record(
-                lambda seq, utc: LinkRestored(seq=seq, utc=utc, serial=serial, losses=losses)
-            )
+            self._record(partial(LinkRestored, serial=serial, losses=losses))
 
     def poll(self) -> Status:
         """Read the unit's status once and show it."""
@@ -309,7 +307,7 @@ class StationCore:
         """
         try:
             if self._journal is not None:
-                self._record(lambda seq, utc: Closed(seq=seq, utc=utc, reason=reason))
+                self._record(partial(Closed, reason=reason))
         finally:
             self.leave()
 
@@ -368,12 +366,8 @@ class StationCore:
             same = same and held.offsets == newest.new_offsets
         if same != session.holds_upload:
             self._record(
-                lambda seq, utc: InForce(
-                    seq=seq,
-                    utc=utc,
-                    coefficients=held.coefficients,
-                    offsets=held.offsets,
-                    as_uploaded=same,
+                partial(
+                    InForce, coefficients=held.coefficients, offsets=held.offsets, as_uploaded=same
                 )
             )
         return same
@@ -391,7 +385,7 @@ class StationCore:
         self._referenced = status.referenced
         if was and not status.referenced and self._journal is not None:
             since = session.records[-1].utc if session is not None and session.records else ""
-            self._record(lambda seq, utc: Restarted(seq=seq, utc=utc, since=since))
+            self._record(partial(Restarted, since=since))
 
     def _header(self, continues: str = "") -> Header:
         identity, unit_site = self._state.live.identity, self.unit_site
@@ -415,10 +409,9 @@ class StationCore:
         if attempt is None:
             raise ProcedureRefused("no point is being taken")
         given: Answers = answers or attempt.answers
+        kind: Callable[..., PointRecord | CheckRecord]
         kind = CheckRecord if attempt.check else PointRecord
-        record: PointRecord | CheckRecord = self._record(
-            lambda seq, utc: kind(seq=seq, utc=utc, status="aborted", answers=given, reason=reason)
-        )
+        record = self._record(partial(kind, status="aborted", answers=given, reason=reason))
         self._become(activity=Activity.IDLE, attempt=None)
         return record
 

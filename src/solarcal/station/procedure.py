@@ -7,6 +7,7 @@ written unless its command was called.
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import msgspec
 
@@ -90,9 +91,8 @@ class Station(StationCore):
         after = self.poll()
         after_s = after.unit_utc_s - self.clock.utc_s()
         return self._record(
-            lambda seq, utc: ClockSet(
-                seq=seq,
-                utc=utc,
+            partial(
+                ClockSet,
                 before_s=round(before_s, 3),
                 after_s=round(after_s, 3),
                 tick_minus_laptop_s=tick_minus_laptop_s,
@@ -129,9 +129,8 @@ class Station(StationCore):
             self._become(activity=Activity.IDLE)
         number = self._check_number(result.number)
         return self._record(
-            lambda seq, utc: RefCheck(
-                seq=seq,
-                utc=utc,
+            partial(
+                RefCheck,
                 number=number,
                 complete=result.complete,
                 difference_counts=None
@@ -162,9 +161,8 @@ class Station(StationCore):
         in_force = self._in_force
         typed_utc_s = status.typed_utc_s
         return self._record(
-            lambda seq, utc: SunOffset(
-                seq=seq,
-                utc=utc,
+            partial(
+                SunOffset,
                 ideal_deg=status.ideal_deg,
                 reading_deg=status.reading_deg,
                 counts=(status.counts1, status.counts2),
@@ -205,11 +203,7 @@ class Station(StationCore):
                     "initialising again closes this file and starts another"
                 )
             self._continue_in(start_next)
-        return self._record(
-            lambda seq, utc: Initialised(
-                seq=seq, utc=utc, distance_to_limits_deg=round(distance, 5)
-            )
-        )
+        return self._record(partial(Initialised, distance_to_limits_deg=round(distance, 5)))
 
     def _continue_in(self, start_next: CreateJournal) -> None:
         old = self.session
@@ -225,11 +219,7 @@ class Station(StationCore):
                 ]
             )
             # Last: as long as this file is not closed in so many words, it is the one in force.
-            self._record(
-                lambda seq, utc: Closed(
-                    seq=seq, utc=utc, reason="initialised again", next=_name(journal)
-                )
-            )
+            self._record(partial(Closed, reason="initialised again", next=_name(journal)))
         except SessionFileError:
             journal.close()
             raise
@@ -240,7 +230,7 @@ class Station(StationCore):
     def _override(self, guard: str, reason: str) -> None:
         if not reason.strip():
             raise ProcedureRefused("an override needs a reason; it is written to the session file")
-        self._record(lambda seq, utc: Override(seq=seq, utc=utc, guard=guard, reason=reason))
+        self._record(partial(Override, guard=guard, reason=reason))
 
     # -- points ------------------------------------------------------------------------------
 
@@ -320,8 +310,8 @@ class Station(StationCore):
             self.tracker.write_coefficients(self._in_force, Offsets())
         status = "accepted" if yes else "rejected"
         stored: PointRecord | CheckRecord = self._record(
-            lambda seq, utc: msgspec.structs.replace(
-                candidate, seq=seq, utc=utc, status=status, reason=reason or candidate.reason
+            partial(
+                msgspec.structs.replace, candidate, status=status, reason=reason or candidate.reason
             )
         )
         self._become(activity=Activity.IDLE, attempt=None)
@@ -341,7 +331,7 @@ class Station(StationCore):
         if session.initialised is None or session.header.target != "moon":
             raise ProcedureRefused("points on the Moon need a session of their own, initialised")
         demand_plausible(session, candidate)
-        return self._record(lambda seq, utc: msgspec.structs.replace(candidate, seq=seq, utc=utc))
+        return self._record(partial(msgspec.structs.replace, candidate))
 
     def _attempt(self, expected: Activity) -> Attempt:
         attempt = self._state.attempt
@@ -354,9 +344,8 @@ class Station(StationCore):
     def record_fit(self, solution: Solution) -> FitRecord:
         """Keep what the fit said after a point, for the history of the coefficients."""
         return self._record(
-            lambda seq, utc: FitRecord(
-                seq=seq,
-                utc=utc,
+            partial(
+                FitRecord,
                 method=solution.method,
                 points=solution.n_points,
                 coefficients=solution.coefficients(),
@@ -385,9 +374,8 @@ class Station(StationCore):
             )
             # On the disk before the first write: whatever happens then, a rollback knows.
             begun = self._record(
-                lambda seq, utc: UploadBegun(
-                    seq=seq,
-                    utc=utc,
+                partial(
+                    UploadBegun,
                     old_coefficients=held,
                     old_offsets=held_offsets,
                     new_coefficients=new,
@@ -401,7 +389,7 @@ class Station(StationCore):
             self._in_force = back.coefficients
         except SolarcalError as error:
             if begun is not None:
-                self._upload_outcome(begun, verified=False, failure=str(error))
+                self._record(partial(begun.outcome, verified=False, failure=str(error)))
             raise
         finally:
             self._become(activity=Activity.IDLE)
@@ -409,14 +397,7 @@ class Station(StationCore):
             back.coefficients == back.permanent_coefficients == new
             and back.offsets == back.permanent_offsets == offsets
         )
-        return self._upload_outcome(begun, verified=verified)
-
-    def _upload_outcome(
-        self, begun: UploadBegun, *, verified: bool, failure: str = ""
-    ) -> UploadRecord:
-        return self._record(
-            lambda seq, utc: begun.outcome(seq, utc, verified=verified, failure=failure)
-        )
+        return self._record(partial(begun.outcome, verified=verified))
 
     def upload_again(self) -> UploadRecord:
         """Write the newest upload once more: the unit no longer holds it.
@@ -452,14 +433,12 @@ class Station(StationCore):
     # -- remarks -----------------------------------------------------------------------------
 
     def note(self, text: str) -> Note:
-        return self._record(lambda seq, utc: Note(seq=seq, utc=utc, text=text))
+        return self._record(partial(Note, text=text))
 
     def void(self, seq_to_void: int, reason: str) -> Void:
         """Strike a record; voiding the void restores it."""
         refuse_void(self.session.header, self.session.records, seq_to_void)
-        return self._record(
-            lambda seq, utc: Void(seq=seq, utc=utc, voids=seq_to_void, reason=reason)
-        )
+        return self._record(partial(Void, voids=seq_to_void, reason=reason))
 
 
 def _name(journal: Journal) -> str:
