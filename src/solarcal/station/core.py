@@ -409,9 +409,10 @@ class StationCore:
         if attempt is None:
             raise ProcedureRefused("no point is being taken")
         given: Answers = answers or attempt.answers
-        kind: Callable[..., PointRecord | CheckRecord]
         kind = CheckRecord if attempt.check else PointRecord
-        record = self._record(partial(kind, status="aborted", answers=given, reason=reason))
+        record: PointRecord | CheckRecord = self._record(
+            lambda seq, utc: kind(seq=seq, utc=utc, status="aborted", answers=given, reason=reason)
+        )
         self._become(activity=Activity.IDLE, attempt=None)
         return record
 
