@@ -28,6 +28,7 @@ from solarcal.tui.base import (
     StationModal,
     Told,
     is_typed,
+    raise_here,
 )
 from solarcal.tui.keys import (
     ACTIONS,
@@ -222,7 +223,7 @@ class SolarcalApp(StationApp):
             self.post_message(Told(LineFailed(error)))
         except Exception as error:
             # A fault of the program: it ends with it, and does not say "opening" for ever.
-            self.call_later(_raise, error)
+            self.call_later(raise_here, error)
             raise
         else:
             self.post_message(Told(LineOpened(line)))
@@ -394,7 +395,3 @@ def _prewarm() -> None:
         import plotext  # noqa: F401
     with ONE_IMPORT:
         import solarcal.tui.workstation.view  # noqa: F401
-
-
-def _raise(error: Exception) -> None:
-    raise error

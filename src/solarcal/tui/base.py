@@ -6,6 +6,7 @@ And what comes to the app from other threads, as messages of its queue: that mak
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar, cast
 
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 
 
 Result = TypeVar("Result")
+Computed = TypeVar("Computed")
 
 ONE_IMPORT = threading.RLock()
 """Held by whoever imports a module that needs numpy, on whichever thread.
@@ -122,6 +124,11 @@ def is_typed(app: Workstation) -> bool:
     return not app.state.live.capabilities.has_link
 
 
+def raise_here(error: Exception) -> None:
+    """A fault met on another thread, on the event loop: the program ends with it."""
+    raise error
+
+
 class ShowsNotices(DOMNode):
     """A screen with a line of its own for notices; nothing is covered by them."""
 
@@ -136,9 +143,42 @@ class _StationHooks(ShowsNotices):
     focused: Reactive[Widget | None] = Reactive(None, repaint=False)
     """As Textual's own, but only the widgets that lose and get the focus repaint themselves."""
 
+    _asked_for = 0
+    """How often something was to be computed."""
+
     @property
     def workstation(self) -> Workstation:
         return workstation_of(self)
+
+    def compute(
+        self,
+        work: Callable[[], Computed],
+        show: Callable[[Computed], object],
+        failed: Callable[[SolarcalError], object] = lambda error: None,
+    ) -> None:
+        """Do what takes long on a thread; what it returns goes to ``show``, here.
+
+        Only the newest answer is shown, and none on a screen that was left meanwhile.
+        """
+        self._asked_for += 1
+        number = self._asked_for
+
+        def arrived(answer: Callable[[], object]) -> None:
+            if number == self._asked_for and self.is_attached:
+                answer()
+
+        def run() -> None:
+            try:
+                answer = partial(show, work())
+            except SolarcalError as error:
+                answer = partial(failed, error)
+            except Exception as error:
+                # A fault of the program: it ends with it, and does not compute for ever.
+                self.call_later(raise_here, error)
+                raise
+            self.call_later(arrived, answer)
+
+        threading.Thread(target=run, name="computing", daemon=True).start()
 
     def on_screen_resume(self) -> None:
         # An older one may have been covered while the terminal changed.

@@ -1,14 +1,13 @@
 """The field calculators: their list, and of each its form, its result, its drawings."""
 
 import textwrap
-from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.content import Content
-from textual.message import Message
 from textual.timer import Timer
 from textual.widgets import Input, OptionList
 from textual.widgets.option_list import Option
@@ -61,18 +60,10 @@ class CalculatorScreen(StationScreen):
         Binding("escape", "back", "Back", show=False),
     ]
 
-    @dataclass
-    class Computed(Message):
-        """What the form asked for has been computed, or cannot be."""
-
-        number: int
-        outcome: Answer | SolarcalError
-
     def __init__(self, calculator: Instrument) -> None:
         super().__init__()
         self.calculator = calculator
         self.answer: Answer | None = None
-        self._asked = 0
         self._pause: Timer | None = None
         self._view = 0
         self._typed: dict[str, str] = {}
@@ -168,20 +159,9 @@ class CalculatorScreen(StationScreen):
         if self._pause is not None:
             self._pause.stop()
             self._pause = None
-        self._asked += 1
-        number = self._asked
         self._typed = self.query_one(FormRows).values()
         form = self.calculator.form(self._typed, self._now_utc_s())
-
-        def compute() -> None:
-            outcome: Answer | SolarcalError
-            try:
-                outcome = self.calculator.answer(form)
-            except SolarcalError as error:
-                outcome = error
-            self.post_message(self.Computed(number, outcome))
-
-        self.run_worker(compute, thread=True, exit_on_error=True)
+        self.compute(partial(self.calculator.answer, form), self._answered, self._refused)
 
     def _now_utc_s(self) -> float:
         """The session's time where a unit is connected: an emulated one has its own."""
@@ -189,24 +169,22 @@ class CalculatorScreen(StationScreen):
         laptop = app.state.live.laptop_utc_s if app.worker is not None else None
         return SystemClock().utc_s() if laptop is None else laptop
 
-    def on_calculator_screen_computed(self, message: Computed) -> None:
-        if message.number != self._asked:
-            return
-        outcome, log, rows = (
-            message.outcome,
-            self.query_one("#log", LogLine),
-            self.query_one(FormRows),
+    def _answered(self, answer: Answer) -> None:
+        self.answer = answer
+        self.query_one(FormRows).mark_wrong(None)
+        self.query_one("#log", LogLine).say(
+            "Arrow keys: fields, choices. PgDn: more result. ^N: enlarge. Esc: back."
         )
-        if isinstance(outcome, Answer):
-            self.answer = outcome
-            rows.mark_wrong(None)
-            log.say("Arrow keys: fields, choices. PgDn: more result. ^N: enlarge. Esc: back.")
-        else:
-            # A result that belongs to other values must not stay.
-            self.answer = None
-            rows.mark_wrong(outcome.field if isinstance(outcome, FormError) else None)
-            missing = isinstance(outcome, FormError) and outcome.missing
-            log.say(f"{outcome}; type it" if missing else str(outcome), error=not missing)
+        self._show_answer()
+
+    def _refused(self, error: SolarcalError) -> None:
+        # A result that belongs to other values must not stay.
+        self.answer = None
+        self.query_one(FormRows).mark_wrong(error.field if isinstance(error, FormError) else None)
+        missing = isinstance(error, FormError) and error.missing
+        self.query_one("#log", LogLine).say(
+            f"{error}; type it" if missing else str(error), error=not missing
+        )
         self._show_answer()
 
     # -- showing -----------------------------------------------------------------------------

@@ -2,7 +2,6 @@
 is the laptop's right, how far is the unit's off, and set it.
 """
 
-import threading
 from collections.abc import Iterable
 from typing import Any, ClassVar
 
@@ -149,7 +148,7 @@ class ClockDialog(PacedDialog):
             self.show_state(self.workstation.state)
         else:
             # The tools may take seconds to answer, or never.
-            threading.Thread(target=self._ask_system, name="laptop clock", daemon=True).start()
+            self.compute(laptop_clock, self._show_laptop)
         tip = (
             "24 s of clock error are 0.1 deg of Sun. Tab reaches the fields; or press m at the pip "
             "of a full minute."
@@ -165,14 +164,9 @@ class ClockDialog(PacedDialog):
     def _offer(self) -> None:
         self.offer("set" if self._has_clock else "use", "pip")
 
-    def _ask_system(self) -> None:
-        answer = laptop_clock()
-        self.app.call_from_thread(self._heard, answer)
-
-    def _heard(self, answer: LaptopClock) -> None:
+    def _show_laptop(self, answer: LaptopClock) -> None:
         self._laptop = answer
-        if self.is_mounted:
-            self.state_changed(self.workstation.state)
+        self.state_changed(self.workstation.state)
 
     def state_changed(self, state: StationState) -> None:
         live = state.live

@@ -1,6 +1,5 @@
 """Before and after the upload side by side; the certificate in every format, and the zip."""
 
-import threading
 from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
@@ -17,6 +16,7 @@ from solarcal.report.certificate import issue
 from solarcal.report.forecast_map import forecast_map
 from solarcal.report.plots import error_plot, error_reach
 from solarcal.report.scales import View
+from solarcal.session.records import UploadRecord
 from solarcal.station.curves import before_and_after
 from solarcal.station.news import FitReady
 from solarcal.station.next_step import CHECK_POINTS
@@ -95,23 +95,19 @@ class ReportDialog(Dialog):
     def action_write(self) -> None:
         self.offer()
         self.say("Writing ...")
-        threading.Thread(target=self._write, name="report", daemon=True).start()
-
-    def _write(self) -> None:
         outputs = [sessions_dir() / f"{self._path.stem}-certificate{end}" for end in ENDINGS]
-        try:
-            found: Issued | SolarcalError = issue([self._path], {}, outputs, zip_too=True)
-        except SolarcalError as error:
-            found = error
-        self.app.call_from_thread(self._written, found)
+        self.compute(
+            partial(issue, [self._path], {}, outputs, zip_too=True),
+            self._written,
+            self._not_written,
+        )
 
-    def _written(self, found: "Issued | SolarcalError") -> None:
-        if not self.is_mounted:
-            return
+    def _not_written(self, error: SolarcalError) -> None:
         self._offer(self._proof())
-        if isinstance(found, SolarcalError):
-            self.say(str(found), "error")
-            return
+        self.say(str(error), "error")
+
+    def _written(self, found: "Issued") -> None:
+        self._offer(self._proof())
         after = found.after
         self._told = f"In {found.paths[0].parent}\n" + "\n".join(
             f"  {path.name}" for path in found.paths
@@ -198,28 +194,24 @@ class ComparisonScreen(StationScreen):
             return
         self._judged = judged
         proof = sign_off([session], session.header.tolerance_deg)
-        if proof.newest is not None:
-            threading.Thread(
-                target=self._compare, args=(session, judged, proof), name="compare", daemon=True
-            ).start()
-
-    def _compare(self, session: SessionView, judged: "Analysis", proof: SignOff) -> None:
         header, upload = session.header, proof.newest
-        assert upload is not None
-        before = forecast_with(judged, header.coefficients, header.offsets)
-        after = forecast_with(judged, upload.new_coefficients, upload.new_offsets)
-        self.app.call_from_thread(self._show, session, judged, proof, (before, after))
+        if upload is not None:
+            self.compute(
+                lambda: (
+                    forecast_with(judged, header.coefficients, header.offsets),
+                    forecast_with(judged, upload.new_coefficients, upload.new_offsets),
+                ),
+                lambda years: self._show(session, judged, proof, upload, years),
+            )
 
     def _show(
         self,
         session: SessionView,
         judged: "Analysis",
         proof: SignOff,
+        upload: UploadRecord,
         years: "tuple[Forecast, Forecast]",
     ) -> None:
-        upload = proof.newest
-        if not self.is_mounted or judged is not self._judged or upload is None:
-            return
         word = "SIGNED OFF" if proof.signed_off else "NOT SIGNED OFF"
         self.query_one("#proof", Words).update(f"■ {word}: {proof.reason}.")
         fine, tolerance = fine_characters(self.app.console.encoding), session.header.tolerance_deg

@@ -4,16 +4,14 @@ It can be struck out and restored from here; nothing is ever removed from the fi
 """
 
 import math
-import threading
 from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.content import Content
-from textual.message import Message
 from textual.widgets import Input, Static
 
 from solarcal.mount.formula import COEFFICIENT_NAMES
@@ -55,13 +53,6 @@ class PointScreen(StationScreen):
     ]
     AUTO_FOCUS = "#point"
 
-    @dataclass
-    class Computed(Message):
-        """The fits with and without the point that was asked for as ``number``."""
-
-        number: int
-        found: PointInfluence
-
     def __init__(self, session: SessionView, seq: int, *, writable: bool) -> None:
         super().__init__()
         self._session = session
@@ -69,7 +60,6 @@ class PointScreen(StationScreen):
         self._writable = writable
         self._points = tuple(r.seq for r in session.records if isinstance(r, PointRecord))
         self._influence: PointInfluence | None = None
-        self._asked = 0
 
     def compose(self) -> ComposeResult:
         yield HeadLine(id="title")
@@ -173,19 +163,13 @@ class PointScreen(StationScreen):
         self._influence = None
         self._show()
         point, session = self.point, self._session
-        if point is None or point.status != "accepted":
-            return
-        self._asked += 1
-        number = self._asked
+        if point is not None and point.status == "accepted":
+            self.compute(partial(point_influence, session, point), self._show_influence)
 
-        def work() -> None:
-            self.post_message(self.Computed(number, point_influence(session, point)))
-
-        threading.Thread(target=work, name="point influence", daemon=True).start()
-
-    def on_point_screen_computed(self, message: Computed) -> None:
-        if message.number == self._asked:
-            self._influence = message.found
+    def _show_influence(self, found: PointInfluence) -> None:
+        # Not where another point was opened meanwhile.
+        if found.point.seq == self._seq:
+            self._influence = found
             self._show()
 
     def _show(self) -> None:

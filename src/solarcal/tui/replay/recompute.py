@@ -3,8 +3,8 @@
 The newest file is open at once; Space steps through the names just below the title, Enter opens.
 """
 
-import threading
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
@@ -100,7 +100,6 @@ class RecomputeScreen(StationScreen):
         self._files = files
         self._at = 0
         self._plot = 0
-        self._generation = 0
         self._shown: Recomputed | None = None
 
     def compose(self) -> ComposeResult:
@@ -144,31 +143,16 @@ class RecomputeScreen(StationScreen):
     def action_open(self) -> None:
         if not self._files:
             return
-        self._generation += 1
-        path = self._files[self._at]
         self._name_file("reading ...")
-        threading.Thread(
-            target=self._recompute, args=(self._generation, path), name="recompute", daemon=True
-        ).start()
+        self.compute(partial(recompute, self._files[self._at]), self._found)
 
     def action_plot(self) -> None:
         self._plot = (self._plot + 1) % len(PLOTS)
         self._draw()
 
-    def action_back(self) -> None:
-        self._generation += 1
-        self.dismiss(None)
-
     # -- showing -----------------------------------------------------------------------------
 
-    def _recompute(self, generation: int, path: Path) -> None:
-        found = recompute(path)
-        self.app.call_from_thread(self._found, generation, found)
-
-    def _found(self, generation: int, found: Recomputed) -> None:
-        # Left, or another file was opened meanwhile.
-        if generation != self._generation or not self.is_mounted:
-            return
+    def _found(self, found: Recomputed) -> None:
         self._shown = found
         self._name_file()
         self._list()
