@@ -354,8 +354,8 @@ def test_the_largest_a_mechanism_can_have_of_each(names, largest):
 
 def test_slopes_are_continuous_where_a_mount_stands_turned_by_half_a_turn():
     """Between its own axis and the nominal one: there an error may be +180 or -180 deg."""
-    mount, mechanism = MountGeometry("azel", 35.0), Mechanism(P1=1.0)
+    mount, values = MountGeometry("azel", 35.0), np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     places = np.array([179.0, 179.999, 180.0, 180.001, 181.0])
-    slopes = mechanism.linearised(mount, places, np.full(5, 0.5), ("P1", "P3")).slopes
+    slopes = Mechanism.linearised(values, mount, places, np.full(5, 0.5), ("P1", "P3")).slopes
     # Half a degree from the axis a tip across moves axis 1 by 1 / sin(0.5 deg).
     assert slopes[1, 0] == pytest.approx(np.full(5, -114.593), rel=1e-3)

@@ -165,8 +165,8 @@ class _Chances:
         seen: NDArray[np.bool_] = sun.elevation_deg > LOWEST_FORECAST_DEG
         if context.limits is not None:
             seen &= context.limits.distance_deg(sun.ideal1_deg, sun.ideal2_deg) >= 0.0
-        at = Mechanism.of(solution.posterior.mean).linearised(
-            solution.geometry, sun.true1_deg[seen], sun.true2_deg[seen]
+        at = Mechanism.linearised(
+            solution.posterior.mean, solution.geometry, sun.true1_deg[seen], sun.true2_deg[seen]
         )
         rows = np.transpose(at.sky_slopes, (2, 1, 0)) * solution.prior.sigma_array()
         day = np.flatnonzero(seen) // len(of_a_day_s)

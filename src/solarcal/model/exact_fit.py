@@ -91,7 +91,7 @@ def fit_mechanism(
     def linearised(
         values: FloatArray, sky: FloatArray | None = None
     ) -> tuple[Linearised, FloatArray, FloatArray]:
-        there = Mechanism.of(values).linearised(geometry, points.ax1_deg, points.ax2_deg)
+        there = Mechanism.linearised(values, geometry, points.ax1_deg, points.ax2_deg)
         left = np.stack((points.err1_deg, points.err2_deg)) - there.errors
         left[0] = wrap_deg(left[0])
         sky = there.sky if sky is None else sky

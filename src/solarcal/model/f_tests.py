@@ -106,9 +106,7 @@ class PointsTested:
         bent = [term for term in self.terms if term.exact is not None]
         plain = [term for term in self.terms if term.exact is None]
         names = (*COEFFICIENT_NAMES, *(term.exact for term in bent if term.exact is not None))
-        at = Mechanism.of(values, **exact).linearised(
-            geometry, ax1, ax2, names, self._circumstances()
-        )
+        at = Mechanism.linearised(values, geometry, ax1, ax2, names, self._circumstances(), **exact)
         design = design_matrix(plain, NativeAngles.at(geometry, ax1, ax2))
         more = np.array([amounts.get(term.name, 0.0) for term in plain])
         left = np.stack((self.seen.err1_deg, self.seen.err2_deg)) - at.errors

@@ -163,7 +163,7 @@ def _linearised(
 
     ``sky`` another axis to sky than the place's own.
     """
-    there = Mechanism.of(values).linearised(_ANY_MOUNT, points.ax1_deg, points.ax2_deg)
+    there = Mechanism.linearised(values, _ANY_MOUNT, points.ax1_deg, points.ax2_deg)
     errors = there.errors.swapaxes(0, 1)
     sky = there.sky.swapaxes(0, 1).copy() if sky is None else sky
     left = np.stack((points.err1_deg, points.err2_deg), axis=1) - errors

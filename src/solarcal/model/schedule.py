@@ -299,7 +299,7 @@ def day_slots(
     true1, true2 = sun.true1_deg[open_], sun.true2_deg[open_]
     rows = np.zeros((0, 2, 6))
     if len(true1):
-        at = Mechanism.of(posterior.mean).linearised(context.geometry, true1, true2)
+        at = Mechanism.linearised(posterior.mean, context.geometry, true1, true2)
         weighted = at.sky_slopes * (unit / posterior.noise_rms_deg)[:, np.newaxis, np.newaxis]
         rows = np.ascontiguousarray(np.transpose(weighted, (2, 1, 0)))
     return Slots(times[open_], rows, gap_s)

@@ -52,7 +52,7 @@ def sky_columns(
     values: FloatArray, context: SkyContext, ax1_deg: FloatArray, ax2_deg: FloatArray
 ) -> FloatArray:
     """Sky errors per unit of each amount at true directions, (5, 2, n); the clock's as measured."""
-    at = Mechanism.of(values).linearised(context.geometry, ax1_deg, ax2_deg, _BENT)
+    at = Mechanism.linearised(values, context.geometry, ax1_deg, ax2_deg, _BENT)
     columns = np.zeros((len(NAMES), 2, len(ax1_deg)))
     columns[: len(_BENT)] = at.sky_slopes
     azimuth, zenith = context.sun_of_axes_deg(ax1_deg, ax2_deg)

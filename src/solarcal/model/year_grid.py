@@ -66,9 +66,7 @@ class SunGrid:
 
     def linearised(self, values: FloatArray) -> Linearised:
         """The exact mechanism of six numbers (6,) at the true directions."""
-        return Mechanism.of(values).linearised(
-            self.geometry, self.sun.true1_deg, self.sun.true2_deg
-        )
+        return Mechanism.linearised(values, self.geometry, self.sun.true1_deg, self.sun.true2_deg)
 
 
 def sun_grid(context: SkyContext, days_utc_s: FloatArray, lowest_deg: float) -> SunGrid:

@@ -154,16 +154,12 @@ class Mechanism(msgspec.Struct, frozen=True):
         )
 
     def errors_deg(
-        self,
-        geometry: MountGeometry,
-        ax1_deg: Angles,
-        ax2_deg: Angles,
-        seen: Circumstances | None = None,
+        self, geometry: MountGeometry, ax1_deg: Angles, ax2_deg: Angles
     ) -> tuple[Angles, Angles]:
         """Axis errors (reading - ideal) with which the collector looks at an ideal direction.
 
-        E1 lies in (-180, 180] plus offset and scale; scales act on the ideal branch angle.
-        Without circumstances there is neither other air nor backlash.
+        E1 lies in (-180, 180] plus offset and scale; scales act on the ideal branch angle. There
+        is neither other air nor backlash in them.
 
         Raises
         ------
@@ -172,61 +168,66 @@ class Mechanism(msgspec.Struct, frozen=True):
         """
         m = maths_for(ax1_deg, ax2_deg)
         on_branch = m.wrap_deg(ax1_deg, geometry.ax1_centre_deg)
-        return self._errors_deg(m, geometry, on_branch, ax2_deg, seen)
+        return self._assumed_air_deg(m, geometry, on_branch, ax2_deg)
 
-    def _errors_deg(
+    def _errors_seen_deg(
         self,
-        m: Maths,
         geometry: MountGeometry,
-        ax1_deg: Value,
-        ax2_deg: Value,
+        ax1_deg: FloatArray,
+        ax2_deg: FloatArray,
         seen: Circumstances | None,
-    ) -> tuple[Value, Value]:
-        """The same at directions on the branch of their mounts."""
-        if seen is None:
-            return self._assumed_air_deg(m, geometry, ax1_deg, ax2_deg)
+    ) -> FloatArray:
+        """The same (2, ..., n) at directions on the branch, with other air and backlash."""
         lifted1, lifted2 = ax1_deg, ax2_deg
-        if _any(self.air):
+        if seen is not None and _any(self.air):
+            lifted1, lifted2 = seen.lifted(self.air)
             # Where nothing is lifted the way there and back would only round.
-            lifted1, lifted2 = (
-                np.where(self.air == 0.0, ideal, lifted)
-                for ideal, lifted in zip((ax1_deg, ax2_deg), seen.lifted(self.air), strict=True)
-            )
-        e1, e2 = self._assumed_air_deg(m, geometry, lifted1, lifted2)
-        e1 = e1 + _short_way(m, lifted1 - ax1_deg) + 0.5 * self.backlash1_deg * seen.approach[0]
-        e2 = e2 + (lifted2 - ax2_deg) + 0.5 * self.backlash2_deg * seen.approach[1]
-        return e1, e2
+            lifted1 = np.where(self.air == 0.0, ax1_deg, lifted1)
+            lifted2 = np.where(self.air == 0.0, ax2_deg, lifted2)
+        errors = np.stack(self._assumed_air_deg(ARRAYS, geometry, lifted1, lifted2))
+        if seen is not None:
+            errors[0] += _short_way(ARRAYS, lifted1 - ax1_deg)
+            errors[0] += 0.5 * self.backlash1_deg * seen.approach[0]
+            errors[1] += lifted2 - ax2_deg
+            errors[1] += 0.5 * self.backlash2_deg * seen.approach[1]
+        return errors
 
+    @classmethod
     def linearised(
-        self,
+        cls,
+        values: FloatArray,
         geometry: MountGeometry,
         ax1_deg: FloatArray,
         ax2_deg: FloatArray,
         names: Sequence[str] = COEFFICIENT_NAMES,
         seen: Circumstances | None = None,
+        **others: float,
     ) -> Linearised:
-        """Errors, their slopes with respect to these of the mechanism's numbers, and axis to sky.
+        """Errors, their slopes with respect to these of a mechanism's numbers, and axis to sky.
 
         Parameters
         ----------
+        values, others
+            The mechanism, as in ``of``.
         ax1_deg, ax2_deg : (..., n)
             On the branch; (s, n) for s mechanisms side by side, which may be of different mounts
             as long as nothing sags.
         names
             k attributes of a mechanism.
         seen
-            As in ``errors_deg``.
+            Without it there is neither other air nor backlash.
 
         Raises
         ------
         ConfigurationError
             As ``errors_deg``.
         """
+        mechanism = cls.of(values, **others)
         bent = [name for name in names if name in _STEPS]
-        steps = [self._step(name) for name in bent]
+        steps = [mechanism._step(name) for name in bent]
         # One call for the mechanism and its neighbours: of few points the calls are what costs.
-        bending = self._neighbours(bent, steps) if bent else self
-        there = np.stack(bending._errors_deg(ARRAYS, geometry, ax1_deg, ax2_deg, seen))
+        bending = mechanism._neighbours(bent, steps) if bent else mechanism
+        there = bending._errors_seen_deg(geometry, ax1_deg, ax2_deg, seen)
         errors, *nearby = np.moveaxis(there, 1, 0) if bent else there[np.newaxis]
         slopes = np.zeros((len(names), *errors.shape))
         for slope, name in zip(slopes, names, strict=True):
@@ -243,7 +244,7 @@ class Mechanism(msgspec.Struct, frozen=True):
                 change[0] = _short_way(ARRAYS, change[0])
                 np.divide(change, steps[bent.index(name)], out=slope)
         sky = np.ones_like(errors)
-        sky[0] = self.sin_ax2(ax2_deg, errors[1])
+        sky[0] = mechanism.sin_ax2(ax2_deg, errors[1])
         return Linearised(errors, slopes, sky)
 
     def _step(self, name: str) -> Value:
