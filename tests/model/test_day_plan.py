@@ -13,7 +13,7 @@ from solarcal.errors import ConfigurationError
 from solarcal.model.analysis import analyse
 from solarcal.model.forecast import forecast
 from solarcal.model.methods import fit_exact
-from solarcal.model.plan import Plan, Standing
+from solarcal.model.plan import Plan
 from solarcal.model.planner import STOP_STEP_S, plan, times_of
 from solarcal.model.prior import PLAIN, Prior
 from solarcal.model.schedule import (
@@ -250,8 +250,10 @@ class TestOneRule:
     def test_enough_is_enough(self):
         context, points = day_of("azel", 20, noise_deg=0.01)
         solution = fit_exact(points, context)
-        standing = Standing.of(forecast(solution, context), clear=True)
-        day = plan(solution.posterior, context, float(points.utc_s[10]), standing=standing)
+        expected = forecast(solution, context)
+        day = plan(
+            solution.posterior, context, float(points.utc_s[10]), expected=expected, clear=True
+        )
         assert day.recommended.points == 0
         assert day.done
         assert "no more points are needed" in day.sentence

@@ -19,7 +19,7 @@ from solarcal.model.finding import Finding
 from solarcal.model.forecast import Forecast, forecast
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_METHOD, DEFAULT_PRIOR, fit
-from solarcal.model.plan import Plan, Standing
+from solarcal.model.plan import Plan
 from solarcal.model.planner import plan, times_of
 from solarcal.model.points import Points
 from solarcal.model.prior import Prior
@@ -126,12 +126,12 @@ def analyse(
             context,
             at_utc_s,
             rule=rule,
-            standing=Standing.of(expected, clear=assessment.clear),
+            expected=expected,
+            clear=assessment.clear,
             taken_utc_s=times_of(solution.points),
             until_utc_s=until_utc_s,
             points=points_left,
             struck=struck,
-            beside=None if expected.posterior is posterior else expected,
         )
     verdict = conclude(assessment, expected, planned)
     return Analysis(solution, expected, planned, findings, verdict)

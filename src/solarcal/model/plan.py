@@ -3,7 +3,6 @@
 from dataclasses import dataclass, replace
 from typing import Any
 
-from solarcal.model.forecast import Forecast
 from solarcal.stopping_rule import StoppingRule
 from solarcal.timescale import format_utc
 
@@ -35,28 +34,6 @@ class PlannedStop:
             "year_p95_deg": self.year_p95_deg,
             "probability_within_tolerance": self.probability,
         }
-
-
-@dataclass(frozen=True, slots=True)
-class Standing:
-    """Where a calibration stands before the day is planned.
-
-    ``clear`` says that nothing known speaks against the fit: only then can it be done.
-    """
-
-    year_rms_deg: float
-    year_p95_deg: float
-    probability: float
-    clear: bool
-
-    @classmethod
-    def of(cls, expected: Forecast, *, clear: bool) -> "Standing":
-        return cls(
-            expected.year_rms_deg,
-            expected.year_p95_deg,
-            expected.probability_within_tolerance,
-            clear,
-        )
 
 
 @dataclass(frozen=True, slots=True)

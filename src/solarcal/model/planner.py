@@ -14,7 +14,7 @@ import numpy as np
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.forecast import Forecast
-from solarcal.model.plan import JUMP_S, Basis, Plan, PlannedStop, Standing
+from solarcal.model.plan import JUMP_S, Basis, Plan, PlannedStop
 from solarcal.model.points import Points
 from solarcal.model.prior import MechanismPosterior, Prior
 from solarcal.model.schedule import (
@@ -64,13 +64,13 @@ def plan(
     at_utc_s: float,
     *,
     rule: StoppingRule = DEFAULT_RULE,
-    standing: Standing | None = None,
+    expected: Forecast | None = None,
+    clear: bool = False,
     taken_utc_s: Sequence[float] = (),
     until_utc_s: float | None = None,
     points: int | None = None,
     struck: Sequence[tuple[float, float]] = (),
     prior: Prior | None = None,
-    beside: Forecast | None = None,
 ) -> Plan:
     """Plan the rest of the solar day that ``at_utc_s`` lies in.
 
@@ -80,8 +80,11 @@ def plan(
         Of a fit.
     rule
         When the calibration is done.
-    standing
-        The forecast of the points taken, where there is one.
+    expected
+        The forecast of the points taken, where there is one. With what may be there beside P1..P6
+        it is of another posterior: more points remove none of that.
+    clear
+        Nothing known speaks against the fit: only then can the calibration be done.
     taken_utc_s
         When they were taken. The plan is the one made after the last of them, as long as its next
         point has not been missed.
@@ -93,22 +96,18 @@ def plan(
         Intervals (from, to) in which no point can be taken: cloud, lunch.
     prior
         Whose spreads are the units of the arithmetic; never changes the answer.
-    beside
-        The forecast with what may be there beside P1..P6: more points remove none of it.
     """
     if until_utc_s is not None and until_utc_s < at_utc_s:
         raise ConfigurationError("the plan must end after it begins")
     unit = (prior or Prior()).sigma_array()
-    year = year_ahead(posterior, context, unit, beside)
+    wider = expected is not None and expected.posterior is not posterior
+    year = year_ahead(posterior, context, unit, expected if wider else None)
     covariance = posterior.covariance / np.outer(unit, unit)
-    if standing is None:
+    if expected is None:
         now = PlannedStop(at_utc_s, (), *year.expected(covariance, rule.tolerance_deg))
-        clear = False
     else:
-        now = PlannedStop(
-            at_utc_s, (), standing.year_rms_deg, standing.year_p95_deg, standing.probability
-        )
-        clear = standing.clear
+        rms, p95 = expected.year_rms_deg, expected.year_p95_deg
+        now = PlannedStop(at_utc_s, (), rms, p95, expected.probability_within_tolerance)
     since_s = (at_utc_s - context.first_midnight_utc_s) % SECONDS_PER_DAY
     today = [t for t in taken_utc_s if at_utc_s - since_s <= t <= at_utc_s]
     planner = _Planner(
