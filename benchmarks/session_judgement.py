@@ -22,9 +22,8 @@ from solarcal.model.planner import plan
 from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext, true_points
 from solarcal.mount.mechanism import Mechanism
-from solarcal.session.reader import read_session
+from solarcal.session.view import read_session
 from solarcal.station.fitting import point_set, sky_context, solve_table
-from solarcal.station.state import view_session
 
 SESSION = Path(__file__).parents[1] / "sessions" / "azel-good-day.jsonl"
 COUNTS = (12, 36, 120, 360, 1200)
@@ -37,13 +36,12 @@ def run() -> list[str]:
 
 
 def _one_session() -> list[str]:
-    read = read_session(SESSION)
-    session = view_session(read.header, read.records)
+    session = read_session(SESSION)
     points = session.table
-    context = sky_context(points, read.header)
+    context = sky_context(points, session.header)
 
     def fitted() -> MechanismSolution:
-        solution = solve_table(points, "robust", header=read.header)
+        solution = solve_table(points, "robust", header=session.header)
         assert isinstance(solution, MechanismSolution)
         return solution
 

@@ -26,7 +26,7 @@ from solarcal.profiles import Profile
 from solarcal.session.interchange import read_table
 from solarcal.session.interchange.tpoint_model import read_tpoint_model
 from solarcal.session.lines import sealed, torn_marker
-from solarcal.session.reader import live_records, read_session
+from solarcal.session.view import live_records, read_session
 from solarcal.station.state import view_session
 from solarcal.tui.keys import checked_keymap
 from solarcal.two_mirror.scenario import load_mirror_scenario, mirror_scenario_names
@@ -240,7 +240,7 @@ def _of_format_1(content: bytes) -> bytes:
 def _into_session(content: bytes) -> None:
     path = _file("spoilt.jsonl", content)
     session = read_session(path)
-    live_records(session)
+    live_records(session.records)
     view_session(session.header, session.records)
     read_table(path)
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from solarcal.errors import SessionFileError
-from solarcal.session.reader import Session, session_of
+from solarcal.session.view import SessionView, session_of
 
 SAVED = tuple(sorted((Path(__file__).parent.parent / "sessions").glob("*.jsonl")))
 
@@ -60,7 +60,7 @@ def try_cuts(path: Path, offsets: Iterable[int]) -> tuple[int, int]:
     return refused, reported
 
 
-def _expect_reported(session: Session, whole: Session, where: str) -> None:
+def _expect_reported(session: SessionView, whole: SessionView, where: str) -> None:
     if not set(session.warnings) - set(whole.warnings):
         raise Unnoticed(f"{where}: nothing was said")
     if session.header != whole.header:

@@ -11,8 +11,8 @@ from pathlib import Path
 
 from soak.journal_writer import text_of
 from solarcal.errors import SessionFileError
-from solarcal.session.reader import read_session
 from solarcal.session.records import Note
+from solarcal.session.view import read_session
 
 MOST_RECORDS = 200
 """A file longer than this is left alone and another begun."""

@@ -23,8 +23,8 @@ from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
 from solarcal.session.journal import Journal
-from solarcal.session.reader import points, read_session
 from solarcal.session.records import Header
+from solarcal.session.view import read_session
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.core import CreateJournal
 from solarcal.station.news import Done
@@ -176,7 +176,7 @@ async def live_a_month(folder: Path, days: int, say: Callable[[str], object] = p
     month.points = sum(
         point.status == "accepted"
         for path in sorted(folder.glob("day-*.jsonl"))
-        for point in points(read_session(path))
+        for point in read_session(path).points
     )
     month.seconds = time.perf_counter() - started
     return month

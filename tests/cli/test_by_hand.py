@@ -11,8 +11,8 @@ import pytest
 
 from solarcal.cli import run_command
 from solarcal.mount.formula import Coefficients, correction_deg
-from solarcal.session.reader import read_session
 from solarcal.session.records import UploadRecord
+from solarcal.session.view import read_session
 
 SESSIONS = Path(__file__).parents[2] / "sessions"
 SITE, BOOK = str(SESSIONS / "by-hand.toml"), SESSIONS / "by-hand.book"

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from solarcal.session.journal import Journal
-from solarcal.session.reader import read_session
+from solarcal.session.view import read_session
 
 
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])

@@ -13,7 +13,7 @@ from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.session.lines import sealed
 from solarcal.session.points_only import NeedsFirstReader, read_points_only
-from solarcal.session.reader import read_session
+from solarcal.session.view import read_session
 from solarcal.station.analysing import load_points
 from solarcal.station.fitting import solve_table
 from solarcal.station.fleet import FleetMember, fit_fleet, session_files

@@ -16,8 +16,8 @@ from solarcal.emulator.server import serve_pty, serve_tcp
 from solarcal.errors import LinkError
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.journal import Journal
-from solarcal.session.reader import read_session
 from solarcal.session.records import PointRecord, UploadRecord
+from solarcal.session.view import read_session
 from solarcal.station.connect import open_tracker
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.tracker import Stored

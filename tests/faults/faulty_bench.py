@@ -10,8 +10,8 @@ from solarcal.emulator.scenario import load_scenario
 from solarcal.errors import LinkError, ProcedureRefused
 from solarcal.mount.formula import Coefficients
 from solarcal.session.journal import Journal
-from solarcal.session.reader import Session, read_session
 from solarcal.session.records import Header
+from solarcal.session.view import SessionView, read_session
 from solarcal.station.centring import SunCentring
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.headless import Calibration, calibrate
@@ -69,7 +69,7 @@ class PersistentTechnician:
         self.losses: list[str] = []
         self._trouble = trouble
 
-    def whole_procedure(self, points: int) -> Session:
+    def whole_procedure(self, points: int) -> SessionView:
         station = self.station
         self.step("clock", station.set_unit_clock)
         self.step("reference check", self.reference_check)

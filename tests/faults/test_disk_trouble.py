@@ -15,8 +15,8 @@ from soak.journal_writer import HEADER, note
 from solarcal.cli import run_command
 from solarcal.errors import LinkError, SessionFileError
 from solarcal.session.journal import Disk, Journal
-from solarcal.session.reader import read_session
 from solarcal.session.records import Closed, LinkLost, Note, PointRecord
+from solarcal.session.view import read_session
 from solarcal.station.state import Activity, LinkState
 from solarcal.timescale import parse_utc
 

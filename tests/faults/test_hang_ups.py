@@ -6,7 +6,6 @@ import pytest
 from faulty_bench import UPLOADED, PersistentTechnician, faulty_line
 
 from solarcal.mount.formula import Offsets
-from solarcal.session.reader import Session, points
 from solarcal.session.records import (
     CheckRecord,
     LinkLost,
@@ -15,6 +14,7 @@ from solarcal.session.records import (
     SunOffset,
     UploadRecord,
 )
+from solarcal.session.view import SessionView
 
 STEPS = [
     "clock", "reference check", "initialise",
@@ -41,11 +41,13 @@ class OneHangUp:
             self.technician.line.hang_up(self.after, delivered=self.delivered)
 
 
-def accepted(session: Session) -> list[PointRecord]:
-    return [point for point in points(session) if point.status == "accepted"]
+def accepted(session: SessionView) -> list[PointRecord]:
+    return [point for point in session.points if point.status == "accepted"]
 
 
-def run(path: Path, after: int, delivered: bool) -> tuple[Session, PersistentTechnician, OneHangUp]:
+def run(
+    path: Path, after: int, delivered: bool
+) -> tuple[SessionView, PersistentTechnician, OneHangUp]:
     trouble = OneHangUp(after, delivered=delivered)
     technician = PersistentTechnician(faulty_line(), path, trouble)
     trouble.technician = technician

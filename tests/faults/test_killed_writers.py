@@ -9,7 +9,7 @@ from soak.kills import LostRecord, kill_writers, read_back
 from solarcal.errors import SessionFileError
 from solarcal.session.journal import Journal
 from solarcal.session.lines import sealed
-from solarcal.session.reader import read_session
+from solarcal.session.view import read_session
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forks its writers")

@@ -15,8 +15,8 @@ from solarcal.errors import (
     SolarcalError,
     UnitRefused,
 )
-from solarcal.session.reader import points, read_session
 from solarcal.session.records import RefCheck, SunOffset
+from solarcal.session.view import read_session
 from solarcal.unit.conversation import Timing
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.link import LINES_KEPT, SerialLink
@@ -84,7 +84,7 @@ def test_a_bad_line_with_interruptions_still_gets_its_points_one_by_one(tmp_path
     session = technician.whole_procedure(points=2)
     assert technician.losses
     offsets = {(r.utc, r.reading_deg) for r in session.records if isinstance(r, SunOffset)}
-    accepted = [p for p in points(session) if p.status == "accepted"]
+    accepted = [p for p in session.points if p.status == "accepted"]
     assert len(accepted) == 2
     assert all((p.read_utc, p.reading_deg) in offsets for p in accepted)
 
@@ -233,7 +233,7 @@ def test_a_unit_that_reboots_again_and_again_is_referenced_anew_and_no_point_is_
         reboots += line.damages
         checks += sum(isinstance(r, RefCheck) for r in session.records)
         offsets = {(r.utc, r.reading_deg) for r in session.records if isinstance(r, SunOffset)}
-        accepted = [p for p in points(session) if p.status == "accepted"]
+        accepted = [p for p in session.points if p.status == "accepted"]
         assert all((p.read_utc, p.reading_deg) in offsets for p in accepted)
     assert completed
     assert not any("\n" in words for words in given_up)

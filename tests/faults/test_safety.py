@@ -19,8 +19,8 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.profiles import Profile, load_profile, save_profile
 from solarcal.session.journal import Journal
 from solarcal.session.lines import sealed
-from solarcal.session.reader import read_session
 from solarcal.session.records import Answers, Note, PointRecord
+from solarcal.session.view import read_session
 from solarcal.unit.conversation import Timing
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.frames import decode_request

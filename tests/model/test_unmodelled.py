@@ -17,9 +17,8 @@ from solarcal.model.sky_context import SkyContext
 from solarcal.model.unmodelled import NAMES, components, sky_columns, widened
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
-from solarcal.session.reader import read_session
 from solarcal.session.records import ClockSet
-from solarcal.session.view import view_session
+from solarcal.session.view import read_session, view_session
 from solarcal.site import Site
 from solarcal.station.analysing import analyse_session
 from solarcal.station.uploading import offer_upload

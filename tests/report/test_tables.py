@@ -11,9 +11,9 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.report import judgement, tables
 from solarcal.report.blocks import clock_text, columns, number, text_of
-from solarcal.session.points import merge_tables, table_from_session
-from solarcal.session.reader import Session
+from solarcal.session.points import merge_tables
 from solarcal.session.records import Answers, CheckRecord, ClockSet, RefCheck, UploadRecord
+from solarcal.session.view import view_session
 
 AT = "2026-06-21T15:00:00.000Z"
 
@@ -77,7 +77,7 @@ def test_a_points_file_gives_the_same_numbers_as_its_session(june_day, fit_point
     solution = fit_points(header, points)
     from_file = told(
         tables.file_points_table,
-        table_from_session(Session("made-up.jsonl", header, tuple(points))),
+        view_session(header, tuple(points), "made-up.jsonl").table,
         solution,
     )
     from_session = told(tables.points_table, header, points, solution)
@@ -88,7 +88,7 @@ def test_a_points_file_gives_the_same_numbers_as_its_session(june_day, fit_point
 
 def test_a_long_points_file_says_how_much_it_leaves_out(june_day):
     header, points = june_day
-    table = table_from_session(Session("made-up.jsonl", header, tuple(points)))
+    table = view_session(header, tuple(points), "made-up.jsonl").table
     text = told(tables.file_points_table, table, most=5)
     assert text.endswith("... and 7 more")
     assert text.count("accepted") == 5
@@ -96,8 +96,8 @@ def test_a_long_points_file_says_how_much_it_leaves_out(june_day):
 
 def test_rows_of_merged_files_are_told_apart(june_day):
     header, points = june_day
-    first = table_from_session(Session("monday.jsonl", header, tuple(points[:6])))
-    second = table_from_session(Session("tuesday.jsonl", header, tuple(points[6:])))
+    first = view_session(header, tuple(points[:6]), "monday.jsonl").table
+    second = view_session(header, tuple(points[6:]), "tuesday.jsonl").table
     lines = told(tables.file_points_table, merge_tables([first, second])).split("\n")
     assert lines[0].startswith("no.")
     assert lines[2:4] == ["monday.jsonl", "2026-06-21"]

@@ -13,8 +13,8 @@ from solarcal.session.checksum import checksums, crc32c
 from solarcal.session.journal import Journal
 from solarcal.session.lines import damaged_lines, encode_record, sealed
 from solarcal.session.points_only import NeedsFirstReader, read_points_only
-from solarcal.session.reader import read_session, session_of
 from solarcal.session.records import Closed, SunOffset
+from solarcal.session.view import read_session, session_of
 
 FORMAT_1 = Path(__file__).parent / "format_1_day.jsonl"
 SAME_DAY = Path(__file__).parents[2] / "sessions" / "azel-good-day.jsonl"

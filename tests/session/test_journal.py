@@ -13,7 +13,7 @@ from session_samples import HEADER, note, point
 
 from solarcal.errors import SessionFileError
 from solarcal.session.journal import Disk, Journal
-from solarcal.session.reader import read_session
+from solarcal.session.view import read_session
 
 WRITER = """
 import sys

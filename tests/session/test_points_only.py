@@ -9,10 +9,10 @@ import pytest
 from session_samples import HEADER, UTC, note, point
 
 from solarcal.session.lines import encode_record, sealed
-from solarcal.session.points import PointTable, table_from_session
+from solarcal.session.points import PointTable
 from solarcal.session.points_only import NeedsFirstReader, read_points_only
-from solarcal.session.reader import read_session
 from solarcal.session.records import Answers, Closed, PointRecord, Record, Void
+from solarcal.session.view import read_session
 
 SAVED = sorted((Path(__file__).parents[2] / "sessions").glob("*.jsonl"))
 ABORTED = {"status": "aborted", "answers": Answers(ref_check=False), "reason": "no ref check"}
@@ -30,7 +30,7 @@ def written(folder: Path, *records: Record, header=HEADER) -> Path:
 
 
 def assert_read_alike(path: Path) -> None:
-    table = table_from_session(read_session(path)).accepted()
+    table = read_session(path).table.accepted()
     header, read = read_points_only(path)
     assert header == read_session(path).header
     for name in (field.name for field in fields(PointTable)):

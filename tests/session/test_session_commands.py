@@ -9,7 +9,7 @@ from session_samples import HEADER, assert_same_points, note, point, table
 from solarcal.cli import run_command
 from solarcal.session.interchange import read_table, write_table
 from solarcal.session.journal import Journal
-from solarcal.session.reader import points, read_session
+from solarcal.session.view import read_session
 
 
 @pytest.fixture
@@ -38,10 +38,10 @@ def test_a_void_strikes_a_point_and_another_restores_it(
     document = json.loads(capsys.readouterr().out)
     assert (document["seq"], document["voids"]) == (5, 2)
     assert day.read_bytes().startswith(before)
-    assert [p.seq for p in points(read_session(day))] == [1, 3]
+    assert [p.seq for p in read_session(day).points] == [1, 3]
     assert run_command(["void", str(day), "5", "--reason", "no bird after all"]) == 0
     assert "record 5 is void" in capsys.readouterr().out
-    assert [p.seq for p in points(read_session(day))] == [1, 2, 3]
+    assert [p.seq for p in read_session(day).points] == [1, 2, 3]
 
 
 def test_voids_that_make_no_sense_change_nothing(

@@ -8,8 +8,8 @@ import pytest
 
 from solarcal.session.interchange import read_table
 from solarcal.session.interchange.tpoint_model import read_tpoint_model
-from solarcal.session.reader import read_session
 from solarcal.session.records import Header, KnownRecord, PointRecord, UnitRecord
+from solarcal.session.view import read_session
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "session-file.md").read_text("utf-8")
 NAMES = set(re.findall(r"`([^`\n]+)`", PAGE))

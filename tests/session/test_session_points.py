@@ -14,16 +14,15 @@ from solarcal.session.points import (
     PointTable,
     ideal_kind,
     merge_tables,
-    table_from_session,
 )
-from solarcal.session.reader import Session, read_session
 from solarcal.session.records import Answers, Header, PointRecord, Record, Void
+from solarcal.session.view import SessionView, read_session, view_session
 from solarcal.site import Site, Weather
 from solarcal.timescale import parse_utc
 
 
-def session(*records: Record, header: Header = HEADER) -> Session:
-    return Session("day.jsonl", header, records, ("day.jsonl:9: torn",))
+def session(*records: Record, header: Header = HEADER) -> SessionView:
+    return view_session(header, records, "day.jsonl", ("day.jsonl:9: torn",))
 
 
 ABORTED = PointRecord(
@@ -32,7 +31,7 @@ ABORTED = PointRecord(
 
 
 def test_a_sessions_points_with_their_statuses() -> None:
-    points = table_from_session(session(point(1), ABORTED, note(3), point(4, "rejected")))
+    points = session(point(1), ABORTED, note(3), point(4, "rejected")).table
     assert points.labels == (1, 2, 4)
     assert points.status == ("accepted", "aborted", "rejected")
     assert points.note == ("", "no ref check", "")
@@ -50,18 +49,18 @@ def test_a_sessions_points_with_their_statuses() -> None:
 
 def test_voided_points_are_left_out() -> None:
     void = Void(seq=3, utc=UTC, voids=1, reason="bird")
-    assert table_from_session(session(point(1), point(2), void)).labels == (2,)
+    assert session(point(1), point(2), void).table.labels == (2,)
 
 
 def test_sigmas_count_only_where_every_accepted_point_has_one() -> None:
-    some = table_from_session(session(point(1, sigma_deg=0.02), ABORTED))
+    some = session(point(1, sigma_deg=0.02), ABORTED).table
     assert some.sigma_deg is not None
     assert some.accepted().sigma_deg is not None
-    assert table_from_session(session(point(1, sigma_deg=0.02), point(2))).sigma_deg is None
+    assert session(point(1, sigma_deg=0.02), point(2)).table.sigma_deg is None
 
 
 def test_a_session_without_points_is_an_empty_table() -> None:
-    empty = table_from_session(session(note(1)))
+    empty = session(note(1)).table
     assert len(empty) == 0
     assert empty.accepted().ax1_deg.shape == (0,)
 
@@ -89,7 +88,7 @@ def test_an_imported_table_comes_back_exactly(tmp_path: Path) -> None:
     made = session_from_table(sampled(), path, utc_s=parse_utc(UTC))
     read = read_session(path)
     assert (read.header, read.records) == (made.header, made.records)
-    again = table_from_session(read)
+    again = read.table
     assert_same_points(again, sampled())
     assert again.labels == (1, 2, 3, 4)
     assert read.header.unit.model == "imported"
@@ -102,7 +101,7 @@ def test_what_an_import_is_not_told_stays_unknown(tmp_path: Path) -> None:
     bare = table(latitude_deg=None, longitude_deg=None, utc_s=np.full(3, np.nan))
     made = session_from_table(bare, tmp_path / "new.jsonl", utc_s=parse_utc(UTC))
     assert made.header.unknown == ("latitude", "longitude")
-    again = table_from_session(made)
+    again = made.table
     assert again.site is None
     assert_same_points(again, bare)
 

@@ -13,7 +13,6 @@ from session_samples import HEADER, UTC, note, point
 from solarcal.errors import SessionFileError, SolarcalError
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.lines import decode_record, encode_record, parse_session, sealed
-from solarcal.session.reader import live_records, points, read_session, refuse_void
 from solarcal.session.records import (
     Answers,
     CheckRecord,
@@ -31,6 +30,7 @@ from solarcal.session.records import (
     UploadRecord,
     Void,
 )
+from solarcal.session.view import live_records, read_session, refuse_void, view_session
 
 HEAD = encode_record(HEADER)
 
@@ -185,12 +185,12 @@ def void(seq: int, voids: int) -> Void:
 
 def test_a_void_strikes_and_a_void_of_the_void_restores() -> None:
     records: list[Record] = [point(1), point(2, "rejected"), void(3, 1)]
-    assert [p.seq for p in points(records)] == [2]
+    assert [p.seq for p in view_session(HEADER, tuple(records)).points] == [2]
     assert [r.seq for r in live_records(records)] == [2, 3]
     records.append(void(4, 3))
-    assert [p.seq for p in points(records)] == [1, 2]
+    assert [p.seq for p in view_session(HEADER, tuple(records)).points] == [1, 2]
     records.append(void(5, 4))
-    assert [p.seq for p in points(records)] == [2]
+    assert [p.seq for p in view_session(HEADER, tuple(records)).points] == [2]
 
 
 def test_voids_that_strike_nothing_are_refused() -> None:

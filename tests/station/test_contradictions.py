@@ -8,7 +8,6 @@ from solarcal.model.evidence.counts import losses
 from solarcal.model.evidence.direct import direct_findings
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.journal import Journal
-from solarcal.session.reader import read_session
 from solarcal.session.records import (
     InForce,
     PointRecord,
@@ -17,7 +16,7 @@ from solarcal.session.records import (
     UploadBegun,
     UploadRecord,
 )
-from solarcal.session.view import read_view, view_session
+from solarcal.session.view import read_session, view_session
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.next_step import next_step
 from solarcal.station.procedure import Station
@@ -205,7 +204,7 @@ def test_the_numbers_of_checks_go_on_through_a_resume(bench):
     b.station.ref_check()
     assert isinstance(b.station.session.records[-1], RefCheck)
     assert b.station.session.ref_checks[-1].number == first + 1
-    assert losses(read_view(b.path)) == ()
+    assert losses(read_session(b.path)) == ()
 
 
 def test_a_reference_lost_between_two_sessions_is_recorded_as_a_restart(bench):
@@ -261,7 +260,7 @@ def test_it_is_compared_when_a_session_is_gone_on_with(bench):
     b.station.connect()
     b.station.resume_session(Journal.resume(b.path))
     assert not b.station.session.holds_upload
-    (found,) = [f for f in direct_findings(read_view(b.path)) if f.kind == "not_held"]
+    (found,) = [f for f in direct_findings(read_session(b.path)) if f.kind == "not_held"]
     assert "P1 0.4 instead of 0.5" in found.sentence
 
 

@@ -24,7 +24,7 @@ from solarcal.session.interchange import read_table, write_table
 from solarcal.session.interchange.sessions import session_from_table
 from solarcal.session.journal import Journal
 from solarcal.session.records import PointRecord
-from solarcal.session.view import SessionView, read_view
+from solarcal.session.view import SessionView, read_session
 from solarcal.site import Site
 from solarcal.station.analysing import analyse_files, analyse_session, read_files
 from solarcal.station.clocks import EmulatedClock
@@ -279,7 +279,7 @@ def from_file(path: Path) -> Analysis:
 
 def imported(path: Path) -> Analysis:
     points, again = path.with_suffix(".csv"), path.with_name("imported.jsonl")
-    write_table(read_view(path).table, points)
+    write_table(read_session(path).table, points)
     session_from_table(read_table(points), again, utc_s=parse_utc("2026-07-01"))
     return from_file(again)
 

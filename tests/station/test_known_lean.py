@@ -12,7 +12,7 @@ from solarcal.model.methods import DEFAULT_PRIOR
 from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.journal import Journal
-from solarcal.session.reader import read_session
+from solarcal.session.view import read_session
 from solarcal.site import BoltCircle, Inclinometer
 from solarcal.station.analysing import analyse_files, analyse_session, read_files
 from solarcal.station.fitting import last_doubts, prior_of, solve

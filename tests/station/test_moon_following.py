@@ -15,7 +15,7 @@ from solarcal.report.blocks import Table
 from solarcal.report.tables import file_points_table, points_table
 from solarcal.session.journal import Journal
 from solarcal.session.points_only import read_points_only
-from solarcal.session.view import read_view
+from solarcal.session.view import read_session
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.fitting import solve
 from solarcal.station.moon_following import MoonFollower
@@ -138,7 +138,7 @@ def test_the_command_writes_a_session_that_fit_reads(
     document = json.loads(capsys.readouterr().out)
     assert document["points"]["used"] == 4
     assert not [f for f in document["findings"] if f["certainty"] == "found"]
-    session = read_view(path)
+    session = read_session(path)
     assert session.header.target == "moon"
     _, both = read_points_only(path)
     assert both.ideal == session.table.ideal
@@ -165,5 +165,5 @@ def test_the_light_of_an_emulator_in_process_is_the_one_followed(
     words = ["two-mirror", "follow", "--scenario", "tijeras-azel", "--set", "truth.light=moon"]
     assert run_command([*words, "--start", "2026-06-03T16:00:00Z", "--points", "1",
                         "-o", str(path)]) == 0  # fmt: skip
-    assert read_view(path).header.target == "sun"
+    assert read_session(path).header.target == "sun"
     assert "1 points" in capsys.readouterr().out

@@ -6,7 +6,6 @@ import pytest
 from solarcal.errors import LinkError, ProcedureRefused, SolarcalError
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.journal import Journal
-from solarcal.session.reader import read_session
 from solarcal.session.records import (
     CheckRecord,
     Closed,
@@ -15,6 +14,7 @@ from solarcal.session.records import (
     PointRecord,
     RefCheck,
 )
+from solarcal.session.view import read_session
 from solarcal.station.gathering import READINGS
 from solarcal.station.question_evidence import question_evidence
 from solarcal.station.state import Activity, LinkState

@@ -6,7 +6,7 @@ from solarcal.emulated_units import emulated_unit
 from solarcal.errors import ConfigurationError
 from solarcal.model.evidence.counts import losses
 from solarcal.session.journal import Journal
-from solarcal.session.reader import read_session
+from solarcal.session.view import read_session
 from solarcal.station.headless import calibrate
 from solarcal.station.state import view_session
 from solarcal.station.technician import Schedule

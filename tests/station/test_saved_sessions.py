@@ -11,7 +11,7 @@ from solarcal.errors import ProcedureRefused
 from solarcal.mount.formula import Coefficients
 from solarcal.session.journal import Journal
 from solarcal.session.lines import sealed
-from solarcal.session.reader import read_session
+from solarcal.session.view import read_session
 from solarcal.station.analysing import analyse_files, read_files
 from solarcal.station.fitting import sky_context, solve
 from solarcal.station.saved_sessions import Replay, finished

@@ -11,8 +11,8 @@ from solarcal.emulator.line_faults import LineFaults
 from solarcal.emulator.scenario import load_scenario
 from solarcal.errors import LinkError, ProcedureRefused
 from solarcal.session.journal import Journal
-from solarcal.session.reader import read_session
 from solarcal.session.records import LinkLost, LinkRestored, PointRecord
+from solarcal.session.view import read_session
 from solarcal.station import headless
 from solarcal.station.headless import GIVE_UP_S
 from solarcal.station.technician import Schedule

@@ -12,8 +12,8 @@ from typed_screens import MOUNT, TRUTH
 from solarcal.config import write_toml
 from solarcal.mount.formula import Offsets, correction_deg
 from solarcal.profiles import Profile
-from solarcal.session.reader import read_session
 from solarcal.session.records import PointRecord, Typed
+from solarcal.session.view import read_session
 from solarcal.site import Site
 from solarcal.station.described_unit import unit_parameters, unit_site
 from solarcal.station.typed.controller_model import TypedControllerModel

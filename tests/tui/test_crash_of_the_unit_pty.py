@@ -18,8 +18,8 @@ from pty_bench import (
 )
 from technician_at_keys import check_reference, hurry, initialise
 
-from solarcal.session.reader import read_session
 from solarcal.session.records import LinkLost, LinkRestored, Note, PointRecord
+from solarcal.session.view import read_session
 
 START = "2026-06-03T15:30:00Z"
 

@@ -31,8 +31,8 @@ from technician_at_keys import (
 )
 
 from solarcal.mount.formula import Coefficients
-from solarcal.session.reader import read_session
 from solarcal.session.records import CheckRecord, PointRecord, UploadRecord
+from solarcal.session.view import read_session
 from solarcal.station.connect import open_tracker
 
 START = "2026-06-03T15:30:00Z"

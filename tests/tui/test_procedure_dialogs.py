@@ -24,8 +24,8 @@ from textual.widgets import Input
 from solarcal.config import Choice
 from solarcal.errors import ProcedureRefused
 from solarcal.session.journal import Journal
-from solarcal.session.reader import live_records, read_session
 from solarcal.session.records import Closed, Note, Override, Void
+from solarcal.session.view import live_records, read_session
 from solarcal.station.news import SpeedTold, StepFailed, Stopped
 from solarcal.station.opening import OpenLine
 from solarcal.station.state import Activity, LinkState

@@ -14,8 +14,8 @@ from procedure_bench import (
     workstation,
 )
 
-from solarcal.session.reader import read_session
 from solarcal.session.records import CheckRecord, LinkLost, Override, PointRecord
+from solarcal.session.view import read_session
 from solarcal.station.state import Activity
 from solarcal.unit.tracker import Mode
 

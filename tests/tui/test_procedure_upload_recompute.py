@@ -16,8 +16,8 @@ from procedure_bench import (
 )
 
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.session.reader import read_session
 from solarcal.session.records import UploadRecord
+from solarcal.session.view import read_session
 from solarcal.station.news import ClockAdjusted
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.tracker import Stored

@@ -13,8 +13,8 @@ from solarcal.errors import ConfigurationError
 from solarcal.profile_form import MOUNT_FIELDS, FieldError, form_texts, profile_from_form
 from solarcal.profiles import MountDescription, Profile, load_profile, save_profile
 from solarcal.session.journal import Journal
-from solarcal.session.reader import read_session
 from solarcal.session.records import Closed
+from solarcal.session.view import read_session
 from solarcal.site import BoltCircle
 from solarcal.station.news import FileInitialised
 from solarcal.station.saved_sessions import finished, saved_sessions

@@ -212,7 +212,7 @@ def _start_where_it_broke_off(args: argparse.Namespace) -> None:
     ConfigurationError
         A file cannot be gone on with and be written anew, or by another rule than its own.
     """
-    from solarcal.session.reader import read_session
+    from solarcal.session.view import read_session
 
     if args.output:
         raise ConfigurationError("--resume FILE goes on in that file; leave -o away")

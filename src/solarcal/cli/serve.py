@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
     if args.file is not None and args.allow_motion:
         raise ConfigurationError("--allow-motion opens units; FILE is only replayed: give one")
     if args.file is not None:
-        from solarcal.session.reader import read_session
+        from solarcal.session.view import read_session
 
         read_session(args.file)
     try:

@@ -127,8 +127,8 @@ def add_void_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run_void(args: argparse.Namespace) -> int:
     from solarcal.session.journal import Journal
-    from solarcal.session.reader import refuse_void
     from solarcal.session.records import Void
+    from solarcal.session.view import refuse_void
 
     reason = args.reason.strip()
     if not reason:

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from solarcal.decimals import Pair
 from solarcal.errors import InputFileError
 from solarcal.optics.offset_mirror import Heliostat
-from solarcal.session.reader import Session, points
 from solarcal.session.records import Header, PointStatus
 from solarcal.site import Site
 from solarcal.timescale import parse_many_utc
@@ -160,18 +159,13 @@ class _Attempt(Protocol):
     def error_deg(self) -> Pair | None: ...
 
 
-def table_from_session(session: Session) -> PointTable:
-    """The live points of a session; labels are sequence numbers.
-
-    ``utc_s`` is when the point's angles were read; attempts without angles have NaN.
-    """
-    return table_of_points(session.header, points(session), session.path, session.warnings)
-
-
 def table_of_points(
     header: Header, found: Sequence[_Attempt], source: str = "", warnings: tuple[str, ...] = ()
 ) -> PointTable:
-    """The same of points whose records are folded already."""
+    """The points of a session; labels are sequence numbers.
+
+    ``utc_s`` is when the point's angles were read; attempts without angles have NaN.
+    """
     accepted = np.array([p.status == "accepted" for p in found], dtype=bool)
     ideal = np.array([_pair(p.ideal_deg) for p in found]).reshape(-1, 2)
     error = np.array([_pair(p.error_deg) for p in found]).reshape(-1, 2)

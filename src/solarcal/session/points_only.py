@@ -3,7 +3,7 @@
 It is for those who read thousands of files and want nothing but what a fit is made of. It looks at
 the checksum of every line, decodes only the header, points and voids, and expects each sequence
 number in its place. Of a file it cannot take at its word (an old format, a wrong checksum, a torn
-line, a session that is still open) it says so, and the first reader (``reader.read_session``)
+line, a session that is still open) it says so, and the first reader (``view.read_session``)
 decides. So both give the same points of every file the first one accepts.
 """
 
@@ -43,7 +43,7 @@ _decoder = msgspec.json.Decoder(_Point | _Void)
 
 
 class NeedsFirstReader(Exception):
-    """This file is for ``reader.read_session``: it will read it, or say what is wrong."""
+    """This file is for ``view.read_session``: it will read it, or say what is wrong."""
 
 
 def read_points_only(path: str | Path) -> tuple[Header, PointTable]:

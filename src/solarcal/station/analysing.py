@@ -32,7 +32,7 @@ from solarcal.session.interchange import (
 from solarcal.session.interchange.paint import paint_table
 from solarcal.session.points import PointTable, merge_tables
 from solarcal.session.records import Header
-from solarcal.session.view import SessionView, read_view
+from solarcal.session.view import SessionView, read_session
 from solarcal.site import BoltCircle
 from solarcal.station.fitting import (
     chosen_prior,
@@ -166,7 +166,7 @@ class FileAnalysis:
 def load_points(path: Path, fill_in: FillIn) -> tuple[PointTable, SessionView | None]:
     """Read a session, points CSV or TPOINT file, and the session itself where it is one."""
     if point_format(path) == SESSION:
-        session = read_view(path)
+        session = read_session(path)
         return session.table, session
     return read_table(path, **fill_in), None
 

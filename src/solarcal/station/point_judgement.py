@@ -11,7 +11,6 @@ import numpy as np
 from solarcal.errors import SolarcalError
 from solarcal.model.forecast import Forecast
 from solarcal.model.solution import Solution
-from solarcal.session.reader import live_records
 from solarcal.session.records import (
     CheckRecord,
     ClockSet,
@@ -21,6 +20,7 @@ from solarcal.session.records import (
     SunOffset,
     Void,
 )
+from solarcal.session.view import live_records
 from solarcal.station.analysing import analyse_session
 from solarcal.station.fitting import solve
 from solarcal.station.state import SessionView, view_session

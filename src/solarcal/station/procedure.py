@@ -15,7 +15,6 @@ from solarcal.errors import LinkError, ProcedureRefused, SessionFileError, Solar
 from solarcal.model.fit import Solution
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.journal import Journal
-from solarcal.session.reader import refuse_void
 from solarcal.session.records import (
     CheckRecord,
     ClockSet,
@@ -31,6 +30,7 @@ from solarcal.session.records import (
     UploadRecord,
     Void,
 )
+from solarcal.session.view import refuse_void
 from solarcal.station import guards
 from solarcal.station.core import CreateJournal, StationCore
 from solarcal.station.gathering import check_candidate, demand_plausible, gather, point_candidate

@@ -7,8 +7,8 @@ import msgspec
 
 from solarcal.config import Choice, sessions_dir
 from solarcal.errors import SolarcalError, harmless
-from solarcal.session.reader import UNCLOSED, read_session
 from solarcal.session.records import Closed, Header, PointRecord, Record
+from solarcal.session.view import UNCLOSED, read_session
 from solarcal.station.state import SessionView, view_session
 from solarcal.timescale import parse_utc
 

@@ -14,7 +14,7 @@ from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coeffic
 from solarcal.session.journal import Journal
 from solarcal.session.points import SITE_TOLERANCE_DEG
 from solarcal.session.records import Header, UnitRecord, UploadRecord
-from solarcal.session.view import read_view
+from solarcal.session.view import read_session
 from solarcal.station.analysing import analyse_session
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.procedure import Station
@@ -173,7 +173,7 @@ def find_upload(folder: Path, identity: UnitIdentity) -> tuple[Path, tuple[str, 
     unreadable = []
     for path in sorted(folder.glob("*.jsonl")):
         try:
-            session = read_view(path)
+            session = read_session(path)
         except InputFileError as error:
             unreadable.append(str(error))
             continue

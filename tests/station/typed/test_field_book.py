@@ -11,8 +11,8 @@ from solarcal.errors import InputFileError, ProcedureRefused
 from solarcal.mount.formula import correction_deg
 from solarcal.profiles import Profile
 from solarcal.session.journal import Journal
-from solarcal.session.reader import read_session
 from solarcal.session.records import Closed, PointRecord, Typed
+from solarcal.session.view import read_session
 from solarcal.station.fitting import solve
 from solarcal.station.typed.field_book import STEPS, read_entries
 from solarcal.station.typed.field_book_calibration import HandCalibration, calibrate_by_book

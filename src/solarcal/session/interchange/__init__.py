@@ -14,8 +14,8 @@ from solarcal.session.interchange.csv_points import read_points_csv, write_point
 from solarcal.session.interchange.paint import PaintFiles, paint_files, paint_table
 from solarcal.session.interchange.solar_offsets import read_solar_offsets
 from solarcal.session.interchange.tpoint import read_tpoint, write_tpoint
-from solarcal.session.points import PointTable, table_from_session
-from solarcal.session.reader import read_session
+from solarcal.session.points import PointTable
+from solarcal.session.view import read_session
 
 _LOOKED_AT = 65536
 _CSV_NAMES = {"utc", "ax1_deg", "ax2_deg"}
@@ -172,7 +172,7 @@ def read_table(path: str | Path, **fill_in: Unpack[FillIn]) -> PointTable:
     """
     found = point_format(path)
     if found == SESSION:
-        return table_from_session(read_session(path))
+        return read_session(path).table
     if found == PAINT_CALIBRATION:
         return paint_table(read_paint([path], fill_in), unit=fill_in.get("unit"))
     unit = {key: value for key, value in fill_in.items() if key not in _NOT_OF_A_UNIT}

@@ -12,7 +12,6 @@ from solarcal.mount.limits import AxisLimits, Limits
 from solarcal.session.interchange.csv_head import instant_text
 from solarcal.session.journal import Journal
 from solarcal.session.points import NUMBERS, PointTable
-from solarcal.session.reader import Session
 from solarcal.session.records import (
     IMPORTED_MODEL,
     Answers,
@@ -22,15 +21,16 @@ from solarcal.session.records import (
     Record,
     UnitRecord,
 )
+from solarcal.session.view import SessionView, view_session
 from solarcal.site import Site
 from solarcal.timescale import format_utc
 from solarcal.units import FloatArray
 
 
-def session_from_table(table: PointTable, path: str | Path, *, utc_s: float) -> Session:
+def session_from_table(table: PointTable, path: str | Path, *, utc_s: float) -> SessionView:
     """Write a new session file that holds the table's points, in order.
 
-    ``table_from_session`` of it gives the same numbers back; labels become sequence numbers.
+    Its table gives the same numbers back; labels become sequence numbers.
     ``utc_s`` is now: when the import was made. Drives, limits and reference positions are unknown,
     so the unit's record holds a unit gear ratio and the whole branch.
 
@@ -52,7 +52,7 @@ def session_from_table(table: PointTable, path: str | Path, *, utc_s: float) -> 
             # Half an import must not pass for a session; nobody was told of the file yet.
             Path(path).unlink(missing_ok=True)
             raise
-    return Session(str(path), header, records)
+    return view_session(header, records, str(path))
 
 
 def imported_header(table: PointTable, utc_s: float) -> Header:

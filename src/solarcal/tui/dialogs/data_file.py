@@ -13,7 +13,7 @@ from textual.widgets import Input, OptionList, Static
 from textual.widgets.option_list import Option
 
 from solarcal.report.session_report import record_line
-from solarcal.session.reader import live_records
+from solarcal.session.view import live_records
 from solarcal.station.guards import GuardRefused, near_limit_threshold_deg
 from solarcal.station.news import Done, FileInitialised, NoteWritten, RecordVoided, StepFailed
 from solarcal.station.state import StationState

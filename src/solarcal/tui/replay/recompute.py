@@ -22,9 +22,9 @@ from solarcal.model.verdict import base_and_shims
 from solarcal.report.blocks import lines_of, wrapped
 from solarcal.report.judgement import coefficients_table, fit_summary, shims_blocks
 from solarcal.report.tables import points_table
-from solarcal.session.reader import read_session
+from solarcal.session.view import read_session
 from solarcal.station.fitting import last_doubts, solve
-from solarcal.station.state import SessionView, view_session
+from solarcal.station.state import SessionView
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import NoticeLine
@@ -63,8 +63,7 @@ class Recomputed:
 def recompute(path: Path) -> Recomputed:
     """Read and fit one session file; takes a while, touches nothing."""
     try:
-        read = read_session(path)
-        session = view_session(read.header, read.records)
+        session = read_session(path)
         trouble, solution = "", None
         try:
             solution = solve(session)
@@ -73,7 +72,7 @@ def recompute(path: Path) -> Recomputed:
             trouble, doubts = str(error), ()
     except SolarcalError as error:
         return Recomputed(path, trouble=str(error))
-    return Recomputed(path, session, solution, trouble, (*read.warnings, *doubts))
+    return Recomputed(path, session, solution, trouble, (*session.warnings, *doubts))
 
 
 class RecomputeScreen(StationScreen):
