@@ -214,7 +214,8 @@ def demand_plausible(session: SessionView, candidate: PointRecord | CheckRecord)
             f"the read-outs ({candidate.reading_deg[0]:.3f}, {candidate.reading_deg[1]:.3f}) deg "
             f"lie {beyond:.3f} deg beyond a limit: no axis can be there"
         )
-    for sentence in () if unit.typed else offset_disagreements(unit, candidate):
+    disagreements = {} if unit.typed else offset_disagreements(unit, [candidate])
+    for sentence in disagreements.get(candidate.seq, ()):
         raise ProcedureRefused(f"{sentence}; do a reference check and set the Sun offset again")
 
 

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from solarcal.model.finding import Finding, points_named
-from solarcal.mount.controller import commanded_error_deg
+from solarcal.mount.formula import correction_deg
 from solarcal.session.records import PointRecord, UnitRecord
 from solarcal.session.view import SessionView
 from solarcal.units import FloatArray
@@ -56,32 +56,33 @@ def frozen_findings(
     return tuple(said)
 
 
-def offset_disagreements(unit: UnitRecord, point: PointRecord) -> tuple[str, ...]:
-    """Where the unit's O contradicts its own read-outs at a point: both numbers, per axis.
+def offset_disagreements(
+    unit: UnitRecord, points: Sequence[PointRecord]
+) -> dict[int, tuple[str, ...]]:
+    """Where the unit's O contradicts its own read-outs: point -> both numbers, per axis.
 
     E(P in force) + O is reading - ideal, to the unit's resolution; between two updates the axes
     stand up to an update range away. Not for typed read-outs, which are of another moment.
     """
-    if (
-        point.ideal_deg is None
-        or point.reading_deg is None
-        or point.offsets is None
-        or point.coefficients is None
-    ):
-        return ()
-    commanded = commanded_error_deg(point.coefficients, point.offsets, *point.ideal_deg)
     allowed = unit.update_range_deg + OFFSET_TOLERANCE_DEG
-    found = []
-    for axis in (0, 1):
-        read = point.reading_deg[axis] - point.ideal_deg[axis]
-        read -= 360.0 * round(read / 360.0)
-        if not abs(read - commanded[axis]) <= allowed:
-            found.append(
-                f"axis {axis + 1}: the read-out less the ideal angle is {read:+.3f} deg, the "
-                f"unit's formula and O give {commanded[axis]:+.3f} deg (allowed difference "
-                f"{allowed:.3f})"
+    whole = [p for p in points if p.ideal_deg and p.reading_deg and p.offsets]
+    found: dict[int, tuple[str, ...]] = {}
+    # All points of a day have the same coefficients, as a rule.
+    for coefficients in dict.fromkeys(p.coefficients for p in whole if p.coefficients):
+        alike = [p for p in whole if p.coefficients == coefficients]
+        ideal = np.array([p.ideal_deg for p in alike], dtype=np.float64)
+        offsets = np.array([(p.offsets.O1, p.offsets.O2) for p in alike if p.offsets])
+        commanded = np.transpose(correction_deg(coefficients, *ideal.T)) + offsets
+        read = np.array([p.reading_deg for p in alike]) - ideal
+        read -= 360.0 * np.round(read / 360.0)
+        for at, axis in np.argwhere(~(np.abs(read - commanded) <= allowed)).tolist():
+            found[alike[at].seq] = (
+                *found.get(alike[at].seq, ()),
+                f"axis {axis + 1}: the read-out less the ideal angle is {read[at, axis]:+.3f} "
+                f"deg, the unit's formula and O give {commanded[at, axis]:+.3f} deg (allowed "
+                f"difference {allowed:.3f})",
             )
-    return tuple(found)
+    return found
 
 
 def offset_evidence(session: SessionView) -> tuple[Finding, ...]:
@@ -89,9 +90,10 @@ def offset_evidence(session: SessionView) -> tuple[Finding, ...]:
     unit = session.header.unit
     if unit.typed:
         return ()
+    disagreements = offset_disagreements(unit, session.accepted)
     found = []
     for point in session.accepted:
-        said = list(offset_disagreements(unit, point))
+        said = list(disagreements.get(point.seq, ()))
         if point.reading_deg and point.ideal_deg and point.error_deg:
             for axis in (0, 1):
                 read = point.reading_deg[axis] - point.ideal_deg[axis]
