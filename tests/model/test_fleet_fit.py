@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from solarcal.model.exact_fit import fit_mechanism
 from solarcal.model.fleet_fit import ManyPoints, fit_many
+from solarcal.model.methods import fit_mechanism
 from solarcal.model.prior import Prior
 from solarcal.model.sky_context import TruePoints
 from solarcal.mount.geometry import MountGeometry

@@ -7,7 +7,7 @@ import pytest
 from made_up_trackers import day_of
 from scipy import linalg, optimize
 
-from solarcal.model import exact_fit, least_squares
+from solarcal.model import least_squares, methods
 from solarcal.model.methods import fit
 
 
@@ -15,8 +15,8 @@ from solarcal.model.methods import fit
     ("method", "module", "name", "solver"),
     [
         ("linear", least_squares.linalg, "svd", linalg.svd),
-        ("robust", exact_fit, "least_squares", optimize.least_squares),
-        ("exact", exact_fit, "least_squares", optimize.least_squares),
+        ("robust", methods, "least_squares", optimize.least_squares),
+        ("exact", methods, "least_squares", optimize.least_squares),
     ],
 )
 def test_each_method_goes_through_scipy(method, module, name, solver, monkeypatch):

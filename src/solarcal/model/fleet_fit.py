@@ -1,15 +1,15 @@
 """``robust`` for thousands of sessions at once: the mechanism, without what a year of Sun is for.
 
-The same steps as ``exact_fit``, each taken for all sessions that still need it. What comes out is
-the mechanism and how well it is known; the six numbers to UPLOAD need the year of each site and
-are the business of ``methods.fit``.
+The same steps as ``methods.fit_mechanism``, each taken for all sessions that still need it. What
+comes out is the mechanism and how well it is known; the six numbers to UPLOAD need the year of
+each site and are the business of ``methods.fit``.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from solarcal.model import exact_fit as alone
+from solarcal.model import methods as alone
 from solarcal.model.mixture_climb import Indices, Linearised
 from solarcal.model.noise_mixture import (
     GIVEN_NOISE_LOG_SD,
@@ -129,7 +129,7 @@ def _nearest(
 ) -> FloatArray:
     """Least squares of weighted points (s, n) and priors of precision ``pull`` (s,), from (s, 6).
 
-    Gauss and Newton's steps to where scipy's least squares ends in ``exact_fit``.
+    Gauss and Newton's steps to where scipy's least squares ends in ``fit_mechanism``.
     """
     values = start.copy()
     active: Indices = np.arange(len(points))
