@@ -15,7 +15,7 @@ from benchmarks.judgement_trackers import (
     random_mechanism,
 )
 from solarcal.model.evidence.clocks import ClockSetting, clock_findings
-from solarcal.model.evidence.counts import Loss, missed_counts_finding, undo_losses
+from solarcal.model.evidence.read_outs import Loss, missed_counts_finding, undo_losses
 from solarcal.model.evidence.residuals import diagnose
 from solarcal.model.f_tests import PointsTested, f_probability, norm_beside
 from solarcal.model.finding import Finding

@@ -23,7 +23,7 @@ from benchmarks.diagnosis import (
     rate,
 )
 from solarcal.model.analysis import findings_of
-from solarcal.model.evidence.counts import Loss, undo_losses
+from solarcal.model.evidence.read_outs import Loss, undo_losses
 from solarcal.model.evidence.residuals import diagnose
 from solarcal.model.finding import Finding
 from solarcal.model.methods import fit_exact

@@ -11,8 +11,7 @@ from solarcal.model.evidence.clocks import (
     clock_findings,
     laptop_finding,
 )
-from solarcal.model.evidence.counts import Loss, Moment, missed_counts_finding
-from solarcal.model.evidence.read_outs import frozen_findings
+from solarcal.model.evidence.read_outs import Loss, Moment, frozen_findings, missed_counts_finding
 
 HOURS = 3600.0 * np.arange(10.0)
 

@@ -4,8 +4,8 @@ import msgspec
 import pytest
 
 from solarcal.errors import ProcedureRefused, SolarcalError, UnitRefused
-from solarcal.model.evidence.counts import losses
 from solarcal.model.evidence.direct import direct_findings
+from solarcal.model.evidence.read_outs import losses
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.journal import Journal
 from solarcal.session.records import (

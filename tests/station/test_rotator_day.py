@@ -4,7 +4,7 @@ import pytest
 
 from solarcal.emulated_units import emulated_unit
 from solarcal.errors import ConfigurationError
-from solarcal.model.evidence.counts import losses
+from solarcal.model.evidence.read_outs import losses
 from solarcal.session.journal import Journal
 from solarcal.session.view import read_session
 from solarcal.station.headless import calibrate

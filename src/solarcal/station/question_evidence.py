@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from solarcal.model.evidence.clocks import CLOCK_TOLERANCE_S
-from solarcal.model.evidence.counts import FEWEST_COUNTS
+from solarcal.model.evidence.read_outs import FEWEST_COUNTS
 from solarcal.session.records import RefCheck
 from solarcal.station.gathering import MAX_OFFSET_AGE_S
 from solarcal.station.state import LiveView, SessionView

@@ -13,8 +13,14 @@ from numpy.typing import NDArray
 
 from solarcal.model.evidence.branches import branch_evidence, side_evidence
 from solarcal.model.evidence.clocks import clock_evidence, laptop_evidence
-from solarcal.model.evidence.counts import Loss, count_evidence, losses, real_losses
-from solarcal.model.evidence.read_outs import offset_evidence, read_out_evidence
+from solarcal.model.evidence.read_outs import (
+    Loss,
+    count_evidence,
+    losses,
+    offset_evidence,
+    read_out_evidence,
+    real_losses,
+)
 from solarcal.model.evidence.times import UNIT_CLOCK, stamp_evidence
 from solarcal.model.evidence.unit_state import held_evidence, unit_evidence
 from solarcal.model.finding import Finding

@@ -1,20 +1,40 @@
-"""Read-outs that contradict the motion of the Sun, or themselves."""
+"""Read-outs that contradict the motion of the Sun, themselves, or the reference switches.
+
+Of counts missed between two reference checks the checks give the number, the points the time.
+"""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from solarcal.model.f_tests import PointsTested, squares_beside
 from solarcal.model.finding import Finding, points_named
+from solarcal.model.points import Points
+from solarcal.model.sky_context import SkyContext
+from solarcal.mount.drive import reading_deg
 from solarcal.mount.formula import correction_deg
-from solarcal.session.records import PointRecord, UnitRecord
+from solarcal.session.records import PointRecord, RefCheck, UnitRecord
 from solarcal.session.view import SessionView
 from solarcal.units import FloatArray
+
+if TYPE_CHECKING:
+    from solarcal.model.mechanism_solution import MechanismSolution
 
 OFFSET_TOLERANCE_DEG = 0.02
 """O is set to counts and decimals; beyond this and the update range it is another number."""
 MOVED_DEG = 0.5
 """An axis that had to move this far between two points cannot have stood still."""
+FEWEST_COUNTS = 5
+"""A switch is found again to a few counts."""
+SMALLEST_LOSS_DEG = 0.01
+
+TIE = 1e-9
+"""Relative: nearer than this two sums of squares differ by rounding only."""
+CLEARLY_WORSE = 9.0
+"""By so much of the noise's square another moment must explain the points worse."""
 
 
 def frozen_findings(
@@ -134,3 +154,153 @@ def read_out_evidence(session: SessionView) -> tuple[Finding, ...]:
         np.array([p.reading_deg for p in whole]),
         np.array([p.ideal_deg for p in whole]),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """``first_after``: the first point after a loss, None where it came after all of them.
+
+    ``sure``: the next best moment fits clearly worse. An azimuth that jumps at noon looks like a
+    scale, so there the points hardly tell.
+    """
+
+    first_after: int | None
+    sure: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Loss:
+    """Axis 1 or 2 reads ``reading_deg`` too much after an unknown moment between two checks.
+
+    ``labels``: the points taken between them, in time.
+    """
+
+    axis: int
+    reading_deg: float
+    labels: tuple[int, ...]
+
+
+def undo_losses(
+    points: Points, context: SkyContext, values: FloatArray, losses: Sequence[Loss]
+) -> tuple[Points, tuple[Moment, ...]]:
+    """The points as they would read without the losses, and the moment of each.
+
+    Each loss is put where the six numbers explain the points best. ``values`` (6,): about which
+    the mechanism is linearised.
+    """
+    place = {label: i for i, label in enumerate(points.labels)}
+    when: list[Moment] = []
+    for loss in losses:
+        between = [place[label] for label in loss.labels if label in place]
+        trials = [_shifted(points, loss, between[k:]) for k in range(len(between) + 1)]
+        squares = np.array([_squares(trial, context, values) for trial in trials])
+        # A loss before all points is a zero like another, and explains as much as one after them.
+        best = int(np.flatnonzero(squares <= squares.min() * (1.0 + TIE))[-1])
+        points = trials[best]
+        label = points.labels[between[best]] if best < len(between) else None
+        variance = squares[best] / max(2 * len(points) - 6, 1)
+        worse = np.delete(squares, best) - squares[best]
+        when.append(Moment(label, bool((worse > CLEARLY_WORSE * variance).all())))
+    return points, tuple(when)
+
+
+def _shifted(points: Points, loss: Loss, after: Sequence[int]) -> Points:
+    errors = [points.err1_deg.copy(), points.err2_deg.copy()]
+    errors[loss.axis - 1][list(after)] -= loss.reading_deg
+    return points.replace(err1_deg=errors[0], err2_deg=errors[1])
+
+
+def _squares(points: Points, context: SkyContext, values: FloatArray) -> float:
+    rows = PointsTested.of(points, context).rows(values, {})
+    return squares_beside(rows.six, rows.residuals)
+
+
+def missed_counts_finding(
+    check_number: int, counts: int, loss: Loss, moment: Moment | None = None
+) -> Finding | None:
+    """What a reference check after the first one found; None where that is nothing.
+
+    ``moment``: what the points say of when.
+    """
+    if abs(counts) < FEWEST_COUNTS or abs(loss.reading_deg) <= SMALLEST_LOSS_DEG:
+        return None
+    sentence = (
+        f"reference check {check_number} found {counts:+d} counts on axis {loss.axis} "
+        f"({loss.reading_deg:+.3f} deg): counts were missed since the previous check"
+    )
+    concerned = loss.labels
+    if moment is not None and not moment.sure and loss.labels:
+        likely = (
+            f"after point {loss.labels[-1]}"
+            if moment.first_after is None
+            else f"before point {moment.first_after}"
+        )
+        sentence += f", perhaps {likely}, but the points hardly show when: doubt "
+        sentence += points_named(concerned)
+    elif moment is not None and moment.first_after is not None:
+        concerned = loss.labels[loss.labels.index(moment.first_after) :]
+        sentence += f", most likely before point {moment.first_after}; {points_named(concerned)} "
+        sentence += f"read{'s' if len(concerned) == 1 else ''} wrong by as much"
+    elif moment is not None and loss.labels:
+        sentence += f", most likely after point {loss.labels[-1]}"
+        concerned = ()
+    return Finding(
+        kind="missed_counts",
+        subject=f"axis {loss.axis}",
+        sentence=sentence,
+        number=loss.reading_deg,
+        direct=True,
+        labels=concerned,
+    )
+
+
+def losses(session: SessionView) -> tuple[tuple[RefCheck, int, Loss], ...]:
+    """What each complete check but the first found on each axis: check, counts, loss.
+
+    The first check finds whatever the register held at power-up; only later ones are evidence. A
+    check without switches is none: what the read-outs say of themselves proves nothing.
+    """
+    found = []
+    complete = [check for check in session.ref_checks if check.complete and check.at_switches]
+    for before, check in pairwise(complete):
+        # A restart between them explains the difference: the counter began anew.
+        restarted = any(before.seq < r.seq < check.seq for r in session.restarts)
+        if check.difference_counts is None or restarted:
+            continue
+        labels = tuple(p.seq for p in session.accepted if before.seq < p.seq < check.seq)
+        for axis, counts in enumerate(check.difference_counts):
+            angle = _counts_as_deg(session.header.unit, axis, counts)
+            found.append((check, counts, Loss(axis + 1, angle, labels)))
+    return tuple(found)
+
+
+def real_losses(found: Sequence[tuple[RefCheck, int, Loss]]) -> tuple[Loss, ...]:
+    """Those of the ``losses`` that are more than the play of a switch."""
+    return tuple(
+        loss
+        for check, counts, loss in found
+        if missed_counts_finding(check.number, counts, loss) is not None
+    )
+
+
+def count_evidence(
+    session: SessionView, solution: "MechanismSolution | None" = None
+) -> tuple[Finding, ...]:
+    """What the reference checks found; a fit of the points dates it."""
+    dated: dict[Loss, Moment] = {}
+    found = losses(session)
+    real = real_losses(found)
+    if solution is not None and real:
+        _, when = undo_losses(solution.points, solution.context, solution.posterior.mean, real)
+        dated = dict(zip(real, when, strict=True))
+    findings = [
+        missed_counts_finding(check.number, counts, loss, dated.get(loss))
+        for check, counts, loss in found
+    ]
+    return tuple(finding for finding in findings if finding is not None)
+
+
+def _counts_as_deg(unit: UnitRecord, axis: int, counts: int) -> float:
+    drive = (unit.drive1, unit.drive2)[axis]
+    reference = (unit.reference1_deg, unit.reference2_deg)[axis]
+    return float(reading_deg(drive, reference, counts)) - reference

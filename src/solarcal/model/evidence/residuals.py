@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.model.degeneracy import clock_utc, degeneracies
-from solarcal.model.evidence.counts import Loss, undo_losses
+from solarcal.model.evidence.read_outs import Loss, undo_losses
 from solarcal.model.f_tests import ZEROS, ColumnFit, PointsTested, Rows
 from solarcal.model.finding import Finding, Kind, listed
 from solarcal.model.fit import FEWEST_POINTS as LINEAR_FEWEST
