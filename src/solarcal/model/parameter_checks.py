@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from solarcal.model.finding import listed
 from solarcal.model.points import Points
 from solarcal.model.terms import NativeAngles, Term, design_matrix
 from solarcal.mount.limits import Limits
@@ -53,7 +54,7 @@ def inseparable_sentences(
         if len(group) > 1:
             pairs = correlations[np.ix_(group, group)] - np.eye(len(group))
             strongest = pairs.flat[np.abs(pairs).argmax()]
-            names = _listed([labels[i] for i in group])
+            names = listed([labels[i] for i in group])
             sentences.append(
                 f"{names} can hardly be separated with these points "
                 f"({'r' if len(group) == 2 else 'strongest r'} = {correlation_text(strongest)})"
@@ -62,18 +63,12 @@ def inseparable_sentences(
 
 
 def _free_sentence(names: list[str], shares: FloatArray) -> str:
-    if len(names) == 1:
-        return f"these points say nothing about {names[0]}"
     combinations = len(names) - round(float(shares.sum()))
-    if combinations <= 0:
-        return f"these points say nothing about {_listed(names)}"
-    fixed = "one combination" if combinations == 1 else f"{combinations} combinations"
-    return (
-        f"{_listed(names)} cannot be separated with these points: only {fixed} of them is fixed"
-        if combinations == 1
-        else f"{_listed(names)} cannot be separated with these points: only {fixed} of them "
-        "are fixed"
-    )
+    if len(names) == 1 or combinations <= 0:
+        return f"these points say nothing about {listed(names)}"
+    one = combinations == 1
+    fixed = "one combination of them is" if one else f"{combinations} combinations of them are"
+    return f"{listed(names)} cannot be separated with these points: only {fixed} fixed"
 
 
 def correlation_text(r: float) -> str:
@@ -81,10 +76,6 @@ def correlation_text(r: float) -> str:
     decimals = 2 if abs(r) < 0.995 else 4
     text = f"{r:+.{decimals}f}"
     return text if abs(float(text)) < 1.0 else f"{'-' if r < 0 else '+'}0.9999"
-
-
-def _listed(names: list[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 def _groups(linked: NDArray[np.bool_]) -> list[list[int]]:
