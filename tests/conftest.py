@@ -16,6 +16,9 @@ import pytest
 hypothesis.settings.register_profile("same every time", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("same every time")
 
+# Until all tests are collected: what is loaded by then stays, see `pytest_collection_finish`.
+gc.disable()
+
 # As the program itself starts: see solarcal.__main__. Two workers with two threads each on two
 # cores wait for one another.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -77,8 +80,9 @@ def free_port() -> Callable[[], int]:
 def pytest_collection_finish() -> None:
     """Modules and collected tests live until the end: the garbage collector need not look at half
     a million objects again and again, only at what tests make."""
+    gc.enable()
     gc.freeze()
-    gc.set_threshold(20_000, 10, 10)
+    gc.set_threshold(50_000, 20, 50)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
