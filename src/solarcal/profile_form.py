@@ -1,15 +1,22 @@
 """The profile form: texts of its fields to a profile and back; an error names its field."""
 
 from collections.abc import Callable, Mapping
-from typing import TypeVar
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, get_args
 
 from solarcal.decimals import decimal, shortest
 from solarcal.errors import ConfigurationError, harmless
-from solarcal.profiles import NAME, MountDescription, Profile, parse_coefficients
-from solarcal.site import Inclinometer, Site, Weather, parse_bolt_circle
-from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS
-
-Value = TypeVar("Value")
+from solarcal.profiles import (
+    NAME,
+    DisplayShows,
+    GeometryName,
+    MountDescription,
+    Profile,
+    parse_coefficients,
+)
+from solarcal.site import BoltCircle, Inclinometer, Site, Weather, parse_bolt_circle
+from solarcal.unit.drivers import DRIVERS
 
 FIELDS: tuple[tuple[str, str, str], ...] = (
     ("name", "Profile name", "letters, digits, - and _"),
@@ -48,6 +55,112 @@ FIELDS: tuple[tuple[str, str, str], ...] = (
 MOUNT_FIELDS = FIELDS[-12:]
 
 
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """How the value of a field is read from its text, and how it is shown."""
+
+    read: Callable[[str], Any] = str
+    show: Callable[[Any], str] = str
+
+
+def _general(value: float) -> str:
+    return f"{value:g}" if abs(value) < 1e5 else repr(value)
+
+
+def _number(low: float, high: float, show: Callable[[float], str] = _general) -> Kind:
+    # A technician's keyboard may have a decimal comma.
+    return Kind(partial(decimal, low=low, high=high, comma=True), show)
+
+
+def _pair(low: float, high: float, *, rising: bool = False) -> Kind:
+    def read(text: str) -> tuple[float, ...]:
+        parts = text.replace(";", " ").split()
+        if len(parts) != 2:
+            raise ConfigurationError(f"write two numbers with a space between, not {text!r}")
+        pair = tuple(decimal(part, low, high, comma=True) for part in parts)
+        if rising and not pair[0] < pair[1]:
+            raise ConfigurationError("the lower one comes first")
+        return pair
+
+    return Kind(read, lambda pair: f"{pair[0]:g} {pair[1]:g}")
+
+
+def _word(*words: str) -> Kind:
+    def read(text: str) -> str:
+        if text not in words:
+            raise ConfigurationError(f"{text!r} is none of {', '.join(words)}")
+        return text
+
+    return Kind(read)
+
+
+def _name(text: str) -> str:
+    if not NAME.fullmatch(text):
+        raise ConfigurationError("use 1 to 40 letters, digits, spaces, - and _")
+    return text
+
+
+def _drive(text: str) -> str:
+    # Numpy comes with it: not before the first paint.
+    from solarcal.mount.drive import parse_drive  # noqa: PLC0415
+
+    parse_drive(text)
+    return text
+
+
+def _yes(text: str) -> bool:
+    return bool(_word("yes", "no").read(text) == "yes")
+
+
+TEXT = Kind()
+KINDS = {
+    "name": Kind(_name),
+    "tolerance_deg": _number(0.001, 10.0),
+    "driver": _word(*DRIVERS),
+    "baudrate": Kind(lambda text: int(decimal(text, 300.0, 4e6, comma=True))),
+    "latitude_deg": _number(-90.0, 90.0, repr),
+    "longitude_deg": _number(-180.0, 360.0, repr),
+    "elevation_m": _number(-500.0, 9000.0),
+    "pressure_hpa": _number(300.0, 1100.0),
+    "temperature_c": _number(-60.0, 70.0),
+    "lean_north_deg": _number(-20.0, 20.0, repr),
+    "lean_east_deg": _number(-20.0, 20.0, repr),
+    "lean_sigma_deg": _number(0.0001, 10.0, repr),
+    "last_coefficients": Kind(parse_coefficients, lambda six: " ".join(map(shortest, six))),
+    "bolt_circle": Kind(parse_bolt_circle, BoltCircle.words),
+    "geometry": _word(*get_args(GeometryName)),
+    "ax1_centre_deg": _number(-360.0, 360.0),
+    "drive1": Kind(_drive),
+    "drive2": Kind(_drive),
+    "limits1_deg": _pair(-540.0, 540.0, rising=True),
+    "limits2_deg": _pair(-180.0, 360.0, rising=True),
+    "reference_deg": _pair(-540.0, 540.0),
+    "update_range_deg": _number(0.001, 5.0),
+    "zone_west_h": _number(-14.0, 14.0),
+    "display": _word(*get_args(DisplayShows)),
+    "display_sun": Kind(_yes, lambda shown: "yes" if shown else "no"),
+}
+"""Of the fields that are no plain texts."""
+
+PARTS: dict[str, tuple[str, ...]] = {
+    "site": ("site_name", "latitude_deg", "longitude_deg", "elevation_m"),
+    "weather": ("pressure_hpa", "temperature_c"),
+    "inclinometer": ("lean_north_deg", "lean_east_deg", "lean_sigma_deg"),
+    "mount": tuple(name for name, _, _ in MOUNT_FIELDS),
+}
+"""The fields of what is a part of the profile; the others are its own."""
+
+CALLED = {
+    "site_name": "name",
+    "lean_sigma_deg": "sigma_deg",
+    "reference_deg": "reference1_deg reference2_deg",
+}
+"""What a field fills, where that has another name."""
+
+NEEDED = {"site": ("latitude_deg", "longitude_deg"), "inclinometer": PARTS["inclinometer"]}
+"""Fields without which there is no such part."""
+
+
 class FieldError(ConfigurationError):
     """A field of the form that cannot be; ``field`` is its name."""
 
@@ -59,57 +172,20 @@ class FieldError(ConfigurationError):
 
 def form_texts(profile: Profile) -> dict[str, str]:
     """What each field of the form shows for a profile."""
-
-    def number(value: float | None) -> str:
-        return "" if value is None else f"{value:g}" if abs(value) < 1e5 else repr(value)
-
-    site, weather, lean = profile.site, profile.weather, profile.inclinometer
-    return {
-        "name": profile.name,
-        "operator": profile.operator,
-        "pointing_device": profile.pointing_device,
-        "tolerance_deg": number(profile.tolerance_deg),
-        "driver": profile.driver,
-        "port": profile.port,
-        "baudrate": str(profile.baudrate),
-        "site_name": site.name if site else "",
-        "latitude_deg": repr(site.latitude_deg) if site else "",
-        "longitude_deg": repr(site.longitude_deg) if site else "",
-        "elevation_m": number(site.elevation_m) if site else "",
-        "pressure_hpa": number(weather.pressure_hpa) if weather else "",
-        "temperature_c": number(weather.temperature_c) if weather else "",
-        "lean_north_deg": repr(lean.lean_north_deg) if lean else "",
-        "lean_east_deg": repr(lean.lean_east_deg) if lean else "",
-        "lean_sigma_deg": repr(lean.sigma_deg) if lean else "",
-        "last_coefficients": " ".join(map(shortest, profile.last_coefficients or ())),
-        "bolt_circle": profile.bolt_circle.words() if profile.bolt_circle else "",
-        **_mount_texts(profile.mount),
-    }
+    return {name: _shown(name, profile) for name, _, _ in FIELDS}
 
 
-def _mount_texts(mount: MountDescription | None) -> dict[str, str]:
-    if mount is None:
-        return {name: "" for name, _, _ in MOUNT_FIELDS}
-    return {
-        "unit_name": mount.unit_name,
-        "geometry": mount.geometry,
-        "ax1_centre_deg": "" if mount.ax1_centre_deg is None else f"{mount.ax1_centre_deg:g}",
-        "drive1": mount.drive1,
-        "drive2": mount.drive2,
-        "limits1_deg": "" if mount.limits1_deg is None else _pair_text(mount.limits1_deg),
-        "limits2_deg": "" if mount.limits2_deg is None else _pair_text(mount.limits2_deg),
-        "reference_deg": ""
-        if mount.reference1_deg is None
-        else _pair_text((mount.reference1_deg, mount.reference2_deg)),
-        "update_range_deg": f"{mount.update_range_deg:g}",
-        "zone_west_h": f"{mount.zone_west_h:g}",
-        "display": mount.display,
-        "display_sun": "yes" if mount.display_sun else "no",
-    }
+def _shown(name: str, profile: Profile) -> str:
+    part = next((part for part, names in PARTS.items() if name in names), None)
+    owner = profile if part is None else getattr(profile, part)
+    values = [] if owner is None else [getattr(owner, one) for one in _attributes(name)]
+    if not values or None in values:
+        return ""
+    return KINDS.get(name, TEXT).show(values[0] if len(values) == 1 else values)
 
 
-def _pair_text(pair: tuple[float, float]) -> str:
-    return f"{pair[0]:g} {pair[1]:g}"
+def _attributes(name: str) -> list[str]:
+    return CALLED.get(name, name).split()
 
 
 def profile_from_form(texts: Mapping[str, str], before: Profile | None = None) -> Profile:
@@ -124,161 +200,71 @@ def profile_from_form(texts: Mapping[str, str], before: Profile | None = None) -
     FieldError
         The first field that cannot be, by name.
     """
-    form = {name: harmless(texts.get(name, "")).strip() for name, _, _ in FIELDS}
-    if not NAME.fullmatch(form["name"]):
-        raise FieldError("name", "use 1 to 40 letters, digits, spaces, - and _")
-    tolerance = _number(form, "tolerance_deg", 0.001, 10.0, default=0.1)
-    baudrate = _number(form, "baudrate", 300.0, 4e6, default=9600.0)
+    before = before or Profile()
+    typed = {name: harmless(texts.get(name, "")).strip() for name, _, _ in FIELDS}
+    # A profile without a name is none; every other field may be empty.
+    values = {name: _read(name, text) for name, text in typed.items() if text or name == "name"}
+    own = values.keys() - {name for names in PARTS.values() for name in names}
     return Profile(
-        name=form["name"],
-        operator=form["operator"],
-        pointing_device=form["pointing_device"],
-        tolerance_deg=tolerance,
-        done_probability=Profile().done_probability if before is None else before.done_probability,
-        unmodelled={} if before is None else before.unmodelled,
-        driver=_driver(form),
-        port=form["port"],
-        baudrate=int(baudrate),
-        site=_site(form),
-        weather=_weather(form),
-        inclinometer=_inclinometer(form),
-        last_coefficients=_parsed(form, "last_coefficients", parse_coefficients),
-        bolt_circle=_parsed(form, "bolt_circle", parse_bolt_circle),
-        mount=_mount(form, before.mount if before is not None else None),
+        **{name: values[name] for name in own},
+        done_probability=before.done_probability,
+        unmodelled=before.unmodelled,
+        site=_site(values),
+        weather=_weather(values),
+        inclinometer=_inclinometer(values),
+        mount=_mount(values, before.mount or MountDescription()),
     )
 
 
-def _driver(form: Mapping[str, str]) -> str:
-    name = form["driver"] or DEFAULT_DRIVER
-    if name not in DRIVERS:
-        raise FieldError("driver", f"{name!r} is none of {', '.join(DRIVERS)}")
-    return name
+def _read(name: str, text: str) -> Any:
+    try:
+        return KINDS.get(name, TEXT).read(text)
+    except ConfigurationError as error:
+        raise FieldError(name, str(error)) from None
 
 
-def _mount(form: Mapping[str, str], before: MountDescription | None) -> MountDescription | None:
-    """Of the fields that were filled; ``None`` where the unit is left to tell all of it."""
-    if not any(form[name] for name, _, _ in MOUNT_FIELDS):
-        return None
-    # Numpy comes with these: not before the first paint.
-    from solarcal.mount.drive import parse_drive  # noqa: PLC0415
-    from solarcal.mount.geometry import GEOMETRIES  # noqa: PLC0415
-
-    new = {name: form[name] for name in ("unit_name", "geometry", "drive1", "drive2") if form[name]}
-    if new.get("geometry", "azel") not in GEOMETRIES:
-        raise FieldError("geometry", f"{form['geometry']!r} is none of {', '.join(GEOMETRIES)}")
-    for name in ("drive1", "drive2"):
-        try:
-            parse_drive(new.get(name, MountDescription().drive1))
-        except ConfigurationError as error:
-            raise FieldError(name, str(error)) from None
-    numbers: dict[str, object] = {
-        "limits1_deg": _pair(form, "limits1_deg", -540.0, 540.0),
-        "limits2_deg": _pair(form, "limits2_deg", -180.0, 360.0),
-        "ax1_centre_deg": None
-        if not form["ax1_centre_deg"]
-        else _number(form, "ax1_centre_deg", -360.0, 360.0),
-    }
-    reference = _pair(form, "reference_deg", -540.0, 540.0)
-    if reference is not None:
-        numbers["reference1_deg"], numbers["reference2_deg"] = reference
-    if form["update_range_deg"]:
-        numbers["update_range_deg"] = _number(form, "update_range_deg", 0.001, 5.0)
-    if form["zone_west_h"]:
-        numbers["zone_west_h"] = _number(form, "zone_west_h", -14.0, 14.0)
-    numbers |= _display(form)
-    for name in ("limits1_deg", "limits2_deg"):
-        limits = numbers[name]
-        if isinstance(limits, tuple) and not limits[0] < limits[1]:
-            raise FieldError(name, "the lower one comes first")
-    # What the form has no field for.
-    kept = {
-        name: getattr(before or MountDescription(), name)
-        for name in ("tilt_decimals", "scale_decimals")
-    }
-    return MountDescription(**{**kept, **new, **numbers})
+def _filled(part: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """What the form says of a part of the profile."""
+    for name in NEEDED.get(part, ()):
+        if name not in values:
+            raise FieldError(name, "is missing")
+    found: dict[str, Any] = {}
+    for name in PARTS[part]:
+        if name in values:
+            filled = _attributes(name)
+            found |= zip(filled, values[name] if len(filled) > 1 else [values[name]], strict=True)
+    return found
 
 
-def _display(form: Mapping[str, str]) -> dict[str, object]:
-    """What the unit's display shows, where the form says it."""
-    told: dict[str, object] = {}
-    if form["display"]:
-        if form["display"] not in ("angles", "counts"):
-            raise FieldError("display", f"{form['display']!r} is neither angles nor counts")
-        told["display"] = form["display"]
-    if form["display_sun"]:
-        if form["display_sun"] not in ("yes", "no"):
-            raise FieldError("display_sun", f"{form['display_sun']!r} is neither yes nor no")
-        told["display_sun"] = form["display_sun"] == "yes"
-    return told
-
-
-def _pair(
-    form: Mapping[str, str], field: str, low: float, high: float
-) -> tuple[float, float] | None:
-    if not form[field]:
-        return None
-    parts = form[field].replace(";", " ").split()
-    if len(parts) != 2:
-        raise FieldError(field, f"write two numbers with a space between, not {form[field]!r}")
-    first, second = (_number({field: part}, field, low, high) for part in parts)
-    return first, second
-
-
-def _site(form: Mapping[str, str]) -> Site | None:
-    if not form["latitude_deg"] and not form["longitude_deg"]:
-        if form["elevation_m"]:
+def _site(values: Mapping[str, Any]) -> Site | None:
+    if "latitude_deg" not in values and "longitude_deg" not in values:
+        if "elevation_m" in values:
             raise FieldError("latitude_deg", "an elevation needs latitude and longitude as well")
         return None
-    return Site(
-        _number(form, "latitude_deg", -90.0, 90.0),
-        _number(form, "longitude_deg", -180.0, 360.0),
-        _number(form, "elevation_m", -500.0, 9000.0, default=0.0),
-        form["site_name"],
-    )
+    return Site(**_filled("site", values))
 
 
-def _weather(form: Mapping[str, str]) -> Weather | None:
-    if not form["pressure_hpa"]:
-        if form["temperature_c"]:
+def _weather(values: Mapping[str, Any]) -> Weather | None:
+    if "pressure_hpa" not in values:
+        if "temperature_c" in values:
             raise FieldError("pressure_hpa", "a temperature needs the station pressure as well")
         return None
-    return Weather(
-        _number(form, "pressure_hpa", 300.0, 1100.0),
-        _number(form, "temperature_c", -60.0, 70.0, default=15.0),
-    )
+    return Weather(**_filled("weather", values))
 
 
-def _parsed(form: Mapping[str, str], field: str, parse: Callable[[str], Value]) -> Value | None:
-    """The field's value; None where it is empty."""
-    if not form[field]:
+def _inclinometer(values: Mapping[str, Any]) -> Inclinometer | None:
+    if values.keys().isdisjoint(PARTS["inclinometer"]):
         return None
-    try:
-        return parse(form[field])
-    except ConfigurationError as error:
-        raise FieldError(field, str(error)) from None
+    return Inclinometer(**_filled("inclinometer", values))
 
 
-def _inclinometer(form: Mapping[str, str]) -> Inclinometer | None:
-    names = ("lean_north_deg", "lean_east_deg", "lean_sigma_deg")
-    if not any(form[name] for name in names):
+def _mount(values: Mapping[str, Any], before: MountDescription) -> MountDescription | None:
+    """Of the fields that were filled; ``None`` where the unit is left to tell all of it."""
+    if values.keys().isdisjoint(PARTS["mount"]):
         return None
-    return Inclinometer(
-        lean_north_deg=_number(form, names[0], -20.0, 20.0),
-        lean_east_deg=_number(form, names[1], -20.0, 20.0),
-        sigma_deg=_number(form, names[2], 0.0001, 10.0),
+    return MountDescription(
+        # What the form has no field for.
+        tilt_decimals=before.tilt_decimals,
+        scale_decimals=before.scale_decimals,
+        **_filled("mount", values),
     )
-
-
-def _number(
-    form: Mapping[str, str], field: str, low: float, high: float, default: float | None = None
-) -> float:
-    text = form[field]
-    if not text:
-        if default is None:
-            raise FieldError(field, "is missing")
-        return default
-    try:
-        # A technician's keyboard may have a decimal comma.
-        return decimal(text, low, high, comma=True)
-    except ConfigurationError as error:
-        raise FieldError(field, str(error)) from None
