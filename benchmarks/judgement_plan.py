@@ -9,16 +9,15 @@ from benchmarks.judgement_trackers import NOISE_DEG, context_of, daylight_s
 from solarcal.model.prior import PLAIN, MechanismPosterior, Prior
 from solarcal.model.schedule import (
     Slots,
-    YearAhead,
     after,
     best_schedule,
     cost,
     day_slots,
     exchanged,
     with_point,
-    year_ahead,
 )
 from solarcal.model.sky_context import SkyContext
+from solarcal.model.year_ahead import YearAhead, year_ahead
 from solarcal.units import FloatArray
 
 DATES = tuple(range(5, 365, 15))

@@ -11,10 +11,11 @@ from made_up_trackers import JUNE, TRACKER, context_of, day_of, measured
 from benchmarks.judgement_plan import prior_knowledge
 from solarcal.errors import ConfigurationError
 from solarcal.model.analysis import analyse
+from solarcal.model.day_stops import STOP_STEP_S
 from solarcal.model.forecast import forecast
 from solarcal.model.methods import fit_exact
 from solarcal.model.plan import Plan
-from solarcal.model.planner import STOP_STEP_S, plan, times_of
+from solarcal.model.planner import plan, times_of
 from solarcal.model.prior import PLAIN, Prior
 from solarcal.model.schedule import (
     best_schedule,
@@ -24,9 +25,9 @@ from solarcal.model.schedule import (
     gains,
     greedy,
     with_point,
-    year_ahead,
 )
 from solarcal.model.sky_context import SkyContext
+from solarcal.model.year_ahead import year_ahead
 from solarcal.mount.limits import AxisLimits, Limits
 from solarcal.site import Site
 from solarcal.stopping_rule import StoppingRule

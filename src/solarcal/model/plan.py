@@ -106,6 +106,21 @@ class Plan:
         times = self.recommended.times_utc_s
         return times[0] if times else None
 
+    def seen_later(self, at_utc_s: float) -> "Plan":
+        """The same without the stops that are over and the times that have passed."""
+        if all(t >= at_utc_s for stop in self.stops for t in (stop.stop_utc_s, *stop.times_utc_s)):
+            return self
+        stops, recommended = [], self.recommended
+        for stop in self.stops:
+            if stop.stop_utc_s < at_utc_s:
+                continue
+            ahead = tuple(t for t in stop.times_utc_s if t >= at_utc_s)
+            kept = stop if len(ahead) == stop.points else replace(stop, times_utc_s=ahead)
+            stops.append(kept)
+            if stop is self.recommended:
+                recommended = kept
+        return replace(self, stops=tuple(stops), recommended=recommended)
+
     def compared_with(self, before: "Plan | None") -> "Plan":
         """The same, saying why where its last point moved by more than half an hour."""
         if before is None or not self.recommended.points or not before.recommended.points:
