@@ -19,10 +19,10 @@ from textual._compositor import Compositor
 from solarcal.report.blocks import Table, lines_of
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.point.opened import PointScreen
-from solarcal.tui.widgets.plot import ExploredPlot
+from solarcal.tui.widgets.plot import PLOTS, ExploredPlot
 from solarcal.tui.widgets.text_lines import ChosenLines
 from solarcal.tui.workstation.screen import WorkstationScreen
-from solarcal.tui.workstation.view import PLOTS, WorkstationView
+from solarcal.tui.workstation.view import WorkstationView
 
 SIZES = [pytest.param(SMALL, id="80x24"), pytest.param(LARGE, id="140x45")]
 

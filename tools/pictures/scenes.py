@@ -12,7 +12,8 @@ from solarcal.tui.app import SolarcalApp
 from solarcal.tui.base import MenuEntriesFound
 from solarcal.tui.start.menu_entries import Entry, MenuEntries, menu_entries
 from solarcal.tui.start.screen import StartScreen
-from solarcal.tui.workstation.view import PLOTS, WorkstationView
+from solarcal.tui.widgets.plot import PLOTS
+from solarcal.tui.workstation.view import WorkstationView
 from tools.pictures.film import Frame, film
 from tools.pictures.stage import LARGE, SMALL, Day, picture, shows, until
 

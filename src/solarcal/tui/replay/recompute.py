@@ -28,9 +28,8 @@ from solarcal.station.state import SessionView
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import NoticeLine
-from solarcal.tui.widgets.plot import ExploredPlot
+from solarcal.tui.widgets.plot import PLOTS, ExploredPlot
 from solarcal.tui.widgets.text_lines import TextLines
-from solarcal.tui.workstation.view import PLOTS, WITH_POINTS, drawing, plotted_points
 
 HIGH = 40
 
@@ -177,10 +176,8 @@ class RecomputeScreen(StationScreen):
         shown = self._shown
         if shown is None or shown.session is None:
             return
-        kind = PLOTS[self._plot]
-        count = len(plotted_points(shown.session)) if kind in WITH_POINTS else 0
-        draw = drawing(kind, shown.session, shown.solution)
-        self.query_one(ExploredPlot).show_view(draw, count)
+        plot = self.query_one(ExploredPlot)
+        plot.show_plot(PLOTS[self._plot], shown.session, shown.solution)
 
 
 def _lines(found: Recomputed, width: int) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import ClassVar
 
 from rich.segment import Segment
@@ -15,15 +15,23 @@ from textual.reactive import reactive
 from textual.strip import Strip
 from textual.widget import Widget
 
+from solarcal.model.analysis import Analysis
+from solarcal.model.fit import Solution
+from solarcal.report.forecast_map import forecast_map
+from solarcal.report.plots import convergence_plot, error_plot, residual_plot, sky_map
 from solarcal.report.scales import Sheet, Theme, View
+from solarcal.session.records import PointRecord
+from solarcal.station.curves import ErrorPlotData, session_plot_data
+from solarcal.station.state import SessionView
 
 _SGR = re.compile(r"\x1b\[([0-9;]*)m")
 
 Draw = Callable[[Sheet], str]
 """The plot for a sheet as text with ANSI colours."""
 
-DrawView = Callable[[Sheet, View], str]
-"""The same of the part of the plot that is looked at."""
+PLOTS = ("error", "residuals", "sky map", "history", "forecast")
+WITH_POINTS = PLOTS[:3]
+"""Those whose points a cursor walks over."""
 
 MOST_ZOOM = 64.0
 KEPT = 8
@@ -131,11 +139,37 @@ def shades_differ(color_system: str | None) -> bool:
     return color_system != "standard"
 
 
-class ExploredPlot(AnsiPlot, can_focus=True):
-    """A plot that zooms, pans and reads its points by keys.
+def plotted_points(session: SessionView) -> tuple[PointRecord, ...]:
+    """The points a plot shows, in its order: those with an error."""
+    return tuple(p for p in session.points if p.error_deg is not None and p.ideal_deg is not None)
 
-    ``points`` says how many points the cursor can walk over.
-    """
+
+def drawing(
+    kind: str, session: SessionView, solution: Solution | None, judgement: Analysis | None = None
+) -> Callable[[Sheet, View], str]:
+    """How to draw one of ``PLOTS`` for a session as it stands."""
+    if kind == "forecast":
+        return lambda sheet, view: (
+            forecast_map(
+                judgement.forecast, sheet, session.header.tolerance_deg, view.fine and view.shades
+            )
+            if judgement is not None
+            else "The forecast of the year comes with the first point."
+        )
+    if kind == "history":
+        return lambda sheet, view: convergence_plot(session.fits, sheet)
+    plot = {"error": error_plot, "residuals": residual_plot, "sky map": sky_map}[kind]
+
+    @cache
+    def data() -> ErrorPlotData:
+        # Zooming and walking draw the same numbers again.
+        return session_plot_data(session.header, session.points, solution)
+
+    return lambda sheet, view: plot(data(), sheet, view)
+
+
+class ExploredPlot(AnsiPlot, can_focus=True):
+    """A plot of a session that zooms, pans and reads its points by keys."""
 
     DEFAULT_CSS = """
     ExploredPlot:focus { background-tint: $foreground 4%; }
@@ -160,20 +194,28 @@ class ExploredPlot(AnsiPlot, can_focus=True):
 
     @dataclass
     class PointOpened(Message):
-        """The cursor's point was opened; ``index`` counts the plotted points."""
+        """The cursor's point was opened."""
 
-        index: int
+        point: PointRecord
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
-        self._points = 0
+        self._points: tuple[PointRecord, ...] = ()
 
-    def show_view(self, draw: DrawView, points: int, what: object = None) -> None:
-        """Draw this from now on, of as much as is looked at."""
+    def show_plot(
+        self,
+        kind: str,
+        session: SessionView,
+        solution: Solution | None,
+        judgement: Analysis | None = None,
+        what: object = None,
+    ) -> None:
+        """Draw one of ``PLOTS`` from now on, of as much as is looked at."""
+        draw = drawing(kind, session, solution, judgement)
         fine = fine_characters(self.app.console.encoding)
         shades = shades_differ(self.app.console.color_system)
-        self._points = points
-        if (cursor := self.view.cursor) is not None and cursor >= points:
+        self._points = plotted_points(session) if kind in WITH_POINTS else ()
+        if (cursor := self.view.cursor) is not None and cursor >= len(self._points):
             self.view = replace(self.view, cursor=None, follows=False)
         self.show(lambda sheet: draw(sheet, replace(self.view, fine=fine, shades=shades)), what)
 
@@ -207,16 +249,20 @@ class ExploredPlot(AnsiPlot, can_focus=True):
     def action_walk(self, step: int) -> None:
         if not self._points:
             return
-        at = self.view.cursor
-        first = 0 if step > 0 else self._points - 1
-        at = first if at is None else min(max(at + step, 0), self._points - 1)
+        at, last = self.view.cursor, len(self._points) - 1
+        first = 0 if step > 0 else last
+        at = first if at is None else min(max(at + step, 0), last)
         self.view = replace(self.view, cursor=at, follows=True)
 
     def action_walk_end(self, last: bool) -> None:
         if self._points:
-            at = self._points - 1 if last else 0
+            at = len(self._points) - 1 if last else 0
             self.view = replace(self.view, cursor=at, follows=True)
 
+    def go_to_newest(self) -> None:
+        """All of the plot, the cursor on its newest point."""
+        self.view = View(cursor=len(self._points) - 1)
+
     def action_open(self) -> None:
-        if self.view.cursor is not None:
-            self.post_message(self.PointOpened(self.view.cursor))
+        if self.view.cursor is not None and self.view.cursor < len(self._points):
+            self.post_message(self.PointOpened(self._points[self.view.cursor]))

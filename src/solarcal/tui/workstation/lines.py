@@ -1,5 +1,5 @@
 """The lines that tell of the station: unit, mode and link; what to do next; P1..P6 with sigma,
-change since the last point and their history; why the verdict is so.
+change since the last point and their history; why the verdict is so; what proves the points.
 """
 
 from collections.abc import Sequence
@@ -8,11 +8,14 @@ from dataclasses import dataclass
 from textual.content import Content
 
 from solarcal.model.analysis import Analysis
+from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.model.fit import Solution
 from solarcal.model.prior import Prior
 from solarcal.model.verdict import sure_sentence
 from solarcal.mount.formula import COEFFICIENT_NAMES
+from solarcal.report.blocks import Sentences, lines_of
 from solarcal.report.judgement import STATE_WORDS, shim_sentence
+from solarcal.report.tables import checks_table, clocks_table, ref_checks_table, upload_table
 from solarcal.session.records import FitRecord
 from solarcal.station.next_step import NextStep, countdown_text
 from solarcal.station.sign_off import sign_off
@@ -272,3 +275,17 @@ def _in_force(session: SessionView) -> list[list[Part]]:
             COEFFICIENT_NAMES, session.header.coefficients.as_tuple(), strict=True
         )
     ]
+
+
+def check_lines(session: SessionView) -> list[str]:
+    """What proves the points: clocks, reference checks, uploads, check points, evidence."""
+    lines = ["Clock", *lines_of(*clocks_table(session.clock_sets))]
+    lines += ["", "Reference checks", *lines_of(*ref_checks_table(session.ref_checks))]
+    for upload in session.uploads:
+        lines += ["", "Upload", *lines_of(*upload_table(upload))]
+    if session.checks:
+        checks = checks_table(session.checks, session.header.tolerance_deg)
+        lines += ["", "Check points", *lines_of(*checks)]
+    if said := evidence_sentences(session):
+        lines += ["", "Evidence", *lines_of(Sentences(tuple(said)))]
+    return lines

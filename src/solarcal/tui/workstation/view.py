@@ -5,7 +5,6 @@ Fed with a state and a fit, whether they come from a unit or from a replay.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import ClassVar
 
 from textual.app import ComposeResult
@@ -18,28 +17,18 @@ from textual.reactive import reactive
 from textual.widgets import Static
 
 from solarcal.model.analysis import Analysis
-from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.model.fit import Solution
-from solarcal.report.blocks import Sentences, lines_of
-from solarcal.report.forecast_map import forecast_map
-from solarcal.report.plots import convergence_plot, error_plot, residual_plot, sky_map
+from solarcal.report.blocks import lines_of
 from solarcal.report.scales import View
-from solarcal.report.tables import (
-    checks_table,
-    clocks_table,
-    points_table,
-    ref_checks_table,
-    upload_table,
-)
+from solarcal.report.tables import points_table
 from solarcal.session.records import PointRecord
-from solarcal.station.curves import ErrorPlotData, session_plot_data
 from solarcal.station.state import SessionView, StationState
 from solarcal.tui.base import StationScreen
 from solarcal.tui.widgets.footer import ROOMY_COLUMNS, FooterEntry, KeysInLine
 from solarcal.tui.widgets.lines import LogLine
-from solarcal.tui.widgets.plot import DrawView, ExploredPlot
+from solarcal.tui.widgets.plot import PLOTS, ExploredPlot
 from solarcal.tui.widgets.text_lines import ChosenLines, TextLines
-from solarcal.tui.workstation.lines import CoefficientsPane
+from solarcal.tui.workstation.lines import CoefficientsPane, check_lines
 from solarcal.tui.workstation.live_pane import LivePane
 
 WIDE = (138, 36)
@@ -55,9 +44,6 @@ TABS = (
     ("plot", "Plot"),
     ("checks", "Checks"),
 )
-PLOTS = ("error", "residuals", "sky map", "history", "forecast")
-WITH_POINTS = PLOTS[:3]
-"""Those whose points a cursor walks over."""
 ENDLESS = 10_000
 """Columns: no remark is as long."""
 
@@ -199,17 +185,7 @@ class WorkstationView(Vertical):
         if session is None or not self.query("#checks"):
             # Left while it was being built: the innermost panes are not there.
             return
-        shown = (
-            session.header,
-            session.points,
-            session.fits,
-            session.ref_checks,
-            session.clock_sets,
-            session.checks,
-            session.uploads,
-            id(self._solution),
-            id(self._judgement),
-        )
+        shown = (session.header, session.records, id(self._solution), id(self._judgement))
         if shown == self._shown:
             return
         self._shown = shown
@@ -227,24 +203,23 @@ class WorkstationView(Vertical):
         session = self._session
         if session is None:
             return
-        first = PLOTS[0] if self.wide and self._room_for_second else PLOTS[self.plot]
+        first = PLOTS[0] if self._two_plots else PLOTS[self.plot]
         for place, kind in (("#plot", first), ("#second", PLOTS[self._second])):
             review = self._review and kind == "error"
             what = (kind, self._version, review)
             solution = self._solution_before if review else self._solution
-            draw = drawing(kind, session, solution, self._judgement)
-            count = len(plotted_points(session)) if kind in WITH_POINTS else 0
-            self.query_one(place, ExploredPlot).show_view(draw, count, what)
+            plot = self.query_one(place, ExploredPlot)
+            plot.show_plot(kind, session, solution, self._judgement, what)
 
     # -- what is in view ---------------------------------------------------------------------
 
     @property
-    def _room_for_second(self) -> bool:
-        return self.app.size.height >= SECOND_PLOT_ROWS
+    def _two_plots(self) -> bool:
+        return self.wide and self.app.size.height >= SECOND_PLOT_ROWS
 
     def next_plot(self) -> str:
         """Go to the next plot; its name."""
-        if self.wide and self._room_for_second:
+        if self._two_plots:
             self._second = self._second % (len(PLOTS) - 1) + 1
             name = PLOTS[self._second]
         elif not self.wide and self.tab != "plot":
@@ -266,8 +241,7 @@ class WorkstationView(Vertical):
             return
         self.plot = 0
         self._show_plots()
-        newest = len(plotted_points(self._session)) - 1
-        self.query_one("#plot", ExploredPlot).view = View(cursor=newest)
+        self.query_one("#plot", ExploredPlot).go_to_newest()
 
     def end_review(self, tab: str) -> None:
         self._review = False
@@ -278,9 +252,7 @@ class WorkstationView(Vertical):
     def show_alone(self) -> str:
         """The plot alone on the screen, or everything again; its name."""
         self.alone = not self.alone
-        if self.wide and self._room_for_second:
-            return PLOTS[self._second]
-        return PLOTS[self.plot]
+        return PLOTS[self._second if self._two_plots else self.plot]
 
     def watch_tab(self) -> None:
         if self.is_mounted:
@@ -288,34 +260,28 @@ class WorkstationView(Vertical):
             self.focus_pane()
 
     def watch_alone(self) -> None:
-        if self.is_mounted:
-            self._arrange()
-            self.focus_pane()
+        self.watch_tab()
 
     def focus_pane(self) -> None:
         """Give the keys that scroll, walk and zoom to the pane that is looked at."""
         if not self.query("#checks"):
             return
+        place = self.tab
         if self.alone:
             # The second plot where there are two: its kind is the one that was chosen.
-            place = "#second" if self.wide and self._room_for_second else "#plot"
-        else:
-            place = f"#{self.tab}"
-        pane = self.query_one(place)
+            place = "second" if self._two_plots else "plot"
+        pane = self.query_one(f"#{place}")
         self.screen.set_focus(pane if pane.can_focus else None, scroll_visible=False)
 
     def on_chosen_lines_opened(self, event: ChosenLines.Opened) -> None:
         event.stop()
-        points = self._session.points if self._session is not None else ()
-        for point in points:
+        for point in self._session.points if self._session is not None else ():
             if point.seq == event.number:
                 self.post_message(self.PointOpened(point))
 
     def on_explored_plot_point_opened(self, event: ExploredPlot.PointOpened) -> None:
         event.stop()
-        shown = plotted_points(self._session) if self._session is not None else ()
-        if event.index < len(shown):
-            self.post_message(self.PointOpened(shown[event.index]))
+        self.post_message(self.PointOpened(event.point))
 
     def next_tab(self, step: int = 1) -> None:
         names = [name for name, _ in TABS]
@@ -326,10 +292,9 @@ class WorkstationView(Vertical):
         self.set_class(self.wide, "-wide")
         self.set_class(self.alone, "-alone")
         if self.alone:
-            second = self.wide and self._room_for_second
             for name in self.PANES:
-                self.query_one(f"#{name}").display = name == "plot" and not second
-            self.query_one("#second").display = second
+                self.query_one(f"#{name}").display = name == "plot" and not self._two_plots
+            self.query_one("#second").display = self._two_plots
             self.query_one("#left").display = False
             self.query_one("#right").display = True
             self._show_plots()
@@ -344,53 +309,10 @@ class WorkstationView(Vertical):
             # These two share a place.
             self.query_one("#points").display = self.tab != "checks"
             self.query_one("#checks").display = self.tab == "checks"
-        self.query_one("#second").display = self.wide and self._room_for_second
+        self.query_one("#second").display = self._two_plots
         for name, _ in TABS:
             self.query_one(f"#tab-{name}", Tab).mark(name == self.tab)
         self._show_plots()
-
-
-def plotted_points(session: SessionView) -> tuple[PointRecord, ...]:
-    """The points a plot shows, in its order: those with an error."""
-    return tuple(p for p in session.points if p.error_deg is not None and p.ideal_deg is not None)
-
-
-def drawing(
-    kind: str, session: SessionView, solution: Solution | None, judgement: Analysis | None = None
-) -> DrawView:
-    """How to draw one of ``PLOTS`` for a session as it stands."""
-    if kind == "forecast":
-        return lambda sheet, view: (
-            forecast_map(
-                judgement.forecast, sheet, session.header.tolerance_deg, view.fine and view.shades
-            )
-            if judgement is not None
-            else "The forecast of the year comes with the first point."
-        )
-    if kind == "history":
-        return lambda sheet, view: convergence_plot(session.fits, sheet)
-    plot = {"error": error_plot, "residuals": residual_plot, "sky map": sky_map}[kind]
-
-    @cache
-    def data() -> ErrorPlotData:
-        # Zooming and walking draw the same numbers again.
-        return session_plot_data(session.header, session.points, solution)
-
-    return lambda sheet, view: plot(data(), sheet, view)
-
-
-def check_lines(session: SessionView) -> list[str]:
-    """What proves the points: clocks, reference checks, uploads, check points, evidence."""
-    lines = ["Clock", *lines_of(*clocks_table(session.clock_sets))]
-    lines += ["", "Reference checks", *lines_of(*ref_checks_table(session.ref_checks))]
-    for upload in session.uploads:
-        lines += ["", "Upload", *lines_of(*upload_table(upload))]
-    if session.checks:
-        checks = checks_table(session.checks, session.header.tolerance_deg)
-        lines += ["", "Check points", *lines_of(*checks)]
-    if said := evidence_sentences(session):
-        lines += ["", "Evidence", *lines_of(Sentences(tuple(said)))]
-    return lines
 
 
 class PanesScreen(StationScreen):
