@@ -168,14 +168,13 @@ SETTLED = 2e-3
 class ExactFit:
     """Posterior of the mechanism and what each point has to do with it.
 
-    ``residuals_deg`` (2, n) axis degrees, measured minus the mean mechanism's; ``sky`` (2, n)
-    what turns axis degrees into sky degrees; ``blunder`` (n,) probability of each point;
-    ``slopes`` (n, 2, 6) of the sky residuals; ``data`` the points' own information without prior.
+    ``residuals_deg`` (2, n) axis degrees, measured minus the mean mechanism's; ``blunder`` (n,)
+    probability of each point; ``slopes`` (n, 2, 6) of the sky residuals; ``data`` the points' own
+    information without prior.
     """
 
     posterior: MechanismPosterior
     residuals_deg: FloatArray
-    sky: FloatArray
     blunder: FloatArray
     slopes: FloatArray
     point_weights: FloatArray
@@ -234,15 +233,15 @@ def fit_mechanism(
             sky,
         )
 
-    def nearest(start: FloatArray, weights: FloatArray, pull: float) -> FloatArray:
+    def nearest(weights: FloatArray, pull: float) -> FloatArray:
         """Weighted least squares of the points (n,) and the prior, of precision ``pull``, from
-        ``start`` (6,).
+        where they were linearised last.
 
         Axis degrees count on sky as they do at the start: weights that move with the place would
         have slopes of their own.
         """
-        at_start, _, sky = linearised(start)
-        place, found = [start / unit], [at_start]
+        start = values / unit
+        place, found = [start], [at]
         root, prior_root = np.sqrt(np.tile(weights, 2)), np.sqrt(pull)
 
         def at_place(scaled: FloatArray) -> Linearised:
@@ -260,16 +259,12 @@ def fit_mechanism(
             rows = at_place(scaled).slopes.reshape(2 * n, 6) * root[:, np.newaxis]
             return np.concatenate((-rows, -prior_root * np.eye(6)))
 
-        solved = least_squares(
-            residuals,
-            start / unit,
-            slopes,
-            method="lm",
-            xtol=PLACE_SETTLED,
-        )
+        solved = least_squares(residuals, start, slopes, method="lm", xtol=PLACE_SETTLED)
         return np.asarray(solved.x * unit, dtype=np.float64)
 
-    values = nearest(mean, np.full(n, FIRST_NOISE_DEG**-2.0), precision)
+    values = mean
+    at, left, sky = linearised(values)
+    values = nearest(np.full(n, FIRST_NOISE_DEG**-2.0), precision)
     at, left, sky = linearised(values)
     mixture = solve_mixtures(at)
     for turn in range(MOST_STEPS):
@@ -278,7 +273,7 @@ def fit_mechanism(
         if turn == 0:
             weighted = mixture.mean_of_points(mixture.point_weights)[0]
             pull = precision * float(mixture.weights[0] @ mixture.widths[0] ** -2.0)
-            values = nearest(values, weighted, pull)
+            values = nearest(weighted, pull)
         else:
             # The mean of the mixture is not quite where its mean weights lead: with few points the
             # noise is hardly known and the mixture wide.
@@ -317,7 +312,6 @@ def _concluded(
     return ExactFit(
         posterior=posterior,
         residuals_deg=left,
-        sky=sky,
         blunder=mixture.mean_of_points(mixture.blunder)[0],
         slopes=slopes / unit,
         point_weights=point_weights,
