@@ -22,7 +22,8 @@ NODE_S = 30.0
 far from the primary axis, 1e-7 deg where AX1 runs ten times as fast."""
 BLOCK = 120
 FEW_NODES = 8
-CHANGE_S, HALVINGS = 1e-3, 5
+UPDATE_S, CHANGE_S = 1e-9, 1e-3
+"""How well the instant of an update and that of a limit are found."""
 SEARCH_BLOCKS = 24
 """A day of nodes: what does not happen within it is looked for again after it."""
 
@@ -115,42 +116,20 @@ class TargetCurve:
         def excess(at_s: float) -> float:
             return (at(at_s) - reading_deg) * sense - half_deg
 
-        below, above = excess(low), excess(high)
-        if below >= 0.0 or low >= high:
+        if low >= high or excess(low) >= 0.0:
             return low
-        # False position with the Illinois rule: the curve is nearly straight, three steps do.
-        side = 0
-        while high - low > 1e-6:
-            middle = high - above * (high - low) / (above - below)
-            value = excess(middle)
-            if abs(value) < 1e-10:
-                return middle
-            if value > 0.0:
-                high, above = middle, value
-                below *= 0.5 if side == 1 else 1.0
-                side = 1
-            else:
-                low, below = middle, value
-                above *= 0.5 if side == -1 else 1.0
-                side = -1
-        return high
+        return _root(excess, low, high, UPDATE_S)
 
     def _changing_s(self, node: int, within: bool, now_s: float) -> float:
-        """By halving; the target is computed for five halvings at once."""
+        """Just after the room between two nodes changes its sign."""
         low, high = max(now_s, node * NODE_S), (node + 1) * NODE_S
-        while high - low > CHANGE_S:
-            times = np.array([low, high])
-            for _ in range(HALVINGS):
-                halves = np.empty(2 * times.size - 1)
-                halves[::2], halves[1::2] = times, 0.5 * (times[:-1] + times[1:])
-                times = halves
-            as_before = (self._targets(times)[1] >= 0.0) == within
-            first, last = 0, times.size - 1
-            while last - first > 1 and times[last] - times[first] > CHANGE_S:
-                middle = (first + last) // 2
-                first, last = (middle, last) if as_before[middle] else (first, middle)
-            low, high = float(times[first]), float(times[last])
-        return high
+
+        def room(at_s: float) -> float:
+            return float(self._targets(np.array([at_s]))[1][0])
+
+        if low >= high or (room(low) >= 0.0) != within:
+            return low
+        return min(_root(room, low, high, CHANGE_S) + CHANGE_S, high)
 
     def _curve_from(self, axis: int, node: int) -> Callable[[float], float]:
         """The curve between a node and the next as a function of time: asked for some times."""
@@ -189,6 +168,16 @@ class TargetCurve:
             lists = (targets[0].tolist(), targets[1].tolist())
             block = self._blocks[number] = _Block(targets, lists, room)
         return block
+
+
+def _root(of: Callable[[float], float], low: float, high: float, within_s: float) -> float:
+    """Where the sign changes; at the later end where, of two ways to compute it, one says there."""
+    if (of(low) >= 0.0) == (of(high) >= 0.0):
+        return high
+    # scipy takes long to import; an emulator that follows nothing does without it.
+    from scipy.optimize import brentq  # noqa: PLC0415
+
+    return float(brentq(of, low, high, xtol=within_s))
 
 
 def _search_ends_s(first_node: int) -> float:
