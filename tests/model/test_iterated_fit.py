@@ -11,6 +11,7 @@ from solarcal.model.fit import PMFIT_TERMS, fit_iterated, fit_linear
 from solarcal.model.points import Points
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.interchange.altaz import read_pmfit
+from solarcal.session.interchange.tpoint_model import TpointModel
 from solarcal.station.published_model import compare_model
 
 AZEL = MountGeometry("azel", -30.24)
@@ -153,14 +154,16 @@ def test_as_many_points_as_terms_give_no_sigma_and_no_fit() -> None:
 def test_a_published_model_is_judged_by_what_it_leaves() -> None:
     points, _ = night(noise_arcsec=0.0)
     solution = fit_linear(points, ("IA", "IE"))
-    comparison = compare_model(
-        solution,
+    model = TpointModel(
         "published",
+        "T",
+        61,
+        3.5,
         ("IA", "IE", "CA", "AN", "AW", "TF"),
         (-110.0, -380.0, -40.0, 60.0, 25.0, 30.0),
         (1.0, 1.0, None, 1.0, 1.0, 1.0),
-        3.5,
     )
+    comparison = compare_model(solution, model)
     assert comparison.sky_rms_deg * 3600.0 < 1e-6
     assert [row[0] for row in comparison.rows] == ["IA", "IE", "CA", "AN", "AW", "TF"]
     assert comparison.as_json()["terms"]["CA"] == {

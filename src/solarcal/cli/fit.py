@@ -264,22 +264,22 @@ def fill_in(args: argparse.Namespace) -> "FillIn":
 
 
 def run(args: argparse.Namespace) -> int:
+    from solarcal.session.interchange.tpoint_model import read_tpoint_model
     from solarcal.station.analysing import analyse_files, read_files
     from solarcal.station.published_model import (
         beam_residuals,
-        compared,
+        compare_model,
         fitted_terms,
-        published,
         write_model,
     )
 
-    model = None if args.compare is None else published(args.compare)
+    model = None if args.compare is None else read_tpoint_model(args.compare)
     files = read_files(args.files, fill_in(args))
     terms = fitted_terms(args.terms, args.method, model)
     if terms is not None and args.last_coefficients is not None:
         raise ConfigurationError("--last-coefficients: terms of your own choice have no prior")
     judged = analyse_files(files, terms=terms, **judging(args, files))
-    comparison = None if model is None else compared(judged.solution, model)
+    comparison = None if model is None else compare_model(judged.solution, model)
     beams = beam_residuals(args.files, fill_in(args), judged.solution)
     if args.write_model is not None:
         write_model(judged.solution, args.files, args.write_model)

@@ -14,11 +14,7 @@ from solarcal.model.solution import Solution
 from solarcal.model.terms import NativeAngles, chosen_terms, design_matrix
 from solarcal.session.interchange import FillIn, is_paint, read_paint
 from solarcal.session.interchange.paint import beam_residuals_mrad
-from solarcal.session.interchange.tpoint_model import (
-    TpointModel,
-    read_tpoint_model,
-    write_tpoint_model,
-)
+from solarcal.session.interchange.tpoint_model import TpointModel, write_tpoint_model
 from solarcal.units import ARCSEC_PER_DEG, RAD_PER_DEG, FloatArray
 
 
@@ -67,14 +63,7 @@ def residuals_on_sky_deg(
     return np.asarray(np.hypot(cross, points.err2_deg - e2))
 
 
-def compare_model(
-    solution: Solution,
-    caption: str,
-    names: Sequence[str],
-    values: Sequence[float],
-    sigmas: Sequence[float | None],
-    published_sky_rms_arcsec: float | None,
-) -> ModelComparison:
+def compare_model(solution: Solution, model: TpointModel) -> ModelComparison:
     """The published terms beside the fitted ones, and the points' distance from its prediction.
 
     Raises
@@ -82,14 +71,13 @@ def compare_model(
     FitError
         The model has a term that is not known, or none that this mount has.
     """
-    sky = residuals_on_sky_deg(solution.points, names, values)
+    sky = residuals_on_sky_deg(solution.points, model.names, model.values)
     units: dict[str, str] = {
         term.name: term.unit
-        for term in (*chosen_terms(names, solution.geometry), *solution.model_terms)
+        for term in (*chosen_terms(model.names, solution.geometry), *solution.model_terms)
     }
-    published = {
-        name: (value, sigma) for name, value, sigma in zip(names, values, sigmas, strict=True)
-    }
+    values = zip(model.values, model.sigmas, strict=True)
+    published = dict(zip(model.names, values, strict=True))
     own_sigmas = [None] * len(solution.terms) if solution.sigmas is None else solution.sigmas
     fitted: dict[str, tuple[float, float | None]] = {
         name: (float(value), None if sigma is None else float(sigma))
@@ -100,17 +88,12 @@ def compare_model(
         for name in dict.fromkeys((*published, *fitted))
     )
     return ModelComparison(
-        caption=caption,
+        caption=model.caption,
         rows=rows,
         sky_rms_deg=float(np.sqrt(np.mean(sky**2))),
         sky_max_deg=float(sky.max()),
-        published_sky_rms_arcsec=published_sky_rms_arcsec,
+        published_sky_rms_arcsec=model.sky_rms_arcsec,
     )
-
-
-def published(path: Path) -> TpointModel:
-    """A model file, read."""
-    return read_tpoint_model(path)
 
 
 def fitted_terms(
@@ -122,13 +105,6 @@ def fitted_terms(
     if model is not None:
         return model.names
     return PMFIT_TERMS if method == ITERATED else None
-
-
-def compared(solution: Solution, model: TpointModel) -> ModelComparison:
-    """The model beside the fit."""
-    return compare_model(
-        solution, model.caption, model.names, model.values, model.sigmas, model.sky_rms_arcsec
-    )
 
 
 def write_model(solution: Solution, files: Sequence[Path], path: Path) -> None:
