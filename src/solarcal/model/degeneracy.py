@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 from solarcal.model.finding import Finding
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.parameter_checks import correlation_text
-from solarcal.model.sky_context import sun_directions
-from solarcal.model.year_grid import LOWEST_FORECAST_DEG
-from solarcal.mount.mechanism import Mechanism
+from solarcal.model.year_grid import SunGrid, sun_grid
 from solarcal.sun.position import sun_known
 from solarcal.timescale import SECONDS_PER_DAY, format_utc
 from solarcal.units import FloatArray
@@ -21,7 +19,6 @@ TOLD_APART = 0.9
 """|r| above which two numbers cannot be separated."""
 
 _MOST_SAID = 2
-_SLOT_S = 1800.0
 _DAYS_AHEAD = tuple(range(15, 346, 15))
 _POINTS_OF_A_DAY = 5
 _LOOSE = 1e-6
@@ -136,38 +133,25 @@ class _Chances:
     @cached_property
     def today(self) -> tuple[FloatArray, FloatArray]:
         """Half hours (s,) of that day, and what a point there tells (s, 6, 6)."""
-        slots_s, _, information = self._informations(np.array([self.midnight_s]))
-        return slots_s, information
+        return self._informations(sun_grid(self.solution.context, np.array([self.midnight_s])))
 
     @cached_property
     def later(self) -> tuple[FloatArray, FloatArray]:
         """Midnights (d,) of later days, and what some points spread over each tell (d, 6, 6)."""
         starts_s = self.midnight_s + SECONDS_PER_DAY * np.array(_DAYS_AHEAD)
-        _, day, information = self._informations(starts_s)
+        grid = sun_grid(self.solution.context, starts_s)
+        _, information = self._informations(grid)
         long_enough, together = [], []
         for index in range(len(starts_s)):
-            of_day = np.flatnonzero(day == index)
+            of_day = np.flatnonzero(grid.day == index)
             if len(of_day) >= _POINTS_OF_A_DAY:
                 spread = np.linspace(0, len(of_day) - 1, _POINTS_OF_A_DAY).round().astype(int)
                 long_enough.append(index)
                 together.append(information[of_day[spread]].sum(axis=0))
         return starts_s[long_enough], np.array(together).reshape(-1, 6, 6)
 
-    def _informations(
-        self, midnights_s: FloatArray
-    ) -> tuple[FloatArray, NDArray[np.intp], FloatArray]:
-        """Half hours (s,) of these days with the Sun high enough, each one's day, and what a
-        point there tells (s, 6, 6)."""
-        solution, context = self.solution, self.solution.context
-        of_a_day_s = _SLOT_S * np.arange(SECONDS_PER_DAY / _SLOT_S)
-        times = (midnights_s[:, np.newaxis] + of_a_day_s).reshape(-1)
-        sun = sun_directions(context, times)
-        seen: NDArray[np.bool_] = sun.elevation_deg > LOWEST_FORECAST_DEG
-        if context.limits is not None:
-            seen &= context.limits.distance_deg(sun.ideal1_deg, sun.ideal2_deg) >= 0.0
-        at = Mechanism.linearised(
-            solution.posterior.mean, solution.geometry, sun.true1_deg[seen], sun.true2_deg[seen]
-        )
-        rows = np.transpose(at.sky_slopes, (2, 1, 0)) * solution.prior.sigma_array()
-        day = np.flatnonzero(seen) // len(of_a_day_s)
-        return times[seen], day, np.einsum("nai,naj->nij", rows, rows)
+    def _informations(self, grid: SunGrid) -> tuple[FloatArray, FloatArray]:
+        """The grid's half hours (s,), and what a point there tells (s, 6, 6)."""
+        at = grid.linearised(self.solution.posterior.mean)
+        rows = np.transpose(at.sky_slopes, (2, 1, 0)) * self.solution.prior.sigma_array()
+        return grid.utc_s, np.einsum("nai,naj->nij", rows, rows)

@@ -5,7 +5,7 @@ seventh day, all moments alike.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -37,13 +37,13 @@ def formula_slopes(geometry: MountGeometry, ax1_deg: FloatArray, ax2_deg: FloatA
     return design_matrix(_TERMS, NativeAngles.at(geometry, ax1_deg, ax2_deg))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+# No slots: cached properties live in the instance's dictionary.
+@dataclass(frozen=True, eq=False)
 class SunGrid:
     """Moments of Sun, with what the controller's formula can do there.
 
     ``sun`` holds (g,) arrays; ``day``, ``slot`` (g,) index the day and the half hour of mean
-    solar time; ``days_utc_s`` the mean solar midnights the days begin with; ``formula`` (6, 2, g)
-    axis degrees; ``gap_deg`` (2, g) true minus ideal angle.
+    solar time; ``days_utc_s`` the mean solar midnights the days begin with.
     """
 
     context: SkyContext
@@ -52,10 +52,23 @@ class SunGrid:
     day: np.ndarray[tuple[int], np.dtype[np.intp]]
     slot: np.ndarray[tuple[int], np.dtype[np.intp]]
     days_utc_s: FloatArray
-    formula: FloatArray
-    gap_deg: FloatArray
-    sky: FloatArray
-    """(2, g): sine of true AX2, and one."""
+
+    @cached_property
+    def formula(self) -> FloatArray:
+        """``formula_slopes`` at the ideal angles, (6, 2, g)."""
+        return formula_slopes(self.geometry, self.sun.ideal1_deg, self.sun.ideal2_deg)
+
+    @cached_property
+    def gap_deg(self) -> FloatArray:
+        """True minus ideal angle, (2, g)."""
+        sun = self.sun
+        gap1_deg = wrap_deg(sun.true1_deg - sun.ideal1_deg)
+        return np.stack((gap1_deg, sun.true2_deg - sun.ideal2_deg))
+
+    @cached_property
+    def sky(self) -> FloatArray:
+        """Sine of true AX2, and one, (2, g)."""
+        return np.stack((np.sin(np.radians(self.sun.true2_deg)), np.ones(len(self))))
 
     @property
     def geometry(self) -> MountGeometry:
@@ -69,46 +82,41 @@ class SunGrid:
         return Mechanism.linearised(values, self.geometry, self.sun.true1_deg, self.sun.true2_deg)
 
 
-def sun_grid(context: SkyContext, days_utc_s: FloatArray, lowest_deg: float) -> SunGrid:
-    """Every half hour of these days (mean solar midnights) with the Sun high enough and in reach.
+def sun_grid(context: SkyContext, days_utc_s: FloatArray) -> SunGrid:
+    """Every half hour of these days with the Sun high enough and in reach."""
+    times = (days_utc_s[:, np.newaxis] + SLOT_S * np.arange(SLOTS)).ravel()
+    day, slot = np.divmod(np.arange(len(times)), SLOTS)
+    sun = sun_directions(context, times)
+    seen = sun.elevation_deg > LOWEST_FORECAST_DEG
+    if context.limits is not None:
+        seen &= context.limits.distance_deg(sun.ideal1_deg, sun.ideal2_deg) >= 0.0
+    return SunGrid(
+        context=context,
+        utc_s=times[seen],
+        sun=SunDirections(*(column[seen] for column in sun)),
+        day=day[seen],
+        slot=slot[seen],
+        days_utc_s=days_utc_s,
+    )
+
+
+@lru_cache(maxsize=32)
+def year_grid(context: SkyContext) -> SunGrid:
+    """The contract's grid for the year of the context; kept, so that asking again is free.
 
     Raises
     ------
     ConfigurationError
         The Sun is never within limits and high enough.
     """
-    times = (days_utc_s[:, np.newaxis] + SLOT_S * np.arange(SLOTS)).ravel()
-    day, slot = np.divmod(np.arange(len(times)), SLOTS)
-    sun = sun_directions(context, times)
-    seen = sun.elevation_deg > lowest_deg
-    if context.limits is not None:
-        seen &= context.limits.distance_deg(sun.ideal1_deg, sun.ideal2_deg) >= 0.0
-    if not seen.any():
+    days: FloatArray = DAYS_APART * SECONDS_PER_DAY * np.arange(float(DAYS_OF_YEAR))
+    grid = sun_grid(context, context.first_midnight_utc_s + days)
+    if not len(grid):
         raise ConfigurationError(
-            f"the Sun is never above {lowest_deg:g} deg and within the limits; "
+            f"the Sun is never above {LOWEST_FORECAST_DEG:g} deg and within the limits; "
             "check site, limits and the centre of the branch of axis 1"
         )
-    sun = SunDirections(*(column[seen] for column in sun))
-    return SunGrid(
-        context=context,
-        utc_s=times[seen],
-        sun=sun,
-        day=day[seen],
-        slot=slot[seen],
-        days_utc_s=days_utc_s,
-        formula=formula_slopes(context.geometry, sun.ideal1_deg, sun.ideal2_deg),
-        gap_deg=np.stack(
-            (wrap_deg(sun.true1_deg - sun.ideal1_deg), sun.true2_deg - sun.ideal2_deg)
-        ),
-        sky=np.stack((np.sin(np.radians(sun.true2_deg)), np.ones(len(sun.true2_deg)))),
-    )
-
-
-@lru_cache(maxsize=32)
-def year_grid(context: SkyContext) -> SunGrid:
-    """The contract's grid for the year of the context; kept, so that asking again is free."""
-    days: FloatArray = DAYS_APART * SECONDS_PER_DAY * np.arange(float(DAYS_OF_YEAR))
-    return sun_grid(context, context.first_midnight_utc_s + days, LOWEST_FORECAST_DEG)
+    return grid
 
 
 @lru_cache(maxsize=32)
