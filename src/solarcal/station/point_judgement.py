@@ -11,6 +11,7 @@ import numpy as np
 from solarcal.errors import SolarcalError
 from solarcal.model.forecast import Forecast
 from solarcal.model.solution import Solution
+from solarcal.mount.drive import reading_deg, register
 from solarcal.session.records import (
     CheckRecord,
     ClockSet,
@@ -29,6 +30,12 @@ POINT_SIGMA_DEG = 0.02
 """How well an eye centres a spot, until the points themselves give it."""
 
 SUSPICIOUS_SIGMAS = 3.0
+
+SUSPICIOUS_DEG = 0.25
+"""Counts that disagree with the prediction by more than this (on sky, and by more than five sigmas
+of the prediction) call for a reference check."""
+
+TRUSTED_FIT_POINTS = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +88,38 @@ def judge_point(session: SessionView, candidate: PointRecord) -> PointJudgement:
             )
         )
     return PointJudgement((axes[0], axes[1]), _sentence(axes, solution))
+
+
+def counts_doubt(session: SessionView, record: PointRecord | CheckRecord, method: str) -> str:
+    """Why the counts of a gathered point do not make sense, or nothing."""
+    if (
+        isinstance(record, CheckRecord)
+        or record.ideal_deg is None
+        or record.reading_deg is None
+        or record.expected_counts is None
+        or record.found_counts is None
+        or len(session.accepted) < TRUSTED_FIT_POINTS
+    ):
+        return ""
+    solution = solve(session, method)
+    if solution is None:
+        return ""
+    unit = session.header.unit
+    unsure = solution.predict_sigma_deg(*record.ideal_deg)
+    weights = (np.sin(np.radians(record.ideal_deg[1])), 1.0)
+    drives, references = (unit.drive1, unit.drive2), (unit.reference1_deg, unit.reference2_deg)
+    for axis in (0, 1):
+        drive, now = drives[axis], record.reading_deg[axis]
+        expected, found = record.expected_counts[axis], record.found_counts[axis]
+        at = register(drive, references[axis], now) + round(expected) - found
+        off = now - float(reading_deg(drive, references[axis], at))
+        allowed = max(SUSPICIOUS_DEG, 5.0 * float(unsure[axis]) * weights[axis])
+        if abs(off) * weights[axis] > allowed:
+            return (
+                f"axis {axis + 1} moved {found} counts since the last point where "
+                f"{expected:.0f} were expected ({off:+.2f} deg)"
+            )
+    return ""
 
 
 def judge_check(check: CheckRecord, tolerance_deg: float) -> str:

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 from solarcal.errors import ProcedureRefused
 from solarcal.session.records import PointRecord
+from solarcal.station.centring import SunCentring
 from solarcal.station.fitting import solve
 from solarcal.station.jogging import JogView, SunOffsetJog
 from solarcal.station.point_judgement import judge_point
 from solarcal.station.procedure import Station
-from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.two_mirror.control import REVERSED, GrowthWatch
 from solarcal.unit.tracker import Mode, Spot
 
@@ -100,9 +100,7 @@ class SensorFollower:
         self._mean_sigma_deg = sensor_sigma_deg / math.sqrt(LOOKS)
         self._centred_deg = 0.005 + 2.0 * self._mean_sigma_deg
         self._say = say
-        self._watcher = AutomaticTechnician(
-            station, look, Schedule(), eye_sigma_deg=sensor_sigma_deg, say=say
-        )
+        self._sight = SunCentring(station, look, eye_sigma_deg=sensor_sigma_deg, say=say)
 
     def follow(self, plan: FollowPlan, *, commanded: bool) -> Followed:
         """Take points by the sensor until the plan is done, the light is low, or a doubt arises.
@@ -163,7 +161,7 @@ class SensorFollower:
             jog.set_here()
         finally:
             jog.release()
-        if not self._watcher.sight.watch():
+        if not self._sight.watch():
             raise SensorDoubt("after a minute and an update the sensor shows it off the Sun")
         self._station.begin_point()
         # Reference check, Set Sun Offset and the watch are behind us, else we were not here.

@@ -15,10 +15,10 @@ import numpy as np
 from solarcal.errors import LinkError, ProcedureRefused, UnitRefused
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.mount.controller import ideal_axes_deg
-from solarcal.mount.drive import reading_deg, register
 from solarcal.session.records import CheckRecord, PointRecord, UploadRecord
 from solarcal.station.centring import SunCentring
 from solarcal.station.fitting import solve
+from solarcal.station.point_judgement import counts_doubt
 from solarcal.station.procedure import Station
 from solarcal.station.uploading import propose_upload, refuse_doubtful
 from solarcal.sun.day import daylight
@@ -34,11 +34,6 @@ SETTLE_S = 60.0
 
 MIN_POINT_ELEVATION_DEG = 10.0
 TRACKED_ELEVATION_DEG = 0.5
-SUSPICIOUS_DEG = 0.25
-"""Counts that disagree with the prediction by more than this (on sky, and by more than five sigmas
-of the prediction) call for a reference check."""
-
-TRUSTED_FIT_POINTS = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +181,7 @@ class AutomaticTechnician:
                 record = self._ask_and_gather(liked, check=check)
                 if record is None:
                     continue
-                doubt = self._doubt(record)
+                doubt = counts_doubt(self.station.session, record, self.method)
                 if doubt and attempt < MAX_TRIES - 1:
                     self.station.store(False, doubt)
                     self._say(f"rejected: {doubt}")
@@ -234,8 +229,7 @@ class AutomaticTechnician:
         if not self._given_up:
             return ""
         return (
-            f"; at {self._given_up} slots no spot was found or centred: clouds, or the tower "
-            "leans "
+            f"; at {self._given_up} slots no spot was found or centred: clouds, or the tower leans "
             "so far that the Sun falls off the sunspot device; then shim first, or load rough "
             "coefficients"
         )
@@ -326,39 +320,6 @@ class AutomaticTechnician:
         except ProcedureRefused as refusal:
             self._say(str(refusal))
             return None
-
-    def _doubt(self, record: PointRecord | CheckRecord) -> str:
-        """Why the counts do not make sense, or nothing."""
-        session = self.station.session
-        if (
-            isinstance(record, CheckRecord)
-            or record.ideal_deg is None
-            or record.reading_deg is None
-            or record.expected_counts is None
-            or record.found_counts is None
-            or len(session.accepted) < TRUSTED_FIT_POINTS
-        ):
-            return ""
-        solution = solve(session, self.method)
-        if solution is None:
-            return ""
-        unit = session.header.unit
-        unsure = solution.predict_sigma_deg(*record.ideal_deg)
-        weights = (np.sin(np.radians(record.ideal_deg[1])), 1.0)
-        for axis in (0, 1):
-            drive = (unit.drive1, unit.drive2)[axis]
-            reference = (unit.reference1_deg, unit.reference2_deg)[axis]
-            now, found = record.reading_deg[axis], record.found_counts[axis]
-            expected = record.expected_counts[axis]
-            at = register(drive, reference, now)
-            off = now - float(reading_deg(drive, reference, at + round(expected) - found))
-            allowed = max(SUSPICIOUS_DEG, 5.0 * float(unsure[axis]) * weights[axis])
-            if abs(off) * weights[axis] > allowed:
-                return (
-                    f"axis {axis + 1} moved {found} counts since the last point where "
-                    f"{expected:.0f} were expected ({off:+.2f} deg)"
-                )
-        return ""
 
     def _record_fit(self) -> None:
         solution = solve(self.station.session, self.method)
