@@ -1,0 +1,253 @@
+"""The simplest change that brings time stamps and ideal angles together, searched for.
+
+First changes without a number of their own, then one number, then a place.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import get_args
+
+import numpy as np
+from scipy.optimize import minimize, minimize_scalar
+
+from solarcal.model.finding import Kind
+from solarcal.model.sky_context import Ideal, SkyContext
+from solarcal.mount.geometry import GEOMETRIES, MountGeometry
+from solarcal.session.points import PointTable
+from solarcal.site import Site
+from solarcal.sun.ephemeris import SiteEphemeris
+from solarcal.sun.refraction import apparent_zenith_deg
+from solarcal.timescale import SECONDS_PER_DAY
+from solarcal.units import FloatArray
+
+AS_GOOD_DEG = 0.003
+"""Two explanations that leave less than this are equally good."""
+KIND_FACTOR = 3.0
+"""Another kind has to meet the stamps so many times as well before the data show it."""
+MARGIN_S = 2.0 * SECONDS_PER_DAY
+_WHOLE_HOUR_S = 120.0
+_HALF_HOURS = tuple(k for k in range(-28, 29) if k)
+
+
+@dataclass(frozen=True, slots=True)
+class _Change:
+    """What is taken to be otherwise than the file says."""
+
+    shift_s: float | FloatArray = 0.0
+    latitude_deg: float | None = None
+    longitude_deg: float | FloatArray | None = None
+    geometry: str | None = None
+    ideal: Ideal | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """A change, the separation (m,) it leaves, and how it is reported."""
+
+    change: _Change
+    left_deg: FloatArray
+    kind: Kind
+    words: str
+    number: float
+
+    @property
+    def unit(self) -> str:
+        """Of the number."""
+        return "s" if self.kind == "time_stamps" else "deg"
+
+    @property
+    def rms_deg(self) -> float:
+        return float(np.sqrt(np.mean(self.left_deg**2)))
+
+
+KIND_WORDS = {
+    "apparent": "apparent (with refraction)",
+    "airless": "airless (without refraction)",
+    "solartrak": "the controller's own (solartrak, without refraction)",
+}
+
+
+class StampSearch:
+    """Changes tried on some rows (m,); times, places and angles of all of them at once."""
+
+    def __init__(self, rows: PointTable, context: SkyContext) -> None:
+        self.rows = rows
+        self.context = context
+        self.site = context.site
+        self.sun = SiteEphemeris(
+            Site(0.0, 0.0),
+            float(rows.utc_s.min()) - MARGIN_S,
+            float(rows.utc_s.max()) + MARGIN_S,
+        )
+
+    def left(self, change: _Change) -> FloatArray:
+        """Separation (m,) on sky with this change; (k, m) of k shifts or longitudes (k, 1)."""
+        latitude = self.site.latitude_deg if change.latitude_deg is None else change.latitude_deg
+        longitude = (
+            self.site.longitude_deg if change.longitude_deg is None else change.longitude_deg
+        )
+        geometry = MountGeometry(
+            change.geometry or self.context.geometry.name,
+            latitude,
+            self.context.geometry.ax1_centre_deg,
+        )
+        utc_s, east_deg = np.broadcast_arrays(self.rows.utc_s + change.shift_s, longitude)
+        azimuth, zenith = self.sun.horizontal_elsewhere_deg(
+            utc_s.reshape(-1),
+            np.full(utc_s.size, latitude),
+            east_deg.reshape(-1),
+            np.full(utc_s.size, self.site.elevation_m),
+        )
+        if (change.ideal or self.context.ideal) == "apparent":
+            zenith = apparent_zenith_deg(zenith, self.context.refraction, self.context.air)
+        aim = (azimuth, zenith)
+        if self.context.heliostat is not None:
+            aim = self.context.heliostat.controller_normal_deg(*aim)
+        ax1, ax2 = (axis.reshape(utc_s.shape) for axis in geometry.axes_from_horizontal(*aim))
+        return np.asarray(
+            geometry.sky_separation_deg(self.rows.ax1_deg, self.rows.ax2_deg, ax1, ax2),
+            dtype=np.float64,
+        )
+
+    def simplest(self, limit_deg: float, *, whole_file: bool) -> Explanation | None:
+        """The best of the simplest family that brings every row within ``limit_deg``."""
+        families: tuple[Callable[[bool], Iterator[Explanation]], ...] = (
+            self._whole,
+            self._one_number,
+            self._place,
+        )
+        for family in families:
+            good = [e for e in family(whole_file) if float(e.left_deg.max()) <= limit_deg]
+            if good:
+                best = min(good, key=lambda e: e.rms_deg)
+                if family != self._one_number:
+                    return best
+                # The others beside the first: a time shift is nearly a longitude.
+                enough_deg = KIND_FACTOR * max(best.rms_deg, AS_GOOD_DEG)
+                as_good = [e for e in good if e.rms_deg <= enough_deg]
+                return replace(as_good[0], words=", or ".join(e.words for e in as_good))
+        return None
+
+    def _explained(self, change: _Change, kind: Kind, words: str, number: float) -> Explanation:
+        return Explanation(change, self.left(change), kind, words, number)
+
+    def _whole(self, whole_file: bool) -> Iterator[Explanation]:
+        """Changes without a number of their own."""
+        shifts = (*(1800.0 * k for k in _HALF_HOURS), SECONDS_PER_DAY, -SECONDS_PER_DAY)
+        for shift_s in shifts:
+            yield self._shifted(shift_s)
+        if not whole_file:
+            return
+        latitude, longitude = self.site.latitude_deg, self.site.longitude_deg
+        worst_deg = float(self.left(_Change()).max())
+        for kind in get_args(Ideal):
+            # The Sun of solartrak and the airless one are too near each other for this search.
+            if kind not in (self.context.ideal, "solartrak"):
+                yield self._explained(
+                    _Change(ideal=kind), "ideal_kind",
+                    f"the ideal angles are {KIND_WORDS[kind]}, not {self.context.ideal}",
+                    worst_deg,
+                )  # fmt: skip
+        yield self._explained(
+            _Change(latitude_deg=-latitude), "site",
+            f"the latitude has the wrong sign ({latitude:+.4f} for {-latitude:+.4f} deg)",
+            2.0 * latitude,
+        )  # fmt: skip
+        yield self._explained(
+            _Change(longitude_deg=-longitude), "site",
+            f"the longitude has the wrong sign ({longitude:+.4f} for {-longitude:+.4f} deg, east "
+            "positive)", 2.0 * longitude,
+        )  # fmt: skip
+        if abs(longitude) <= 90.0:
+            yield self._explained(
+                _Change(latitude_deg=longitude, longitude_deg=latitude), "site",
+                "latitude and longitude are exchanged", latitude - longitude,
+            )  # fmt: skip
+        if self.context.heliostat is None:
+            for name in GEOMETRIES:
+                if name != self.context.geometry.name:
+                    yield self._explained(
+                        _Change(geometry=name), "geometry",
+                        f"the angles are those of a {name} mount, not "
+                        f"{self.context.geometry.name}",
+                        worst_deg,
+                    )  # fmt: skip
+
+    def _one_number(self, whole_file: bool) -> Iterator[Explanation]:
+        shifts = np.arange(-50400.0, 50401.0, 120.0)
+        squares = self._squares(_Change(shift_s=shifts[:, np.newaxis]))
+        shift_s = self._best(lambda x: _Change(shift_s=x), shifts, squares)
+        yield self._shifted(shift_s)
+        if not whole_file:
+            return
+        latitudes = np.arange(-89.5, 90.0)
+        squares = np.array([self._squares(_Change(latitude_deg=x)) for x in latitudes])
+        latitude = self._best(lambda x: _Change(latitude_deg=x), latitudes, squares)
+        off = self.site.latitude_deg - latitude
+        yield self._explained(
+            _Change(latitude_deg=latitude), "site",
+            f"the latitude is {off:+.3f} deg off ({self.site.latitude_deg:.4f}, the angles are of "
+            f"{latitude:.3f})", off,
+        )  # fmt: skip
+        longitudes = np.arange(-180.0, 181.0)
+        squares = self._squares(_Change(longitude_deg=longitudes[:, np.newaxis]))
+        longitude = self._best(lambda x: _Change(longitude_deg=x), longitudes, squares)
+        off = self.site.longitude_deg - longitude
+        yield self._explained(
+            _Change(longitude_deg=longitude), "site",
+            f"the longitude is {off:+.3f} deg off ({self.site.longitude_deg:.4f}, the angles are "
+            f"of {longitude:.3f}, east positive)", off,
+        )  # fmt: skip
+
+    def _place(self, whole_file: bool) -> Iterator[Explanation]:
+        if not whole_file or len(self.rows) < 2:
+            return
+        latitudes, longitudes = np.arange(-87.0, 88.0, 3.0), np.arange(-177.0, 181.0, 3.0)
+        squares = np.array(
+            [self._squares(_Change(0.0, one, longitudes[:, np.newaxis])) for one in latitudes]
+        )
+        row, column = np.unravel_index(np.argmin(squares), squares.shape)
+        found = minimize(
+            lambda place: float(self._squares(_Change(0.0, *place))),
+            (latitudes[row], longitudes[column]),
+            method="Nelder-Mead",
+            bounds=((-89.0, 89.0), (None, None)),
+            options={"xatol": 1e-4, "fatol": 1e-12},
+        )
+        at = (float(found.x[0]), float(found.x[1]))
+        yield self._explained(
+            _Change(0.0, *at), "site",
+            f"the angles are of another site: {at[0]:.3f}, {at[1]:.3f} deg, not "
+            f"{self.site.latitude_deg:.3f}, {self.site.longitude_deg:.3f}",
+            float(np.hypot(at[0] - self.site.latitude_deg, at[1] - self.site.longitude_deg)),
+        )  # fmt: skip
+
+    def _shifted(self, shift_s: float) -> Explanation:
+        late_s = -shift_s
+        sense = "late" if late_s > 0.0 else "early"
+        hours = round(late_s / 1800.0) / 2.0
+        words = f"the time stamps are {abs(late_s):.0f} s {sense}"
+        if abs(abs(late_s) - SECONDS_PER_DAY) < _WHOLE_HOUR_S:
+            words += " (a day: the date)"
+        elif hours and abs(late_s - 3600.0 * hours) < _WHOLE_HOUR_S:
+            words += f" ({abs(hours):g} h: daylight-saving time or the time zone)"
+        return self._explained(_Change(shift_s=shift_s), "time_stamps", words, round(late_s, 1))
+
+    def _squares(self, change: _Change) -> FloatArray:
+        """Sum of squared separations, of each change tried."""
+        squares: FloatArray = np.sum(self.left(change) ** 2, axis=-1)
+        return squares
+
+    def _best(
+        self, change: Callable[[float], _Change], tried: FloatArray, squares: FloatArray
+    ) -> float:
+        """The number that brings the rows together best, beside the best of those tried (k,)."""
+        at = int(np.argmin(squares))
+        low, high = tried[max(at - 1, 0)], tried[min(at + 1, len(tried) - 1)]
+        found = minimize_scalar(
+            lambda value: float(self._squares(change(value))),
+            bounds=(low, high),
+            method="bounded",
+            options={"xatol": 1e-6 * (high - low)},
+        )
+        return float(found.x)
