@@ -252,11 +252,11 @@ async def test_the_step_of_an_arrow_suits_the_distance_and_can_be_fixed() -> Non
         assert dialog._view.spot is not None
         far = abs(dialog._view.spot.error1_deg)
         assert far > 0.3
-        assert dialog._step_deg(1, 0) == pytest.approx(far, rel=0.5)
+        assert dialog._steps.step_deg(1, 0, dialog._view.spot) == pytest.approx(far, rel=0.5)
         await pilot.press("3")
-        assert dialog._step_deg(1, 0) == 0.02
+        assert dialog._steps.step_deg(1, 0, dialog._view.spot) == 0.02
         await pilot.press("0")
-        assert dialog._step_deg(1, 0) == pytest.approx(far, rel=0.5)
+        assert dialog._steps.step_deg(1, 0, dialog._view.spot) == pytest.approx(far, rel=0.5)
 
 
 @on_loop
@@ -267,14 +267,14 @@ async def test_a_held_arrow_grows_its_step_and_leaves_little_to_do_after_release
         dialog = await opened(pilot)
         await until(pilot, lambda: dialog._view is not None)
         dialog._view = None
-        dialog._jogging = True  # as while the unit answers
+        dialog._steps.jogging = True  # as while the unit answers
         steps = []
         for _ in range(30):
             dialog.action_jog(1, 0)
-            steps.append(dialog._step_deg(1, 0))
+            steps.append(dialog._steps.step_deg(1, 0, None))
         assert steps[0] < steps[-1] == 0.5
         assert steps == sorted(steps)
-        assert dialog._to_jog[0] <= 3 * 0.5
+        assert dialog._steps._to_jog[0] <= 3 * 0.5
 
 
 @pytest.mark.slow

@@ -50,9 +50,11 @@ class KeyButton(Static):
     KeyButton.-stop:hover { background: $error; color: $background; }
     """
 
-    def __init__(self, shown: str, label: str, action: str, *, stop: bool = False) -> None:
+    def __init__(
+        self, shown: str, label: str, action: str, *, stop: bool = False, id: str | None = None
+    ) -> None:
         # A frame's title needs the room for the key and its corners.
-        super().__init__(Content(label.center(len(shown) + 2)))
+        super().__init__(Content(label.center(len(shown) + 2)), id=id)
         self.border_title = shown
         self.runs = action
         self.set_class(stop, "-stop")
@@ -132,6 +134,7 @@ class Dialog(StationModal[None]):
         self._ready = False
         self._lost = False
         self._finished = False
+        self._offered = {key.action for key in self.KEYS}
         self._blinking: Timer | None = None
 
     def compose(self) -> ComposeResult:
@@ -143,7 +146,8 @@ class Dialog(StationModal[None]):
             with Horizontal(id="keys"):
                 for key in self.KEYS:
                     if key.button:
-                        yield self._button(key)
+                        name = f"key-{_identifier(key.action)}"
+                        yield KeyButton(key.shown, key.label, f"screen.{key.action}", id=name)
                 yield KeyButton("Esc", self.LEAVE, "screen.leave")
                 keys = self.workstation.stop_keys().removesuffix(" ^S")
                 yield KeyButton(keys, self.stop_label(), "app.perform('stop')", stop=True)
@@ -205,11 +209,12 @@ class Dialog(StationModal[None]):
         """Show the buttons of these actions; a key whose button is away does nothing."""
         for key in self.KEYS:
             if key.button:
-                self._find(key).display = key.action in actions
-        self._offered = frozenset(actions)
+                button = self.query_one(f"#key-{_identifier(key.action)}", KeyButton)
+                button.display = key.action in actions
+        self._offered = set(actions)
 
     def offered(self, action: str) -> bool:
-        return action in getattr(self, "_offered", {key.action for key in self.KEYS})
+        return action in self._offered
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """A key belongs to the phase the dialog is in."""
@@ -217,14 +222,6 @@ class Dialog(StationModal[None]):
         if any(key.action == action and key.button for key in self.KEYS):
             return self.offered(action)
         return True
-
-    def _find(self, key: DialogKey) -> KeyButton:
-        return self.query_one(f"#key-{_identifier(key.action)}", KeyButton)
-
-    def _button(self, key: DialogKey) -> KeyButton:
-        button = KeyButton(key.shown, key.label, f"screen.{key.action}")
-        button.id = f"key-{_identifier(key.action)}"
-        return button
 
     def on_key(self, event: Key) -> None:
         """A key that comes before its question is on the screen is seen not to be taken; one of

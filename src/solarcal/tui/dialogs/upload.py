@@ -22,7 +22,7 @@ from solarcal.station.news import (
 )
 from solarcal.station.procedure import Station
 from solarcal.station.sign_off import sign_off
-from solarcal.station.state import SessionView, StationState
+from solarcal.station.state import SessionView
 from solarcal.station.uploading import (
     UploadProposal,
     propose_upload,
@@ -130,9 +130,6 @@ class UploadDialog(Dialog):
         )
 
     # -- what comes back -----------------------------------------------------------------------
-
-    def state_changed(self, state: StationState) -> None:
-        del state
 
     def link_restored(self) -> None:
         self._propose()

@@ -1,11 +1,9 @@
 """Set Sun Offset: jog exactly onto the Sun, coming from behind, and set the offset there."""
 
-import math
 from collections.abc import Callable, Iterable
 from typing import Any, ClassVar
 
 from textual.containers import Horizontal, Vertical
-from textual.content import Content
 from textual.events import Resize
 from textual.widget import Widget
 from textual.widgets import Digits, Input, Static
@@ -13,7 +11,7 @@ from textual.widgets import Digits, Input, Static
 from solarcal.errors import UnitRefused
 from solarcal.model.fit import Solution
 from solarcal.session.records import SunOffset
-from solarcal.station.jogging import STEPS_DEG, JogView, SunOffsetJog
+from solarcal.station.jogging import JogView, SunOffsetJog
 from solarcal.station.news import (
     Done,
     Jogged,
@@ -25,16 +23,18 @@ from solarcal.station.news import (
     Stopped,
 )
 from solarcal.station.procedure import Station
-from solarcal.station.state import StationState
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import DialogKey, open_dialog
 from solarcal.tui.dialogs.paced import DriveWatch, PacedDialog
+from solarcal.tui.offset.arrows import ARROW_KEYS, ArrowSteps
 from solarcal.tui.offset.spot import (
     SpotCalculator,
     Sunspot,
     TypedOffsetDialog,
+    big_numbers,
     calculated_jogs_deg,
     jog_table,
+    jog_warning,
 )
 from solarcal.tui.widgets.lines import Words
 from solarcal.unit.frames import Code
@@ -43,15 +43,6 @@ from solarcal.unit.tracker import Mode
 STEPS = (JogSeen, Jogged, OffsetSet, OffsetLeft)
 LOOK_EVERY_S = 0.25
 ROOMY = (112, 36)
-FIRST_STEP_DEG = 0.02
-"""Of an arrow pressed once where nothing says how far the centre is."""
-
-GROWS = ((24, 0.5), (16, 0.25), (10, 0.1), (4, 0.05))
-"""After so many repeats of a held arrow, so large a step."""
-
-MOST_WAITING = 3
-"""Steps of a held arrow that may wait for the unit: what is more is not jogged after release."""
-
 FAR_DEG = 1.0
 """From so far on the drive is shown, with the time it takes."""
 
@@ -78,17 +69,7 @@ class SunOffsetDialog(PacedDialog):
         DialogKey("calculate", "Jog E", "j", "j"),
         DialogKey("point", "Take point", "full_stop,f7", "."),
         DialogKey("big", "large digits", "B", "B", button=False),
-        DialogKey("adapt", "step adapts", "0", "0", button=False),
-        DialogKey("jog(-1,0)", "axis 1 -", "left", "left", button=False),
-        DialogKey("jog(1,0)", "axis 1 +", "right", "right", button=False),
-        DialogKey("jog(0,-1)", "axis 2 -", "down", "down", button=False),
-        DialogKey("jog(0,1)", "axis 2 +", "up", "up", button=False),
-        *(
-            DialogKey(f"step({index})", f"{step:g}", str(index + 1), str(index + 1), button=False)
-            for index, step in enumerate(STEPS_DEG)
-        ),
-        DialogKey("finer", "smaller step", "comma,left_square_bracket", ",", button=False),
-        DialogKey("coarser", "larger step", "right_square_bracket", "]", button=False),
+        *ARROW_KEYS,
     )
 
     DEFAULT_CSS = """
@@ -110,11 +91,7 @@ class SunOffsetDialog(PacedDialog):
     def __init__(self, station: Station) -> None:
         super().__init__()
         self._jog = SunOffsetJog(station)
-        self._step: int | None = None
-        """Index of the fixed step; ``None``: it adapts."""
-        self._held: tuple[tuple[int, int], int] = ((0, 0), 0)
-        self._to_jog = [0.0, 0.0]
-        self._jogging = False
+        self._steps = ArrowSteps()
         self._drive = DriveWatch()
         self._view: JogView | None = None
         self._set: SunOffset | None = None
@@ -182,35 +159,14 @@ class SunOffsetDialog(PacedDialog):
     # -- keys ----------------------------------------------------------------------------------
 
     def action_jog(self, axis1: int, axis2: int) -> None:
-        if self._lost:
-            return
-        step = self._step_deg(axis1, axis2)
-        for axis, sign in enumerate((axis1, axis2)):
-            most = MOST_WAITING * step
-            self._to_jog[axis] = min(max(self._to_jog[axis] + sign * step, -most), most)
-        self._jog_on()
-
-    def _step_deg(self, axis1: int, axis2: int) -> float:
-        """The fixed step, or one that suits: how far the spot is, else how long the key is held."""
-        if self._step is not None:
-            return STEPS_DEG[self._step]
-        # An arrow that comes again before the unit has taken the one before it is held.
-        arrow, count = self._held
-        count = count + 1 if arrow == (axis1, axis2) and self._jogging else 0
-        self._held = ((axis1, axis2), count)
-        spot = self._view.spot if self._view is not None else None
-        if spot is not None and spot.visible:
-            far = abs(spot.error1_deg if axis1 else spot.error2_deg)
-            return min(STEPS_DEG, key=lambda step: abs(math.log(step / max(far, STEPS_DEG[0]))))
-        return next((step for repeats, step in GROWS if count >= repeats), FIRST_STEP_DEG)
+        if not self._lost:
+            self._steps.press(axis1, axis2, self._view.spot if self._view is not None else None)
+            self._jog_on()
 
     def _jog_on(self) -> None:
         """One step at a time goes to the unit; what a held key adds meanwhile is the next."""
-        if self._jogging or self._to_jog == [0.0, 0.0]:
-            return
-        axis1_deg, axis2_deg = self._to_jog
-        self._to_jog = [0.0, 0.0]
-        self._nudge(axis1_deg, axis2_deg)
+        if (step := self._steps.take()) is not None:
+            self._nudge(*step)
 
     def _nudge(self, axis1_deg: float, axis2_deg: float) -> None:
         if self._lost:
@@ -218,22 +174,25 @@ class SunOffsetDialog(PacedDialog):
         if self._set is not None:
             self._set = None
             self._offer()
-        self._jogging = True
+        self._steps.jogging = True
         self._submit(Jogged, lambda station: self._jog.nudge(axis1_deg, axis2_deg))
 
     def action_step(self, index: int) -> None:
-        self._step = min(max(index, 0), len(STEPS_DEG) - 1)
+        self._steps.choose(index)
         self._show_steps()
 
     def action_adapt(self) -> None:
-        self._step = None
+        self._steps.choose(None)
         self._show_steps()
 
     def action_finer(self) -> None:
-        self.action_step((STEPS_DEG.index(0.05) if self._step is None else self._step) - 1)
+        self.action_step(self._steps.nominal - 1)
 
     def action_coarser(self) -> None:
-        self.action_step((STEPS_DEG.index(0.05) if self._step is None else self._step) + 1)
+        self.action_step(self._steps.nominal + 1)
+
+    def _show_steps(self) -> None:
+        self.query_one("#steps", Words).update(self._steps.words())
 
     def action_big(self) -> None:
         """Characters three rows high, to be read from the collector."""
@@ -315,14 +274,11 @@ class SunOffsetDialog(PacedDialog):
         if not self._waiting and not self._lost:
             self._submit(JogSeen, lambda station: self._jog.look())
 
-    def state_changed(self, state: StationState) -> None:
-        del state
-
     def link_lost(self) -> None:
         # What was to be jogged is forgotten: nothing moves by itself when the line is back.
         self._jog.release()
         self._waiting = 0
-        self._jogging, self._to_jog = False, [0.0, 0.0]
+        self._steps.forget()
 
     def link_restored(self) -> None:
         self._offer()
@@ -334,7 +290,7 @@ class SunOffsetDialog(PacedDialog):
         match done:
             case JogSeen(view) | Jogged(view):
                 if isinstance(done, Jogged):
-                    self._jogging = False
+                    self._steps.jogging = False
                 first = self._view is None
                 self._show(view)
                 if first:
@@ -352,7 +308,7 @@ class SunOffsetDialog(PacedDialog):
             case OffsetLeft():
                 self.dismiss(None)
             case Stopped():
-                self._to_jog = [0.0, 0.0]
+                self._steps.forget_waiting()
                 self._jog.release()
 
     def step_failed(self, failed: StepFailed) -> None:
@@ -362,7 +318,7 @@ class SunOffsetDialog(PacedDialog):
         if failed.kind in STEPS:
             self._waiting = max(0, self._waiting - 1)
         if failed.kind is Jogged:
-            self._jogging, self._to_jog = False, [0.0, 0.0]
+            self._steps.forget()
         elif failed.kind is OffsetSet:
             self._offer()
         elif failed.kind is OffsetLeft:
@@ -386,13 +342,7 @@ class SunOffsetDialog(PacedDialog):
         self._warn(view)
 
     def _show_big(self, view: JogView) -> None:
-        """The spot's error where a device shows it, else reading minus ideal."""
-        status = view.status
-        numbers = (status.reading1_deg - status.ideal1_deg, status.reading2_deg - status.ideal2_deg)
-        words = "reading - ideal"
-        if view.spot is not None and view.spot.visible:
-            numbers = (view.spot.error1_deg, view.spot.error2_deg)
-            words = "still to move, +: press right or up"
+        words, numbers = big_numbers(view)
         self.query_one("#big-words", Words).update(words)
         for axis, number in enumerate(numbers, start=1):
             self.query_one(f"#big-{axis}", Digits).update(f"{number:+.3f}")
@@ -416,7 +366,6 @@ class SunOffsetDialog(PacedDialog):
 
     def _warn(self, view: JogView) -> None:
         """Say once what the technician has to know of the side the axes came from."""
-        behind = view.watch.from_behind
         if driving := self._driving_words(view):
             self.say(driving)
             self._warned = driving
@@ -424,20 +373,7 @@ class SunOffsetDialog(PacedDialog):
         if self._warned.startswith("Driving") and view.aim is None:
             self._warned = ""
             self.say("The axes have arrived. " + self._how_to_begin())
-        if not view.status.referenced:
-            warning = self._reference_first()
-        elif view.aim is not None and any(view.aim.behind):
-            warning = "Going behind the Sun; the axes then come forward automatically."
-        elif view.aim is not None and not all(behind):
-            axes = " and ".join(str(i + 1) for i, ok in enumerate(behind) if not ok)
-            warning = (
-                f"Axis {axes} did NOT come from behind: its backlash is in the error. "
-                "Press b: behind the Sun first, then forward."
-            )
-        elif view.status.mode in (Mode.STOP, Mode.FAULT):
-            warning = f"The unit is in mode {view.status.mode}: press t to track again."
-        else:
-            warning = ""
+        warning = jog_warning(view) if view.status.referenced else self._reference_first()
         if warning and warning != self._warned:
             self.say(warning, "warning")
         elif self._warned and not warning and view.aim is not None:
@@ -455,14 +391,3 @@ class SunOffsetDialog(PacedDialog):
             f"The unit has no reference: leave, and do a reference check [{key}]; then it can "
             "track and be jogged."
         )
-
-    def _show_steps(self) -> None:
-        adapts = self._step is None
-        parts: list[str | tuple[str, str]] = [
-            "Step ", ("[0:auto]" if adapts else " 0:auto ", "bold reverse" if adapts else "")
-        ]  # fmt: skip
-        for index, step in enumerate(STEPS_DEG):
-            chosen = index == self._step
-            text = f"[{index + 1}:{step:g}]" if chosen else f" {index + 1}:{step:g} "
-            parts.append((text, "bold reverse" if chosen else ""))
-        self.query_one("#steps", Words).update(Content.assemble(*parts, "deg"))

@@ -22,7 +22,7 @@ from solarcal.station.state import StationState
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey
 from solarcal.tui.widgets.lines import Field, Words
-from solarcal.unit.tracker import Spot
+from solarcal.unit.tracker import Mode, Spot
 from solarcal.units import SUN_RADIUS_DEG
 
 HALF_WIDTHS_DEG = (0.5, 1.0, 2.0, 4.0)
@@ -204,6 +204,32 @@ def jog_table(view: JogView, *, follows: bool, words: str) -> Content:
     rows.append(f"update cycle {100.0 * status.update_phase:.0f} %\n")
     rows.append(words)
     return Content.assemble(*rows)
+
+
+def big_numbers(view: JogView) -> tuple[str, tuple[float, float]]:
+    """The spot's error where a device shows it, else reading minus ideal; what it is in words."""
+    status, spot = view.status, view.spot
+    if spot is not None and spot.visible:
+        return "still to move, +: press right or up", (spot.error1_deg, spot.error2_deg)
+    return "reading - ideal", (
+        status.reading1_deg - status.ideal1_deg, status.reading2_deg - status.ideal2_deg,
+    )  # fmt: skip
+
+
+def jog_warning(view: JogView) -> str:
+    """What the technician has to know of the side the axes came from; empty where nothing."""
+    behind = view.watch.from_behind
+    if view.aim is not None and any(view.aim.behind):
+        return "Going behind the Sun; the axes then come forward automatically."
+    if view.aim is not None and not all(behind):
+        axes = " and ".join(str(i + 1) for i, ok in enumerate(behind) if not ok)
+        return (
+            f"Axis {axes} did NOT come from behind: its backlash is in the error. "
+            "Press b: behind the Sun first, then forward."
+        )
+    if view.status.mode in (Mode.STOP, Mode.FAULT):
+        return f"The unit is in mode {view.status.mode}: press t to track again."
+    return ""
 
 
 def _pair(values: tuple[float, float]) -> tuple[str, str]:
