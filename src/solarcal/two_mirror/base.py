@@ -21,9 +21,6 @@ FEWEST_POSITIONS = 3
 LEAST_SPREAD_DEG = 2.0
 """Positions nearer to one another than this do not determine the rotation about them."""
 
-MAX_STEPS = 30
-CONVERGED_RAD = 1e-13
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MirrorPoints:
@@ -118,7 +115,9 @@ def base_from_three(points: MirrorPoints) -> EulerBase:
 
 
 def fit_base(points: MirrorPoints) -> BaseSolution:
-    """Euler angles by least squares on the sky over all points, begun from three of them.
+    """Euler angles by least squares on the sky over all points.
+
+    A chord between unit vectors is the angle on the sky to third order.
 
     Raises
     ------
@@ -126,25 +125,12 @@ def fit_base(points: MirrorPoints) -> BaseSolution:
         Fewer than three positions, all near one another, a Sun below the horizon, or not finite.
     """
     start = base_from_three(points)
-    suns, seen = points.suns(), points.seen()
-    angles = np.array([start.alpha_deg, start.beta_deg, start.gamma_deg]) * RAD_PER_DEG
-    for _ in range(MAX_STEPS):
-        predicted, slopes = _predicted(angles, suns)
-        # A chord between unit vectors is the angle on the sky to third order.
-        step, *_ = np.linalg.lstsq(slopes.reshape(-1, 3), (seen - predicted).ravel(), rcond=None)
-        angles = angles + step
-        if np.abs(step).max() < CONVERGED_RAD:
-            break
-    else:
-        raise FitError(
-            "the Euler angles do not converge: the axis read-outs do not belong to these positions "
-            "of the Sun; check site, clock and the sense of both axes"
-        )
-    predicted, slopes = _predicted(angles, suns)
-    left_deg = 2.0 * np.arcsin(0.5 * np.linalg.norm(seen - predicted, axis=1)) / RAD_PER_DEG
-    alpha, beta, gamma = (float(a) / RAD_PER_DEG for a in angles)
+    base = _rotation_between(points)
+    predicted, slopes = _predicted(base, points.suns())
+    apart = np.linalg.norm(points.seen() - predicted, axis=1)
+    left_deg = 2.0 * np.arcsin(0.5 * apart) / RAD_PER_DEG
     return BaseSolution(
-        base=EulerBase(alpha, beta, gamma),
+        base=base,
         start=start,
         sigma_deg=_sigma_deg(slopes.reshape(-1, 3), left_deg),
         sky_deg=left_deg,
@@ -193,10 +179,9 @@ def _rotation_between(points: MirrorPoints) -> EulerBase:
     return EulerBase.of_matrix(left @ proper @ right)
 
 
-def _predicted(angles_rad: FloatArray, suns: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _predicted(base: EulerBase, suns: FloatArray) -> tuple[FloatArray, FloatArray]:
     """M s, (n, 3), and its derivatives by alpha, beta, gamma, (n, 3, 3), per radian."""
-    alpha, beta, gamma = (float(a) / RAD_PER_DEG for a in angles_rad)
-    rx, ry, rz = rotation_x(gamma), rotation_y(beta), rotation_z(alpha)
+    rx, ry, rz = rotation_x(base.gamma_deg), rotation_y(base.beta_deg), rotation_z(base.alpha_deg)
     # d Rz/d alpha = Rz Jz, where Jz v = z x v; its matrix has the rows e_i x z.
     jx, jy, jz = (np.cross(np.eye(3), axis) for axis in np.eye(3))
     slopes = (rx @ ry @ rz @ jz, rx @ ry @ jy @ rz, rx @ jx @ ry @ rz)

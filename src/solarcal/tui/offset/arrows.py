@@ -70,7 +70,7 @@ class ArrowSteps:
         self._to_jog = [0.0, 0.0]
 
     def forget(self) -> None:
-        """Nothing moves by itself any more."""
+        """Nothing that was asked for is jogged any more."""
         self.jogging = False
         self.forget_waiting()
 
