@@ -71,6 +71,11 @@ def format_utc(utc_s: float, decimals: int = 3) -> str:
     return instant.isoformat(timespec=spec) + "Z"
 
 
+def clock_utc(utc_s: float) -> str:
+    """The time of day: ``15:30 UTC``."""
+    return f"{format_utc(utc_s, 0)[11:16]} UTC"
+
+
 class Clock(Protocol):
     """The laptop's clock: the time it shows, and a way to wait."""
 

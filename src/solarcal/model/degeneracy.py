@@ -1,6 +1,5 @@
 """Which of the six numbers the points cannot tell apart, and which point would."""
 
-from collections.abc import Callable
 from functools import cached_property
 from itertools import combinations
 
@@ -12,7 +11,7 @@ from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.parameter_checks import correlation_text
 from solarcal.model.year_grid import SunGrid, sun_grid
 from solarcal.sun.position import sun_known
-from solarcal.timescale import SECONDS_PER_DAY, format_utc
+from solarcal.timescale import SECONDS_PER_DAY, clock_utc, format_utc
 from solarcal.units import FloatArray
 
 TOLD_APART = 0.9
@@ -25,13 +24,7 @@ _LOOSE = 1e-6
 """Of the prior's precision: enough to invert what the points leave open."""
 
 
-def clock_utc(utc_s: float) -> str:
-    return f"{format_utc(utc_s, 0)[11:16]} UTC"
-
-
-def degeneracies(
-    solution: MechanismSolution, clock: Callable[[float], str] = clock_utc
-) -> tuple[Finding, ...]:
+def degeneracies(solution: MechanismSolution) -> tuple[Finding, ...]:
     """Findings on the pairs of numbers that stand or fall together, the worst first.
 
     The cure is looked for among the half hours of the last point's day, then among later days.
@@ -48,7 +41,7 @@ def degeneracies(
         if abs(float(r[pair])) > TOLD_APART and alone:
             pairs.append(pair)
     chances = _Chances(solution)
-    return tuple(_said(chances, normal, r, pair, clock) for pair in pairs[:_MOST_SAID])
+    return tuple(_said(chances, normal, r, pair) for pair in pairs[:_MOST_SAID])
 
 
 def _correlations(normal: FloatArray) -> FloatArray:
@@ -59,19 +52,13 @@ def _correlations(normal: FloatArray) -> FloatArray:
     return correlations
 
 
-def _said(
-    chances: "_Chances",
-    normal: FloatArray,
-    r: FloatArray,
-    pair: tuple[int, int],
-    clock: Callable[[float], str],
-) -> Finding:
+def _said(chances: "_Chances", normal: FloatArray, r: FloatArray, pair: tuple[int, int]) -> Finding:
     solution = chances.solution
     names = [solution.model_terms[i].label(solution.geometry.name) for i in pair]
     value = float(r[pair])
     shown = correlation_text(value)
     sentence = f"{names[0]} and {names[1]} cannot be separated with these points, r = {shown}"
-    cure = _cure(chances, normal, pair, clock)
+    cure = _cure(chances, normal, pair)
     return Finding(
         kind="degeneracy",
         subject=f"{solution.terms[pair[0]]},{solution.terms[pair[1]]}",
@@ -82,12 +69,7 @@ def _said(
     )
 
 
-def _cure(
-    chances: "_Chances",
-    normal: FloatArray,
-    pair: tuple[int, int],
-    clock: Callable[[float], str],
-) -> str:
+def _cure(chances: "_Chances", normal: FloatArray, pair: tuple[int, int]) -> str:
     times = chances.solution.points.utc_s
     if times is None or not sun_known(times, year_ahead=True).all() or len(times) < 3:
         return ""
@@ -104,10 +86,10 @@ def _cure(
         before = [t for t in good if t < today.min()]
         after = [t for t in good if t > today.max()]
         if before and len(before) >= len(after):
-            return f"a point before {clock(max(before) + 1.0)} would"
+            return f"a point before {clock_utc(max(before) + 1.0)} would"
         if after:
-            return f"a point after {clock(min(after) - 1.0)} would"
-        return f"a point at {clock(good[len(good) // 2])} would"
+            return f"a point after {clock_utc(min(after) - 1.0)} would"
+        return f"a point at {clock_utc(good[len(good) // 2])} would"
     starts_s, together = chances.later
     later = np.flatnonzero(cured(together))
     if later.size:

@@ -21,7 +21,7 @@ from solarcal.model.schedule import GAP_S, SLOT_S, Slots, day_slots
 from solarcal.model.sky_context import SkyContext
 from solarcal.model.year_ahead import YearAhead, year_ahead
 from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule, percent
-from solarcal.timescale import SECONDS_PER_DAY, format_utc
+from solarcal.timescale import SECONDS_PER_DAY, clock_utc, format_utc
 from solarcal.units import FloatArray
 
 NEAR_BEST = 1.10
@@ -148,7 +148,7 @@ class _Planner:
         due_s = made.next_point_utc_s
         if missed_s is None or due_s is None or due_s - missed_s <= JUMP_S:
             return made
-        why = f"the point planned for {_clock(missed_s)} was not taken"
+        why = f"the point planned for {clock_utc(missed_s)} was not taken"
         return replace(made, sentence=f"{made.sentence}; {why}")
 
     def _from(self, origin_s: float) -> Plan:
@@ -186,17 +186,17 @@ class _Planner:
             stops[-1] = day.polished(stops[-1], len(found[-1][1]), None)
             return self._concluded(
                 stops, stops[-1],
-                f"today's {_count(stops[-1].points)} until {_clock(stops[-1].stop_utc_s)} make it "
-                f"{percent(best, self.rule.probability)} sure, {100 * self.rule.probability:g} % "
-                f"needed; next at {_clock(stops[-1].times_utc_s[0])}",
+                f"today's {_count(stops[-1].points)} until {clock_utc(stops[-1].stop_utc_s)} make "
+                f"it {percent(best, self.rule.probability)} sure, {100 * self.rule.probability:g} "
+                f"% needed; next at {clock_utc(stops[-1].times_utc_s[0])}",
             )  # fmt: skip
         return self._hopeless(day, found, best)
 
     def _reaching(self, stops: list[PlannedStop], stop: PlannedStop, how: str) -> Plan:
         sentence = (
-            f"{how}{_count(stop.points)} until {_clock(stop.times_utc_s[-1])} for "
+            f"{how}{_count(stop.points)} until {clock_utc(stop.times_utc_s[-1])} for "
             f"{percent(stop.probability, self.rule.probability)} probability of "
-            f"{self.rule.tolerance_deg:g} deg; next at {_clock(stop.times_utc_s[0])}"
+            f"{self.rule.tolerance_deg:g} deg; next at {clock_utc(stop.times_utc_s[0])}"
         )
         return self._concluded(stops, stop, sentence)
 
@@ -230,9 +230,8 @@ class _Planner:
             visit = self._second_visit(covariance, back_s, rule)
             when = f"come back around {format_utc(back_s, 0)[:10]}"
             if visit:
-                when += (
-                    f" for {_count(len(visit), '')} from {_clock(visit[0])} to {_clock(visit[-1])}"
-                )
+                from_to = f"from {clock_utc(visit[0])} to {clock_utc(visit[-1])}"
+                when += f" for {_count(len(visit), '')} {from_to}"
         sentence = (
             f"the best of today is {percent(best, self.rule.probability)} probability of "
             f"{self.rule.tolerance_deg:g} deg ({100 * self.rule.probability:g} % needed); "
@@ -282,7 +281,3 @@ class _Planner:
 
 def _count(points: int, more: str = "more ") -> str:
     return f"{points} {more}point{'' if points == 1 else 's'}"
-
-
-def _clock(utc_s: float) -> str:
-    return f"{format_utc(utc_s, 0)[11:16]} UTC"

@@ -10,7 +10,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from solarcal.model.degeneracy import clock_utc, degeneracies
+from solarcal.model.degeneracy import degeneracies
 from solarcal.model.evidence.read_outs import Loss, undo_losses
 from solarcal.model.f_tests import ZEROS, ColumnFit, PointsTested, Rows
 from solarcal.model.finding import Finding, Kind, listed
@@ -65,7 +65,7 @@ def diagnose(
             points, solution.context, prior=solution.prior, use_prior=solution.method == "robust"
         )
     points = solution.points
-    doubtful = degeneracies(solution, clock_utc)
+    doubtful = degeneracies(solution)
     if len(points) < FEWEST_POINTS:
         return (_too_few(len(points)), *doubtful)
     outliers = set(solution.outliers)
