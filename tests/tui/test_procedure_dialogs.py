@@ -26,13 +26,15 @@ from solarcal.errors import ProcedureRefused
 from solarcal.session.journal import Journal
 from solarcal.session.records import Closed, Note, Override, Void
 from solarcal.session.view import live_records, read_session
-from solarcal.station.news import SpeedTold, StepFailed, Stopped
+from solarcal.station.news import SpeedTold, StateChanged, StepFailed, Stopped
 from solarcal.station.opening import OpenLine
 from solarcal.station.state import Activity, LinkState
 from solarcal.tui.action_handlers import ACTION_HANDLERS
+from solarcal.tui.base import Told
 from solarcal.tui.dialogs.link import ClockDialog, LinkDialog
 from solarcal.tui.dialogs.ref_check import RefCheckDialog
 from solarcal.tui.keys import ACTIONS
+from solarcal.tui.plan import PlanScreen
 from solarcal.unit.tracker import Mode
 
 SCREEN_KEYS = ("f2", "f3", "f5", "f6", "f7", "f8", "f9", "f10", "x", "n")
@@ -40,14 +42,6 @@ SCREEN_KEYS = ("f2", "f3", "f5", "f6", "f7", "f8", "f9", "f10", "x", "n")
 
 def test_every_action_of_the_table_does_something() -> None:
     assert set(ACTION_HANDLERS) == {action.id for action in ACTIONS} - {"stop"}
-
-
-def test_news_of_a_step_before_it_do_not_break_a_dialog_that_is_being_put_together() -> None:
-    """The answer to a change of speed may come between the key and the first paint."""
-    dialog = LinkDialog()
-    dialog.step_done(SpeedTold(0.0))
-    dialog.step_done(Stopped(None))
-    dialog.step_failed(StepFailed(SpeedTold, ProcedureRefused("not now")))
 
 
 @pytest.mark.parametrize("size", [SMALL, LARGE])
@@ -350,18 +344,29 @@ async def test_the_link_dialog_reconnects_now_and_shows_the_traffic() -> None:
 
 
 @on_loop
-async def test_a_status_that_comes_while_a_dialog_is_put_together_is_shown_when_it_is() -> None:
+async def test_news_that_come_while_a_screen_is_put_together_do_not_break_it() -> None:
+    """A status, or what a step before it has done: it shows the newest all the same."""
     station, _ = bench()
     async with workstation(station) as (app, pilot):
-        for dialog in (LinkDialog(), ClockDialog(), RefCheckDialog()):
-            mounted = app.push_screen(dialog)
-            dialog.show_state(app.state)
+        news = (
+            StateChanged(app.state),
+            SpeedTold(0.0),
+            Stopped(None),
+            StepFailed(SpeedTold, ProcedureRefused("not now")),
+        )
+        for screen, words in (
+            (LinkDialog(), "State CONNECTED"),
+            (ClockDialog(), ClockDialog.HEADING),
+            (RefCheckDialog(), RefCheckDialog.HEADING),
+            (PlanScreen(), "The plan begins with"),
+        ):
+            mounted = app.push_screen(screen)
+            for told in news:
+                app.on_told(Told(told))
+            assert not screen.is_mounted
             await mounted
-            await shows(pilot, dialog.HEADING, "STOP")
+            await shows(pilot, words, "STOP")
             await pilot.press("escape")
-        app.push_screen(dialog := LinkDialog())
-        dialog.show_state(app.state)
-        await shows(pilot, "State CONNECTED")
 
 
 @on_loop

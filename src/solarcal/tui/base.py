@@ -138,7 +138,7 @@ class ShowsNotices(DOMNode):
 
 
 class _StationHooks(ShowsNotices):
-    """Hooks the app calls on every screen of the stack, on the event loop."""
+    """What every screen of the stack is told, on the event loop, once it is put together."""
 
     focused: Reactive[Widget | None] = Reactive(None, repaint=False)
     """As Textual's own, but only the widgets that lose and get the focus repaint themselves."""
@@ -179,6 +179,17 @@ class _StationHooks(ShowsNotices):
             self.call_later(arrived, answer)
 
         threading.Thread(target=run, name="computing", daemon=True).start()
+
+    def on_mount(self) -> None:
+        self.watch(self.app, "newest", self._state_told, init=False)
+        self.watch(self.app, "fit", self._fit_told, init=False)
+
+    def _state_told(self) -> None:
+        self.show_state(self.workstation.state)
+
+    def _fit_told(self) -> None:
+        if (fit := self.workstation.fit) is not None:
+            self.show_fit(fit)
 
     def on_screen_resume(self) -> None:
         # An older one may have been covered while the terminal changed.

@@ -191,10 +191,6 @@ class PlanScreen(StationScreen):
     ]
     AUTO_FOCUS = ""
 
-    def __init__(self) -> None:
-        super().__init__()
-        self._ready = False
-
     def compose(self) -> ComposeResult:
         yield HeadLine(id="title")
         yield Words("", id="advice", markup=False)
@@ -217,22 +213,18 @@ class PlanScreen(StationScreen):
         )
 
     def on_mount(self) -> None:
-        self._ready = True
         self._show()
 
     # -- told --------------------------------------------------------------------------------
 
     def show_state(self, state: StationState) -> None:
-        if self._ready:
-            self._show_title()
+        self._show_title()
 
     def show_fit(self, fit: FitReady) -> None:
-        if self._ready:
-            self._show()
+        self._show()
 
     def on_resize(self) -> None:
-        if self._ready:
-            self._show()
+        self._show()
 
     # -- keys --------------------------------------------------------------------------------
 

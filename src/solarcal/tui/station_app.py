@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from textual.app import App
 from textual.events import Resize
+from textual.reactive import var
 
 from solarcal.errors import ProcedureRefused
 from solarcal.station.news import (
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
 class StationApp(App[int]):
     """Messages of the worker and the fitter become the newest state, and go on to the screens.
 
+    Screens watch ``newest`` and ``fit``; of steps under way and done they are told.
+
     Attributes
     ----------
     worker : talks to the station while a line is open, else ``None``.
@@ -49,12 +52,13 @@ class StationApp(App[int]):
     plan_options : what the technician wants of the plan, ``None`` for nothing.
     """
 
+    newest: var["StationState | None"] = var(None)
+    fit: var[FitReady | None] = var(None)
+
     def __init__(self) -> None:
         super().__init__()
         self.worker: StationWorker | None = None
-        self.fit: FitReady | None = None
         self.emulated_speed: float | None = None
-        self._state: StationState | None = None
         self._fitter: Fitter | None = None
         self.plan_options: PlanOptions | None = None
         self._path: Path | None = None
@@ -63,13 +67,14 @@ class StationApp(App[int]):
     @property
     def state(self) -> "StationState":
         """The newest state of the worker; an empty one before there is a worker."""
-        if self._state is None:
+        if self.newest is None:
             # Numpy comes with it: not before the first paint.
             with ONE_IMPORT:
                 from solarcal.station.state import StationState
 
-            self._state = StationState()
-        return self._state
+            self.set_reactive(StationApp.newest, StationState())
+        assert self.newest is not None
+        return self.newest
 
     def adopt(self, station: "Station") -> None:
         """Conduct this station from now on."""
@@ -102,11 +107,16 @@ class StationApp(App[int]):
 
     # -- telling the screens -------------------------------------------------------------------
 
+    @property
+    def _shows(self) -> bool:
+        """Once screens are taken down, what still comes is for the file and not for them."""
+        return self.is_running and not self._leaving
+
     def _station_screens(self) -> list[StationScreen | StationModal[Any]]:
-        if self._leaving or not self.is_running:
-            # Screens are being taken down; what still comes is for the file, not for them.
-            return []
-        return [s for s in self.screen_stack if isinstance(s, (StationScreen, StationModal))]
+        screens = self.screen_stack if self._shows else []
+        kinds = (StationScreen, StationModal)
+        # One that is still being put together reads the newest when it is there.
+        return [s for s in screens if isinstance(s, kinds) and s.is_mounted]
 
     def on_unmount(self) -> None:
         # Its thread holds the app: it would wait for as long as the process lives.
@@ -147,11 +157,11 @@ class StationApp(App[int]):
         lost = state.live.link == "lost"
         if lost and self.state.live.link != "lost":
             self.alert(f"link lost: {state.live.link_message}")
-        self._state = state
+        self.set_reactive(StationApp.newest, state)
         self._remember_file()
         self._fit_if_needed()
-        for screen in self._station_screens():
-            screen.show_state(state)
+        if self._shows:
+            self.mutate_reactive(StationApp.newest)
 
     @property
     def session_name(self) -> str:
@@ -192,10 +202,10 @@ class StationApp(App[int]):
     def _fit_ready(self, fit: FitReady) -> None:
         if self.fit is not None and fit.generation < self.fit.generation:
             return
-        self.fit = fit
+        self.set_reactive(StationApp.fit, fit)
         self._record_fit(fit)
-        for screen in self._station_screens():
-            screen.show_fit(fit)
+        if self._shows:
+            self.mutate_reactive(StationApp.fit)
 
     def _record_fit(self, fit: FitReady) -> None:
         """Keep what the fit said after a point: the history of the coefficients."""

@@ -131,7 +131,6 @@ class Dialog(StationModal[None]):
 
     def __init__(self) -> None:
         super().__init__()
-        self._ready = False
         self._lost = False
         self._finished = False
         self._offered = {key.action for key in self.KEYS}
@@ -157,7 +156,6 @@ class Dialog(StationModal[None]):
         return ()
 
     def on_mount(self) -> None:
-        self._ready = True
         self._show_speed()
         self.show_state(self.workstation.state)
         if self.FIRST_WORDS:
@@ -289,9 +287,6 @@ class Dialog(StationModal[None]):
         self.worker.submit(kind, step, moves=moves)
 
     def show_state(self, state: StationState) -> None:
-        if not self._ready:
-            # A status may come while the dialog is being put together: the newest is shown then.
-            return
         lost = state.live.link is LinkState.LOST
         if lost and not self._lost:
             self._say_lost(state)
@@ -323,9 +318,6 @@ class Dialog(StationModal[None]):
         """The line is back, identity and settings are read again."""
 
     def step_done(self, done: Done[Any]) -> None:
-        if not self._ready:
-            # Of a step before this dialog, which is still being put together.
-            return
         if isinstance(done, SpeedTold):
             self._show_speed()
         if isinstance(done, Stopped):
@@ -333,7 +325,7 @@ class Dialog(StationModal[None]):
 
     def step_failed(self, failed: StepFailed) -> None:
         # Of a lost line the state tells, once.
-        if self._ready and not self._lost:
+        if not self._lost:
             self.say(str(failed.error), "error")
         if failed.kind is not None and failed.kind in self.AGAIN:
             self.offer(*self.AGAIN[failed.kind])

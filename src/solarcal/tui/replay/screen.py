@@ -89,7 +89,6 @@ class ReplayScreen(PanesScreen):
         self._utc_s = replay.utc_s
         self._points_seen: object = None
         self._evidence_seen: int | None = None
-        self._ready = False
         self._judged: FitReady | None = None
         self._fitter = Fitter(lambda fit: self.post_message(Told(fit)))
 
@@ -120,7 +119,6 @@ class ReplayScreen(PanesScreen):
         )
 
     def on_mount(self) -> None:
-        self._ready = True
         self._fitter.start()
         self.set_interval(TICK_S, self._tick)
         self._show()
@@ -128,8 +126,7 @@ class ReplayScreen(PanesScreen):
             self.query_one("#log", LogLine).say(self.replay.warnings[0], error=True)
 
     def on_resize(self) -> None:
-        if self._ready:
-            self._show_lines(self._state())
+        self._show_lines(self._state())
 
     # -- what is shown -----------------------------------------------------------------------
 

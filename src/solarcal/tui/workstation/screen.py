@@ -77,7 +77,6 @@ class WorkstationScreen(PanesScreen):
     def __init__(self, noticed: Sequence[str] = ()) -> None:
         super().__init__()
         self._noticed = tuple(noticed)
-        self._ready = False
         self._told_records = -1
         self._review: str | None = None
         self._tab_before = "now"
@@ -100,7 +99,6 @@ class WorkstationScreen(PanesScreen):
         yield ActionFooter(entries)
 
     def on_mount(self) -> None:
-        self._ready = True
         self.show_state(self.workstation.state)
         if self.workstation.fit is not None:
             self.show_fit(self.workstation.fit)
@@ -108,14 +106,11 @@ class WorkstationScreen(PanesScreen):
             self.notice(sentence, "warning", NOTICED_S)
 
     def on_resize(self) -> None:
-        if self._ready:
-            self._show_lines(self.workstation.state)
+        self._show_lines(self.workstation.state)
 
     # -- told --------------------------------------------------------------------------------
 
     def show_state(self, state: StationState) -> None:
-        if not self._ready:
-            return
         self._show_lines(state)
         self._log_newest(state)
         self.query_one(WorkstationView).show_state(state)
@@ -177,8 +172,6 @@ class WorkstationScreen(PanesScreen):
             self.query_one("#log", LogLine).say(newest, brief=brief)
 
     def show_fit(self, fit: FitReady) -> None:
-        if not self._ready:
-            return
         self._show_lines(self.workstation.state)
         self.query_one(WorkstationView).show_fit(fit.solution, fit.judgement)
         if fit.reason:
@@ -208,8 +201,7 @@ class WorkstationScreen(PanesScreen):
 
     def on_screen_resume(self) -> None:
         super().on_screen_resume()
-        if self._ready:
-            self.query_one(WorkstationView).focus_pane()
+        self.query_one(WorkstationView).focus_pane()
 
     # -- after a stored point ------------------------------------------------------------------
 
