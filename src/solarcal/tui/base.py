@@ -138,7 +138,7 @@ class ShowsNotices(DOMNode):
 
 
 class _StationHooks(ShowsNotices):
-    """What every screen of the stack is told, on the event loop, once it is put together."""
+    """What every screen of the stack is called with, on the event loop, once it is mounted."""
 
     focused: Reactive[Widget | None] = Reactive(None, repaint=False)
     """As Textual's own, but only the widgets that lose and get the focus repaint themselves."""
@@ -181,13 +181,13 @@ class _StationHooks(ShowsNotices):
         threading.Thread(target=run, name="computing", daemon=True).start()
 
     def on_mount(self) -> None:
-        self.watch(self.app, "newest", self._state_told, init=False)
-        self.watch(self.app, "fit", self._fit_told, init=False)
+        self.watch(self.app, "newest", self._newest_changed, init=False)
+        self.watch(self.app, "fit", self._fit_changed, init=False)
 
-    def _state_told(self) -> None:
+    def _newest_changed(self) -> None:
         self.show_state(self.workstation.state)
 
-    def _fit_told(self) -> None:
+    def _fit_changed(self) -> None:
         if (fit := self.workstation.fit) is not None:
             self.show_fit(fit)
 

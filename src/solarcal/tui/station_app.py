@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 class StationApp(App[int]):
     """Messages of the worker and the fitter become the newest state, and go on to the screens.
 
-    Screens watch ``newest`` and ``fit``; of steps under way and done they are told.
+    Screens watch ``newest`` and ``fit``; the app calls them for steps under way and done.
 
     Attributes
     ----------
