@@ -114,3 +114,12 @@ def test_too_few_too_near_or_below_the_horizon() -> None:
     ):
         with pytest.raises(FitError, match=said):
             fit_base(wrong)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_an_axis_whose_sense_is_reversed_is_refused(seed: int) -> None:
+    """No turn of the base makes a Sun that goes the other way round."""
+    right = day_points(PUBLISHED, 30, 0.1, seed)
+    reversed_ = MirrorPoints(right.sun1_deg, right.sun2_deg, -right.axis1_deg, right.axis2_deg)
+    with pytest.raises(FitError, match="sense of both axes"):
+        fit_base(reversed_)

@@ -21,6 +21,9 @@ FEWEST_POSITIONS = 3
 LEAST_SPREAD_DEG = 2.0
 """Positions nearer to one another than this do not determine the rotation about them."""
 
+MOST_LEFT_DEG = 5.0
+"""Where more than this is left, rms on the sky, no base turns the Suns into the read-outs."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MirrorPoints:
@@ -122,14 +125,15 @@ def fit_base(points: MirrorPoints) -> BaseSolution:
     Raises
     ------
     FitError
-        Fewer than three positions, all near one another, a Sun below the horizon, or not finite.
+        Fewer than three positions, all near one another, a Sun below the horizon, not finite, or
+        read-outs of another tracker.
     """
     start = base_from_three(points)
     base = _rotation_between(points)
     predicted, slopes = _predicted(base, points.suns())
     apart = np.linalg.norm(points.seen() - predicted, axis=1)
     left_deg = 2.0 * np.arcsin(0.5 * apart) / RAD_PER_DEG
-    return BaseSolution(
+    solution = BaseSolution(
         base=base,
         start=start,
         sigma_deg=_sigma_deg(slopes.reshape(-1, 3), left_deg),
@@ -137,6 +141,12 @@ def fit_base(points: MirrorPoints) -> BaseSolution:
         n_points=len(points),
         labels=points.labels,
     )
+    if solution.sky_rms_deg > MOST_LEFT_DEG:
+        raise FitError(
+            f"the axis read-outs do not belong to these positions of the Sun (left on the sky: rms "
+            f"{solution.sky_rms_deg:.1f} deg); check site, clock and the sense of both axes"
+        )
+    return solution
 
 
 def _require_usable(points: MirrorPoints) -> None:
