@@ -21,7 +21,7 @@ FEWEST_POSITIONS = 3
 LEAST_SPREAD_DEG = 2.0
 """Positions nearer to one another than this do not determine the rotation about them."""
 
-MOST_LEFT_DEG = 5.0
+MOST_LEFT_DEG = 2.0
 """Where more than this is left, rms on the sky, no base turns the Suns into the read-outs."""
 
 
