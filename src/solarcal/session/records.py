@@ -234,11 +234,8 @@ class FitRecord(_Record, frozen=True, kw_only=True, tag="fit"):
     message: str | None = None
 
 
-class UploadBegun(_Record, frozen=True, kw_only=True, tag="upload_begun"):
-    """Written before the first write of an upload: what it is about to replace, and by what.
-
-    The ``upload`` record after it is the outcome. Without one the unit may hold either.
-    """
+class _Upload(_Record, frozen=True, kw_only=True):
+    """What an upload replaces, and by what."""
 
     old_coefficients: Coefficients
     old_offsets: Offsets
@@ -247,6 +244,13 @@ class UploadBegun(_Record, frozen=True, kw_only=True, tag="upload_begun"):
     method: str = "linear"
     forced: str = ""
     rollback: bool = False
+
+
+class UploadBegun(_Upload, frozen=True, kw_only=True, tag="upload_begun"):
+    """Written before the first write of an upload.
+
+    The ``upload`` record after it is the outcome. Without one the unit may hold either.
+    """
 
     def outcome(self, seq: int, utc: str, *, verified: bool, failure: str = "") -> "UploadRecord":
         """The record of how it ended."""
@@ -254,20 +258,13 @@ class UploadBegun(_Record, frozen=True, kw_only=True, tag="upload_begun"):
         return UploadRecord(**fields, verified=verified, failure=failure)
 
 
-class UploadRecord(_Record, frozen=True, kw_only=True, tag="upload"):
-    """Old and new P and O, and whether the unit read back exactly the new ones.
+class UploadRecord(_Upload, frozen=True, kw_only=True, tag="upload"):
+    """How an upload ended: whether the unit read back exactly the new P and O.
 
     ``failure``: what went wrong on the way, where something did.
     """
 
-    old_coefficients: Coefficients
-    old_offsets: Offsets
-    new_coefficients: Coefficients
-    new_offsets: Offsets
     verified: bool
-    method: str = "linear"
-    forced: str = ""
-    rollback: bool = False
     failure: str = ""
 
     @property
