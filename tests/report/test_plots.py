@@ -17,6 +17,7 @@ from solarcal.mount.formula import Coefficients
 from solarcal.report import plots, scales
 from solarcal.report.canvas import Canvas
 from solarcal.report.scales import Scale, Sheet
+from solarcal.report.sky_plots import sky_map
 from solarcal.session.records import FitRecord
 from solarcal.station.curves import session_plot_data
 
@@ -56,7 +57,7 @@ def every_plot(data, history, width, height, **how):
     return (
         plots.error_plot(data, Sheet(width, height, **how)),
         plots.residual_plot(data, Sheet(width, height, **how)),
-        plots.sky_map(data, Sheet(width, height, **how)),
+        sky_map(data, Sheet(width, height, **how)),
         plots.convergence_plot(history, Sheet(width, height, **how)),
     )
 
@@ -134,7 +135,7 @@ def test_nothing_measured_is_said_in_words(empty):
     squeezed = " ".join(plots.error_plot(empty, Sheet(40, 10, colour=False)).split())
     assert "No points yet. The first one" in squeezed
     assert "No fit yet" in plots.residual_plot(empty, Sheet(80, 24, colour=False))
-    assert "No points yet" in plots.sky_map(empty, Sheet(80, 24, colour=False))
+    assert "No points yet" in sky_map(empty, Sheet(80, 24, colour=False))
     assert "No fit yet" in plots.convergence_plot([], Sheet(80, 24, colour=False))
 
 
@@ -200,7 +201,7 @@ def test_the_sky_map_is_cut_away_from_the_sun(make_header, make_points, site_lat
     site = msgspec.structs.replace(header.site, latitude_deg=site_latitude)
     header = msgspec.structs.replace(header, site=site)
     points = make_points(header, hourly("2026-06-21", 15, 22))
-    text = plots.sky_map(session_plot_data(header, points), Sheet(100, 24, colour=False))
+    text = sky_map(session_plot_data(header, points), Sheet(100, 24, colour=False))
     ruler = text.split("\n")[-2].split()
     assert ruler[len(ruler) // 2] == ("S" if site_latitude > 0 else "N")
     assert "".join(body(text)).count(scales.AXIS1) >= 6

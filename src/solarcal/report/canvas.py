@@ -4,7 +4,7 @@ plotext has one figure for the whole process: draw on one thread (the event loop
 """
 
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -161,8 +161,13 @@ class Canvas:
         """Height of one character cell in units of the y ruler."""
         return (self._y.high - self._y.low) / max(1, self.rows - 1)
 
-    def finish(self, header: Iterable[HeaderPart]) -> str:
-        """The plot, ``height`` lines of at most ``width`` characters, without a last newline."""
+    def finish(self, *headers: Sequence[HeaderPart]) -> str:
+        """The plot, ``height`` lines of at most ``width`` characters, without a last newline.
+
+        ``headers``: wordings of its first line; the first that fits is taken, else the last.
+        """
+        fitting = (h for h in headers if sum(len(text) for text, _ in h) <= self._width)
+        header = next(fitting, headers[-1])
         left, line = self._width, ""
         for text, colour in header:
             shown = text[:left]

@@ -5,98 +5,14 @@ Any size from 40 x 10 on; nothing is shown by colour alone. Draw on one thread o
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solarcal.report import scales
 from solarcal.report.canvas import Canvas, HeaderPart
 from solarcal.report.scales import Scale, Sheet
 from solarcal.units import FloatArray
-
-SMALLEST_HEIGHT = 20
-
-
-@dataclass(frozen=True, slots=True)
-class DayTrack:
-    """The Sun at moments of one solar day, in order; arrays (n,).
-
-    ``solar_time_h`` grows from 0 to 24; azimuth from North through East, airless elevation, both
-    degrees; ``within_limits`` where a mount with limits was asked about.
-    """
-
-    solar_time_h: FloatArray
-    azimuth_deg: FloatArray
-    elevation_deg: FloatArray
-    within_limits: NDArray[np.bool_] | None
-    latitude_deg: float
-
-
-def day_chart(track: DayTrack, sheet: Sheet) -> str:
-    """Two charts on one time scale, together as high as the sheet.
-
-    Both need 40 x 20; in fewer lines only the elevation is drawn. Only the Sun above the horizon is
-    drawn; where it is beyond the mount's limits the dots are ``:``.
-    """
-    up = track.elevation_deg >= 0.0
-    if sheet.height < SMALLEST_HEIGHT:
-        return _elevation(track, up, sheet)
-    upper = (sheet.height + 1) // 2
-    return "\n".join(
-        (
-            _elevation(track, up, replace(sheet, height=upper)),
-            _azimuth(track, up, replace(sheet, height=sheet.height - upper)),
-        )
-    )
-
-
-def _hours(track: DayTrack, up: NDArray[np.bool_], cells: int) -> Scale:
-    return scales.hour_scale([track.solar_time_h[up]] if up.any() else [], cells)
-
-
-def _draw(canvas: Canvas, track: DayTrack, up: NDArray[np.bool_], y: FloatArray, tone: int) -> None:
-    within = up if track.within_limits is None else up & track.within_limits
-    outside = up & ~within
-    canvas.dots(track.solar_time_h[outside], y[outside], scales.PATH_OUTSIDE, canvas.palette.faint)
-    canvas.dots(track.solar_time_h[within], y[within], scales.AXIS1, tone)
-
-
-def _elevation(track: DayTrack, up: NDArray[np.bool_], sheet: Sheet) -> str:
-    canvas = Canvas(sheet, "")
-    palette = canvas.palette
-    top = 10.0 * np.ceil(max(float(track.elevation_deg.max()), 10.0) / 10.0)
-    canvas.frame(
-        _hours(track, up, canvas.columns), scales.value_scale(0.0, top, canvas.rows, signed=False)
-    )
-    _draw(canvas, track, up, track.elevation_deg, palette.axis1)
-    if not up.any():
-        canvas.say("The Sun stays below the horizon all day.")
-    head: list[HeaderPart] = [("elevation, deg, against apparent solar time, h", palette.text)]
-    if track.within_limits is not None and bool((up & ~track.within_limits).any()):
-        head.append((f"  {scales.PATH_OUTSIDE} beyond limits", palette.text))
-    return canvas.finish(head)
-
-
-def _azimuth(track: DayTrack, up: NDArray[np.bool_], sheet: Sheet) -> str:
-    canvas = Canvas(sheet, "")
-    palette = canvas.palette
-    azimuth = scales.on_bearing_branch(track.azimuth_deg, track.latitude_deg)
-    bearings = scales.bearing_scale(azimuth[up])
-    # One letter a row at most.
-    step = 1 if len(bearings.ticks) <= canvas.rows else 2
-    canvas.frame(
-        _hours(track, up, canvas.columns),
-        Scale(
-            bearings.low,
-            bearings.high,
-            bearings.ticks[::step],
-            tuple(label.rjust(2) for label in bearings.labels[::step]),
-        ),
-    )
-    _draw(canvas, track, up, azimuth, palette.axis2)
-    return canvas.finish([("azimuth", palette.text)])
-
 
 _CIRCLE_POINTS = 240
 _CELL_ASPECT = 2.0
@@ -154,31 +70,6 @@ def curve_plot(
     names = ", ".join(dict.fromkeys(name for _, name in marks))
     if names:
         head.append((f"  {scales.SHADE} {names}", palette.text))
-    return canvas.finish(head)
-
-
-def directions_plot(
-    places: Sequence[tuple[str, str, float, float]],
-    latitude_deg: float,
-    sheet: Sheet,
-) -> str:
-    """Sun, mirror normal and target in the sky: (letter, name, azimuth, elevation), degrees."""
-    canvas = Canvas(sheet, "azimuth")
-    palette = canvas.palette
-    azimuth = scales.on_bearing_branch(np.array([place[2] for place in places]), latitude_deg)
-    elevation = np.array([place[3] for place in places])
-    low = min(0.0, 10.0 * math.floor(float(elevation.min()) / 10.0))
-    top = min(90.0, max(30.0, 10.0 * math.ceil(float(elevation.max()) / 10.0 + 0.5)))
-    canvas.frame(
-        scales.bearing_scale(azimuth), scales.value_scale(low, top, canvas.rows, signed=low < 0.0)
-    )
-    canvas.level(0.0, scales.ZERO)
-    head: list[HeaderPart] = [("elevation, deg", palette.text)]
-    tones = (palette.axis1, palette.axis2, palette.text)
-    for index, (letter, name, _, _) in enumerate(places):
-        tone = tones[index % len(tones)]
-        canvas.dots(azimuth[index : index + 1], elevation[index : index + 1], letter, tone, True)
-        head.append((f"  {letter} {name}", tone))
     return canvas.finish(head)
 
 

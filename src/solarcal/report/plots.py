@@ -6,7 +6,6 @@ Draw on one thread only (see ``canvas``).
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -25,17 +24,10 @@ SCALE_TRAVEL_DEG = 90.0
 """P5 and P6 are shown as the error they make over this much of axis travel."""
 
 
-def _header(width: int, *wordings: Sequence[HeaderPart]) -> list[HeaderPart]:
-    """The first wording that fits, else the last."""
-    fitting = (w for w in wordings if sum(len(text) for text, _ in w) <= width)
-    return list(next(fitting, wordings[-1]))
-
-
 def _time_label(data: ErrorPlotData) -> str:
     """Without a single time (star catalogues) the ruler is an hour angle, whatever was observed."""
-    return (
-        "hour angle + 12, h" if data.points.labels and not data.days else "apparent solar time, h"
-    )
+    timeless = data.points.labels and not data.days
+    return "hour angle + 12, h" if timeless else "apparent solar time, h"
 
 
 def _draw_points(
@@ -83,12 +75,6 @@ def _legend(
     return parts
 
 
-def _cursor(data: ErrorPlotData, view: View) -> int | None:
-    """The cursor's point, where there is one."""
-    at = view.cursor
-    return at if at is not None and 0 <= at < len(data.points.labels) else None
-
-
 def _rulers(
     canvas: Canvas,
     data: ErrorPlotData,
@@ -103,7 +89,7 @@ def _rulers(
     hours = scales.hour_scale((points.solar_time_h, data.path.solar_time_h), canvas.columns)
     if view.zoom <= 1.0:
         return hours, scales.value_scale(low, high, canvas.rows, fine=view.fine)
-    at = _cursor(data, view)
+    at = view.point(len(data.points.labels))
     place = None
     if at is not None and np.isfinite(y1[at] + y2[at]):
         ends = sorted((float(y1[at]), float(y2[at])))
@@ -111,6 +97,28 @@ def _rulers(
     span_h, span = view.windows((hours.low, hours.high), (low, high), place)
     values = scales.value_scale(*span, canvas.rows, fine=view.fine)
     return scales.time_scale(*span_h, canvas.columns), values
+
+
+def _framed(
+    canvas: Canvas,
+    data: ErrorPlotData,
+    view: View,
+    hours: Scale,
+    values: Scale,
+    tolerance_deg: float | None = None,
+) -> int | None:
+    """The frame, its shut hours, its levels and the cursor; which point that stands on."""
+    canvas.frame(hours, values)
+    for start, end in data.outside_h:
+        canvas.shade(start, end)
+    canvas.level(0.0, scales.ZERO)
+    if tolerance_deg is not None:
+        for sign in (-1.0, 1.0):
+            canvas.level(sign * tolerance_deg, scales.TOLERANCE)
+    at = view.point(len(data.points.labels))
+    if at is not None:
+        canvas.upright(float(data.points.solar_time_h[at]), canvas.palette.text)
+    return at
 
 
 def _reading(
@@ -186,13 +194,7 @@ def error_plot(
     points, model, palette = data.points, data.model, canvas.palette
     low, high = reach_deg or error_reach(data)
     hours, values = _rulers(canvas, data, view, low, high, points.err1_deg, points.err2_deg)
-    canvas.frame(hours, values)
-    for start, end in data.outside_h:
-        canvas.shade(start, end)
-    canvas.level(0.0, scales.ZERO)
-    at = _cursor(data, view)
-    if at is not None:
-        canvas.upright(float(points.solar_time_h[at]), palette.text)
+    at = _framed(canvas, data, view, hours, values)
     if view.fine:
         band = _model_curves(canvas, data)
     else:
@@ -205,7 +207,7 @@ def error_plot(
         if data.has_model:
             words = f"  residual {points.residual1_deg[at]:+.4f} {points.residual2_deg[at]:+.4f}"
         what = _reading(canvas, data, at, points.err1_deg, points.err2_deg, words)
-        return canvas.finish(_header(sheet.width, what, what[:3]))
+        return canvas.finish(what, what[:3])
     curves: list[HeaderPart] = []
     if data.has_model:
         glyphs = ("⠒⠒", "⠒ ⠒") if view.fine else (scales.MODEL1, scales.MODEL2)
@@ -228,7 +230,7 @@ def error_plot(
     short = _legend(canvas, data, both, "error, deg", ("ax1", "ax2")) + curves
     bare = _legend(canvas, data, False, "deg", ("ax1", "ax2")) + curves
     shorter = [short + marks[:k] for k in range(len(marks), -1, -1)]
-    return canvas.finish(_header(sheet.width, long + marks, *shorter, bare))
+    return canvas.finish(long + marks, *shorter, bare)
 
 
 def _model_dots(canvas: Canvas, data: ErrorPlotData, height: int) -> bool:
@@ -251,11 +253,7 @@ def _model_dots(canvas: Canvas, data: ErrorPlotData, height: int) -> bool:
     return band
 
 
-def residual_plot(
-    data: ErrorPlotData,
-    sheet: Sheet,
-    view: View = WHOLE,
-) -> str:
+def residual_plot(data: ErrorPlotData, sheet: Sheet, view: View = WHOLE) -> str:
     """What the model leaves of each point ON THE SKY, against solar time, with the tolerance.
 
     Where the view is fine a braille line goes from zero to each residual: a quarter of a row is
@@ -270,15 +268,7 @@ def residual_plot(
     finite = np.abs(finite[np.isfinite(finite)])
     reach = 1.2 * max(float(finite.max()) if finite.size else 0.0, 0.3 * data.tolerance_deg)
     hours, values = _rulers(canvas, data, view, -reach, reach, cross, along)
-    canvas.frame(hours, values)
-    for start, end in data.outside_h:
-        canvas.shade(start, end)
-    canvas.level(0.0, scales.ZERO)
-    for sign in (-1.0, 1.0):
-        canvas.level(sign * data.tolerance_deg, scales.TOLERANCE)
-    at = _cursor(data, view)
-    if at is not None:
-        canvas.upright(float(points.solar_time_h[at]), palette.text)
+    at = _framed(canvas, data, view, hours, values, data.tolerance_deg)
     both = False
     if data.has_model and points.labels:
         if view.fine:
@@ -290,7 +280,7 @@ def residual_plot(
     if at is not None and data.has_model:
         sky = f"  on the sky {np.hypot(cross[at], along[at]):.4f} deg"
         what = _reading(canvas, data, at, cross, along, sky)
-        return canvas.finish(_header(sheet.width, what, what[:3]))
+        return canvas.finish(what, what[:3])
     names = ("across (axis 1)", "along (axis 2)")
     long = _legend(canvas, data, both, "residual on the sky, deg", names)
     short = _legend(canvas, data, both, "on sky, deg", ("axis 1", "axis 2"))
@@ -300,77 +290,10 @@ def residual_plot(
         marks.append((f"  {beyond} beyond the frame", palette.text))
     if data.tolerance_deg <= reach:
         marks.append((f"  {scales.TOLERANCE} tolerance {data.tolerance_deg:g}", palette.text))
-    return canvas.finish(_header(sheet.width, long + marks, short + marks, long, short, bare))
+    return canvas.finish(long + marks, short + marks, long, short, bare)
 
 
-def sky_map(
-    data: ErrorPlotData,
-    sheet: Sheet,
-    view: View = WHOLE,
-) -> str:
-    """Where in the sky the points lie: elevation against azimuth, with the Sun's path."""
-    canvas = Canvas(sheet, "azimuth")
-    points, path, palette = data.points, data.path, canvas.palette
-    tallest = max([30.0, *path.elevation_deg.tolist(), *points.elevation_deg.tolist()])
-    top = min(90.0, 10.0 * np.ceil(tallest / 10.0))
-    sun_x = scales.on_bearing_branch(path.azimuth_deg, data.latitude_deg)
-    point_x = scales.on_bearing_branch(points.azimuth_deg, data.latitude_deg)
-    bearings = scales.bearing_scale(np.concatenate((sun_x, point_x)))
-    heights = scales.value_scale(0.0, top, canvas.rows, signed=False)
-    at = _cursor(data, view)
-    if view.zoom > 1.0:
-        place = None
-        if at is not None:
-            up_deg = float(points.elevation_deg[at])
-            place = (float(point_x[at]), up_deg, up_deg)
-        across, up = view.windows((bearings.low, bearings.high), (0.0, top), place)
-        bearings = replace(bearings, low=across[0], high=across[1])
-        inside = [i for i, tick in enumerate(bearings.ticks) if across[0] <= tick <= across[1]]
-        bearings = replace(
-            bearings,
-            ticks=tuple(bearings.ticks[i] for i in inside),
-            labels=tuple(bearings.labels[i] for i in inside),
-        )
-        heights = scales.value_scale(*up, canvas.rows, signed=False)
-    canvas.frame(bearings, heights)
-    if at is not None:
-        canvas.upright(float(point_x[at]), palette.text)
-    within = np.array(path.within_limits, dtype=bool)
-    for mask, glyph, tone in (
-        (~within, scales.PATH_OUTSIDE, palette.faint),
-        (within, scales.PATH, palette.text),
-    ):
-        if view.fine and glyph == scales.PATH:
-            for number in sorted(set(path.day)):
-                on = mask & (np.array(path.day) == number)
-                canvas.curve(sun_x[on], path.elevation_deg[on], tone, gap=30.0)
-        else:
-            canvas.dots(sun_x[mask], path.elevation_deg[mask], glyph, tone)
-    used = np.array(points.used, dtype=bool)
-    y = points.elevation_deg
-    canvas.dots(point_x[~used], y[~used], scales.UNUSED, palette.axis1)
-    canvas.dots(point_x[used], y[used], scales.AXIS1, palette.axis1, bold=True)
-    if not points.labels:
-        canvas.say("No points yet: dots show where the Sun will be.")
-    if at is not None:
-        bearing = float(points.azimuth_deg[at]) % 360.0
-        words = f"  azimuth {bearing:.1f}, elevation {points.elevation_deg[at]:.1f} deg"
-        return canvas.finish(
-            [(f"record {points.labels[at]}", palette.text), (words, palette.axis1)]
-        )
-    head: list[HeaderPart] = [
-        ("elevation, deg", palette.text),
-        (f"  {scales.AXIS1} points", palette.axis1),
-        (f"  {scales.PATH} Sun", palette.text),
-    ]
-    outside: list[HeaderPart] = [(f"  {scales.PATH_OUTSIDE} beyond limits", palette.text)]
-    return canvas.finish(_header(sheet.width, head + (outside if (~within).any() else []), head))
-
-
-def convergence_plot(
-    history: Sequence[FitRecord],
-    sheet: Sheet,
-) -> str:
+def convergence_plot(history: Sequence[FitRecord], sheet: Sheet) -> str:
     """P1..P6 against the number of points, each drawn with its own digit, with one-sigma bars.
 
     The six stand side by side about their number of points. P5 and P6 are shown as degrees per
@@ -423,4 +346,4 @@ def convergence_plot(
     ]
     if beyond:
         long.append((f"  {beyond} beyond the frame", palette.text))
-    return canvas.finish(_header(sheet.width, long, short))
+    return canvas.finish(long, short)

@@ -99,6 +99,11 @@ class View:
     fine: bool = False
     shades: bool = True
 
+    def point(self, count: int) -> int | None:
+        """The cursor's point, where there is one among ``count``."""
+        at = self.cursor
+        return at if at is not None and 0 <= at < count else None
+
     def windows(
         self,
         x: tuple[float, float],

@@ -18,8 +18,9 @@ from textual.widget import Widget
 from solarcal.model.analysis import Analysis
 from solarcal.model.fit import Solution
 from solarcal.report.forecast_map import forecast_map
-from solarcal.report.plots import convergence_plot, error_plot, residual_plot, sky_map
+from solarcal.report.plots import convergence_plot, error_plot, residual_plot
 from solarcal.report.scales import Sheet, Theme, View
+from solarcal.report.sky_plots import sky_map
 from solarcal.session.records import PointRecord
 from solarcal.station.curves import ErrorPlotData, session_plot_data
 from solarcal.station.state import SessionView
