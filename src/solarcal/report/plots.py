@@ -107,7 +107,7 @@ def _framed(
     values: Scale,
     tolerance_deg: float | None = None,
 ) -> int | None:
-    """The frame, its shut hours, its levels and the cursor; which point that stands on."""
+    """The frame, its shut hours, its levels and the cursor; the index of the point it marks."""
     canvas.frame(hours, values)
     for start, end in data.outside_h:
         canvas.shade(start, end)

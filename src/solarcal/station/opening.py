@@ -19,6 +19,7 @@ from solarcal.station.clocks import EmulatedClock, clock_sigma_s
 from solarcal.station.connect import disagreements
 from solarcal.station.procedure import Station
 from solarcal.station.saved_sessions import finished, unfinished_sessions
+from solarcal.station.session_header import profile_settings
 from solarcal.stopping_rule import SYNCHRONISED_S
 from solarcal.timescale import Clock, SystemClock
 from solarcal.unit.tracker import Tracker, UnitIdentity
@@ -92,19 +93,12 @@ def open_line(
         clock: Clock = SystemClock()
         if tracker.emulation is not None:
             clock = EmulatedClock(tracker.emulation)
-        # An emulated tracker stands at its own place, whatever site the profile is for.
-        station = Station(
-            tracker,
-            clock,
-            site=None if emulated else profile.site,
-            weather=None if emulated else profile.weather,
-            operator=profile.operator,
-            pointing_device=profile.pointing_device,
-            rule=profile.rule(SYNCHRONISED_S if emulated else clock_sigma_s()),
-            inclinometer=None if emulated else profile.inclinometer,
-            last_coefficients=choice.last_coefficients if emulated else profile.last_coefficients,
-            bolt_circle=profile.bolt_circle,
-        )
+        settings = profile_settings(profile, SYNCHRONISED_S if emulated else clock_sigma_s())
+        if emulated:
+            # It stands at its own place, whatever site the profile is for.
+            settings |= {"site": None, "weather": None, "inclinometer": None}
+            settings["last_coefficients"] = choice.last_coefficients
+        station = Station(tracker, clock, **settings)
         identity = station.connect()
         if choice.offers_unfinished and not choice.session and output is None:
             _offer_unfinished(choice, identity)

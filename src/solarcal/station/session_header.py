@@ -5,6 +5,7 @@ from typing import TypedDict
 from solarcal import __version__
 from solarcal.decimals import Six
 from solarcal.mount.formula import Coefficients
+from solarcal.profiles import Profile
 from solarcal.session.records import Header, UnitRecord
 from solarcal.site import BoltCircle, Inclinometer, Site, Weather, standard_pressure_hpa
 from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule
@@ -31,6 +32,20 @@ class SessionSettings(TypedDict, total=False):
     inclinometer: Inclinometer | None
     last_coefficients: Six | None
     bolt_circle: BoltCircle | None
+
+
+def profile_settings(profile: Profile, clock_s: float) -> SessionSettings:
+    """What a profile says of a session; ``clock_s``: how well the laptop's clock is known."""
+    return {
+        "site": profile.site,
+        "weather": profile.weather,
+        "operator": profile.operator,
+        "pointing_device": profile.pointing_device,
+        "rule": profile.rule(clock_s),
+        "inclinometer": profile.inclinometer,
+        "last_coefficients": profile.last_coefficients,
+        "bolt_circle": profile.bolt_circle,
+    }
 
 
 def session_header(

@@ -13,6 +13,7 @@ from solarcal.session.records import Header, Record, Typed, UploadRecord
 from solarcal.station.connect import open_tracker
 from solarcal.station.fitting import solve
 from solarcal.station.procedure import Station
+from solarcal.station.session_header import profile_settings
 from solarcal.station.state import SessionView
 from solarcal.station.typed.entry_forms import key_in_texts
 from solarcal.station.typed.field_book import BookClock, Entry, FieldBook
@@ -77,18 +78,7 @@ def calibrate_by_book(
     clock = BookClock()
     book = FieldBook(lines, name, clock)
     tracker = open_tracker("", "typed", profile=profile, display=book, clock=clock)
-    station = Station(
-        tracker,
-        clock,
-        site=profile.site,
-        weather=profile.weather,
-        operator=profile.operator,
-        pointing_device=profile.pointing_device,
-        rule=profile.rule(UNSYNCHRONISED_S),
-        inclinometer=profile.inclinometer,
-        last_coefficients=profile.last_coefficients,
-        bolt_circle=profile.bolt_circle,
-    )
+    station = Station(tracker, clock, **profile_settings(profile, UNSYNCHRONISED_S))
     station.connect()
     journal = station.open_session(create_journal)
     try:

@@ -5,8 +5,9 @@ forms nothing is asked: a status tells what was typed last, when, and where the 
 """
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 from solarcal.decimals import Pair
 from solarcal.errors import ProcedureRefused
@@ -20,7 +21,6 @@ from solarcal.station.typed.controller_model import TypedControllerModel
 from solarcal.station.typed.forms import (
     Display,
     DisplayForm,
-    Doubt,
     Doubting,
     TypedAnswer,
     Value,
@@ -120,11 +120,8 @@ class TypedUnit:
         wanted = "at the foot of this form"
         if abs(ahead_s) >= 0.05:
             wanted = f"below, {'plus' if ahead_s > 0 else 'minus'} {abs(ahead_s):.1f} s"
-
-        def doubts(texts: Mapping[str, str], read_utc_s: float) -> tuple[Doubt, ...]:
-            return clock_doubts(self._held, texts, read_utc_s)
-
-        self._compare_clocks(*self._ask(entry_forms.clock_form(wanted, doubts)))
+        form = entry_forms.clock_form(wanted, partial(clock_doubts, self._held))
+        self._compare_clocks(*self._ask(form))
 
     def set_mode(self, mode: Mode) -> None:
         """Nothing: the person who types has set the unit."""
@@ -148,7 +145,7 @@ class TypedUnit:
             self._held.shows_counts,
             self._mount.display_sun,
             self._held.senses(now_s, self._came),
-            self._reading_doubts(offset_just_set=True),
+            partial(reading_sheet_doubts, self._held, offset_just_set=True),
         )
         answer, values = self._ask(form)
         self._came = (_whole(values["came1"]), _whole(values["came2"]))
@@ -159,7 +156,7 @@ class TypedUnit:
         form = entry_forms.point_form(
             self._held.shows_counts,
             self._mount.display_sun,
-            self._reading_doubts(offset_just_set=False),
+            partial(reading_sheet_doubts, self._held, offset_just_set=False),
         )
         return self._take_reading(*self._ask(form))
 
@@ -224,24 +221,14 @@ class TypedUnit:
         return answer, answer.values
 
     def _ask_open(self) -> None:
-        def doubts(texts: Mapping[str, str], read_utc_s: float) -> tuple[Doubt, ...]:
-            return clock_doubts(self._held, texts, read_utc_s)
-
-        answer, values = self._ask(entry_forms.open_form(doubts))
+        form = entry_forms.open_form(partial(clock_doubts, self._held))
+        answer, values = self._ask(form)
         self._take_held(values)
         self._compare_clocks(answer, values)
 
     def _demand_known(self) -> None:
         if not self._known:
             self._take_held(self._ask(entry_forms.held_form())[1])
-
-    def _reading_doubts(self, *, offset_just_set: bool) -> Doubting:
-        def doubts(texts: Mapping[str, str], read_utc_s: float) -> tuple[Doubt, ...]:
-            return reading_sheet_doubts(
-                self._held, texts, read_utc_s, offset_just_set=offset_just_set
-            )
-
-        return doubts
 
     # -- what was typed ------------------------------------------------------------------------
 
