@@ -1,17 +1,21 @@
 """Counts to angle: gears and linear actuators."""
 
 import math
+from dataclasses import replace
 
 import msgspec
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from solarcal.errors import ConfigurationError
 from solarcal.mount.drive import (
     DEAD_POINT_MARGIN_DEG,
     Drive,
+    Jack,
+    JackHeliostat,
     RotaryDrive,
     ScrewjackDrive,
     format_drive,
@@ -21,6 +25,10 @@ from solarcal.mount.drive import (
     register,
 )
 
+PAINT_JACK = Jack(
+    increment=154_166.0, initial_stroke=0.078, offset=0.32, pivot_radius=0.34,
+    initial_angle_deg=1.5, clockwise=True,
+)  # fmt: skip
 JACK = ScrewjackDrive(R1=40.0, R2=12.0, R3=2.5, beta_deg=70.0, counts_per_length=1200.0, sign=-1)
 
 
@@ -240,3 +248,31 @@ def test_numbers_no_drive_has_are_refused_by_the_parser_too():
 @pytest.mark.parametrize("drive", [RotaryDrive(500.0), JACK])
 def test_a_session_header_tells_the_drives_apart(drive):
     assert msgspec.json.decode(msgspec.json.encode(drive), type=Drive) == drive
+
+
+@given(st.floats(10.0, 170.0), st.floats(10.0, 170.0))
+def test_the_centre_of_a_mirror_on_two_jacks_turns_with_both_joints(ax1_deg, ax2_deg):
+    """By scipy's rotations: about up by joint 2, shifted, then about East by joint 1."""
+    heliostat = JackHeliostat(
+        (PAINT_JACK, PAINT_JACK), (10.0, 20.0, 1.5), (0.0, 0.1, 0.2), (0.3, -0.1, 0.4),
+        (0.05, 0.25, -0.15),
+    )  # fmt: skip
+    about_up = Rotation.from_euler("z", 90.0 - ax2_deg, degrees=True)
+    about_east = Rotation.from_euler("x", ax1_deg - 90.0, degrees=True)
+    on_second = about_up.apply(heliostat.concentrator) + heliostat.second_joint
+    expected = about_east.apply(on_second) + heliostat.first_joint + heliostat.position_enu
+    centre = heliostat.centre_enu(np.array([ax1_deg]), np.array([ax2_deg]))
+    assert centre[0] == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("clockwise", [True, False])
+def test_a_jack_stands_at_its_first_angle_and_turns_as_its_triangle_says(clockwise):
+    jack = replace(PAINT_JACK, clockwise=clockwise)
+    steps = np.array([0.0, 5_000.0, 20_000.0])
+    # The law of cosines for the sides 0.32, 0.34 and the jack.
+    lengths = 0.078 + steps / 154_166.0
+    corners = np.degrees(np.arccos((0.32**2 + 0.34**2 - lengths**2) / (2 * 0.32 * 0.34)))
+    turned = corners[0] - corners
+    expected = 1.5 + (turned if clockwise else -turned)
+    np.testing.assert_allclose(jack.joint_deg(steps), expected, atol=1e-9)
+    np.testing.assert_allclose(jack.steps_at(expected), steps, atol=1e-4)
