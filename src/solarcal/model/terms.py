@@ -213,8 +213,21 @@ def _sag(at: NativeAngles) -> tuple[Row, Row]:
     return towards1, towards2
 
 
-def _arcsec(e1: Row, e2: Row) -> tuple[Row, Row]:
-    return e1 / ARCSEC_PER_DEG, e2 / ARCSEC_PER_DEG
+def _tpoint(
+    name: str,
+    meaning: str,
+    prior_deg: float,
+    rows_deg: Callable[[NativeAngles], tuple[Row, Row]],
+    kind: Kind = "other",
+) -> Term:
+    """One of TPOINT's terms, of alt-azimuth mounts and in arcseconds; its rows in degrees here."""
+
+    def rows(at: NativeAngles) -> tuple[Row, Row]:
+        e1, e2 = rows_deg(at)
+        return e1 / ARCSEC_PER_DEG, e2 / ARCSEC_PER_DEG
+
+    prior = prior_deg * ARCSEC_PER_DEG
+    return Term(name, "arcsec", meaning, prior, rows, kind, only="azel")
 
 
 def _four(azel: str, ew: str, ns: str, polar: str) -> dict[str, str]:
@@ -331,73 +344,30 @@ _ALL = (
         )
         for axis in (1, 2)
     ),
-    Term(
-        "IA",
-        "arcsec",
-        "azimuth zero",
-        ZERO_PRIOR_DEG * ARCSEC_PER_DEG,
-        lambda a: _arcsec(-1.0, 0.0),
-        "zero",
-        only="azel",
-    ),
-    Term(
-        "IE",
-        "arcsec",
-        "elevation zero",
-        ZERO_PRIOR_DEG * ARCSEC_PER_DEG,
-        lambda a: _arcsec(0.0, 1.0),
-        "zero",
-        only="azel",
-    ),
-    Term(
+    _tpoint("IA", "azimuth zero", ZERO_PRIOR_DEG, lambda a: (-1.0, 0.0), "zero"),
+    _tpoint("IE", "elevation zero", ZERO_PRIOR_DEG, lambda a: (0.0, 1.0), "zero"),
+    _tpoint(
         "AN",
-        "arcsec",
         "north-south lean",
-        LEAN_PRIOR_DEG * ARCSEC_PER_DEG,
-        lambda a: _arcsec(-a.sin1 * a.cos2 / a.sin2, a.cos1),
+        LEAN_PRIOR_DEG,
+        lambda a: (-a.sin1 * a.cos2 / a.sin2, a.cos1),
         "lean",
-        only="azel",
     ),
-    Term(
+    _tpoint(
         "AW",
-        "arcsec",
         "east-west lean",
-        LEAN_PRIOR_DEG * ARCSEC_PER_DEG,
-        lambda a: _arcsec(a.cos1 * a.cos2 / a.sin2, a.sin1),
+        LEAN_PRIOR_DEG,
+        lambda a: (a.cos1 * a.cos2 / a.sin2, a.sin1),
         "lean",
-        only="azel",
     ),
-    Term(
-        "CA",
-        "arcsec",
-        "collimation",
-        CROSS_PRIOR_DEG * ARCSEC_PER_DEG,
-        lambda a: _arcsec(-1.0 / a.sin2, 0.0),
-        only="azel",
-    ),
-    Term(
-        "NPAE",
-        "arcsec",
-        "axes not square",
-        CROSS_PRIOR_DEG * ARCSEC_PER_DEG,
-        lambda a: _arcsec(-a.cos2 / a.sin2, 0.0),
-        only="azel",
-    ),
-    Term(
-        "TF",
-        "arcsec",
-        "tube flexure",
-        SAG_PRIOR_DEG * ARCSEC_PER_DEG,
-        lambda a: _arcsec(0.0, -a.sin2),
-        only="azel",
-    ),
-    Term(
+    _tpoint("CA", "collimation", CROSS_PRIOR_DEG, lambda a: (-1.0 / a.sin2, 0.0)),
+    _tpoint("NPAE", "axes not square", CROSS_PRIOR_DEG, lambda a: (-a.cos2 / a.sin2, 0.0)),
+    _tpoint("TF", "tube flexure", SAG_PRIOR_DEG, lambda a: (0.0, -a.sin2)),
+    _tpoint(
         "TX",
-        "arcsec",
         "tube flexure as the cotangent of elevation",
-        SAG_PRIOR_DEG * ARCSEC_PER_DEG,
-        lambda a: _arcsec(0.0, -a.sin2 / a.cos2),
-        only="azel",
+        SAG_PRIOR_DEG,
+        lambda a: (0.0, -a.sin2 / a.cos2),
     ),
 )
 
@@ -439,20 +409,13 @@ def harmonic(name: str) -> Term | None:
             wave = np.sin if function == "S" else np.cos
             value = value * wave(times * turn * RAD_PER_DEG)
         if result == "A":
-            return _arcsec(value, 0.0)
+            return value, 0.0
         if result == "S":
-            return _arcsec(value / at.sin2, 0.0)
-        return _arcsec(0.0, value if result == "E" else -value)
+            return value / at.sin2, 0.0
+        return 0.0, value if result == "E" else -value
 
     wording = " ".join(
         f"{'sin' if function == 'S' else 'cos'} {times if times > 1 else ''}{angle}"
         for function, angle, times in factors
     )
-    return Term(
-        name,
-        "arcsec",
-        f"{_RESULTS[result]} harmonic, {wording}",
-        SAG_PRIOR_DEG * ARCSEC_PER_DEG,
-        rows,
-        only="azel",
-    )
+    return _tpoint(name, f"{_RESULTS[result]} harmonic, {wording}", SAG_PRIOR_DEG, rows)
