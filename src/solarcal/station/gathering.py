@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from solarcal.decimals import Pair
 from solarcal.errors import ProcedureRefused
 from solarcal.model.evidence.read_outs import OFFSET_TOLERANCE_DEG, offset_disagreements
 from solarcal.model.evidence.unit_state import check_unit_sun
 from solarcal.model.fit import FEWEST_POINTS
 from solarcal.mount.controller import commanded_error_deg
 from solarcal.mount.drive import register
-from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.mount.formula import Coefficients
 from solarcal.session.records import Answers, CheckRecord, PointRecord, SunOffset
 from solarcal.station import guards
 from solarcal.station.fitting import solve
@@ -135,27 +134,16 @@ def point_candidate(
     last = gathered.statuses[-1]
     laptop_utc_s = gathered.laptop_utc_s[-1]
     basis, why = _standing(session, last, laptop_utc_s)
-    if basis is not None:
-        read_utc = basis.instant
-        ideal, reading, counts = basis.ideal_deg, basis.reading_deg, basis.counts
-        approach, coefficients = basis.approach, basis.coefficients
-        error = (
-            round(reading[0] - ideal[0], 6),
-            round(reading[1] - ideal[1], 6),
-        )
-        if session.header.unit.typed:
-            # Read-outs are read a moment before or after, between two updates: they prove E + O,
-            # which the unit itself computed at the instant of the offset.
-            error = _commanded(ideal, basis.offsets, coefficients)
-    else:
-        read_utc = format_utc(laptop_utc_s)
-        ideal = last.ideal_deg
-        reading = last.reading_deg
-        counts = (last.counts1, last.counts2)
-        approach, coefficients = last.approach, in_force
-        error = (round(reading[0] - ideal[0], 6), round(reading[1] - ideal[1], 6))
-        if session.header.unit.typed:
-            error = _commanded(ideal, last.offsets, in_force)
+    stood: SunOffset | Status = last if basis is None else basis
+    read_utc = format_utc(laptop_utc_s) if basis is None else basis.instant
+    coefficients = in_force if basis is None else basis.coefficients
+    ideal, reading = stood.ideal_deg, stood.reading_deg
+    error = round(reading[0] - ideal[0], 6), round(reading[1] - ideal[1], 6)
+    if session.header.unit.typed:
+        # Read-outs are read a moment before or after, between two updates: they prove E + O,
+        # which the unit itself computed at that instant.
+        e1, e2 = commanded_error_deg(coefficients, stood.offsets, *ideal)
+        error = round(e1, 6), round(e2, 6)
     sun = sun_position("precise", parse_utc(read_utc), session.header.site)
     aim = (sun.azimuth_deg, sun.zenith_deg)
     if session.header.unit.heliostat is not None:
@@ -174,10 +162,10 @@ def point_candidate(
         ideal_deg=ideal,
         precise_deg=(round(float(precise1), 6), round(float(precise2), 6)),
         reading_deg=reading,
-        counts=counts,
+        counts=stood.counts,
         offsets=last.offsets,
         coefficients=coefficients,
-        approach=approach,
+        approach=stood.approach,
         distance_to_limits_deg=round(guards.distance_to_limits_deg(session.header.unit, last), 5),
         error_deg=error,
         expected_counts=expected,
@@ -217,12 +205,6 @@ def demand_plausible(session: SessionView, candidate: PointRecord | CheckRecord)
     disagreements = {} if unit.typed else offset_disagreements(unit, [candidate])
     for sentence in disagreements.get(candidate.seq, ()):
         raise ProcedureRefused(f"{sentence}; do a reference check and set the Sun offset again")
-
-
-def _commanded(ideal: Pair, offsets: Offsets, in_force: Coefficients) -> Pair:
-    """E(P in force) + O, rounded as a record keeps it."""
-    e1, e2 = commanded_error_deg(in_force, offsets, *ideal)
-    return round(e1, 6), round(e2, 6)
 
 
 def counts_since_last_point(

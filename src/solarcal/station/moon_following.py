@@ -163,8 +163,7 @@ class MoonFollower(SensorFollower):
     def _candidate(self, status: Status, utc_s: float) -> PointRecord:
         """The point these read-outs at rest make."""
         session = self._station.session
-        ideal = status.ideal_deg
-        reading = status.reading_deg
+        ideal, reading = status.ideal_deg, status.reading_deg
         return PointRecord(
             seq=-1,
             utc="",
@@ -175,7 +174,7 @@ class MoonFollower(SensorFollower):
             unit_minus_laptop_s=round(status.unit_utc_s - utc_s, 3),
             ideal_deg=(round(ideal[0], 6), round(ideal[1], 6)),
             reading_deg=reading,
-            counts=(status.counts1, status.counts2),
+            counts=status.counts,
             approach=status.approach,
             distance_to_limits_deg=round(
                 guards.distance_to_limits_deg(session.header.unit, status), 5

@@ -165,7 +165,7 @@ class Station(StationCore):
                 SunOffset,
                 ideal_deg=status.ideal_deg,
                 reading_deg=status.reading_deg,
-                counts=(status.counts1, status.counts2),
+                counts=status.counts,
                 offsets=status.offsets,
                 coefficients=in_force,
                 approach=status.approach,

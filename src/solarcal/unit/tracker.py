@@ -169,6 +169,11 @@ class Status(msgspec.Struct, frozen=True):
         """Where the axes stood."""
         return self.reading1_deg, self.reading2_deg
 
+    @property
+    def counts(self) -> tuple[int, int]:
+        """What the registers said."""
+        return self.counts1, self.counts2
+
 
 class RefCheckResult(msgspec.Struct, frozen=True):
     """Counts found on the register when the reference switches were reached (0 expected).
