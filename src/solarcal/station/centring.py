@@ -75,7 +75,7 @@ class SunCentring:
                 self._say("no spot to be seen")
                 return False
             status = station.poll()
-            if adjusted and _on_sky_deg(spot, status) <= tolerance_deg:
+            if adjusted and status.on_sky_deg(spot.error1_deg, spot.error2_deg) <= tolerance_deg:
                 return True
             rates = self._rates(status)
             errors = (spot.error1_deg, spot.error2_deg)
@@ -120,7 +120,7 @@ class SunCentring:
         allowed_deg = (
             0.75 * station.session.header.unit.update_range_deg + 4.0 * self._eye_sigma_deg + 0.02
         )
-        return spot.visible and _on_sky_deg(spot, status) <= allowed_deg
+        return spot.visible and status.on_sky_deg(spot.error1_deg, spot.error2_deg) <= allowed_deg
 
     def _rates(self, status: Status) -> tuple[float, float]:
         unit = self._station.session.header.unit
@@ -151,7 +151,3 @@ class SunCentring:
             passed_s += FINE_MOVE_S
             if passed_s >= aim_s and self._station.poll().moving == (0, 0):
                 return
-
-
-def _on_sky_deg(spot: Spot, status: Status) -> float:
-    return float(np.hypot(spot.error1_deg * np.sin(np.radians(status.ideal2_deg)), spot.error2_deg))

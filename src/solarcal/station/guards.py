@@ -57,10 +57,7 @@ def demand_tracking(header: Header, status: Status) -> None:
             f"the unit is in mode {status.mode}, not tracking; set it to TRACK and watch it "
             "for a minute first"
         )
-    off = max(
-        abs(status.reading1_deg - status.target1_deg),
-        abs(status.reading2_deg - status.target2_deg),
-    )
+    off = max(map(abs, status.off_target_deg))
     if off > 2.0 * header.unit.update_range_deg:
         raise ProcedureRefused(
             f"the axes stand {off:.3f} deg from where the unit drives them, more than two update "

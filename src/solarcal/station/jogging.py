@@ -286,11 +286,7 @@ class SunOffsetJog:
                 f"the unit is in mode {status.mode} and is not jogged out of it; "
                 "set it to track first"
             )
-        reading = status.reading_deg
-        if not self.follows:
-            return Aim(reading, False)
-        ideal = status.ideal_deg
-        return Aim((reading[0] - ideal[0], reading[1] - ideal[1]), True)
+        return Aim(status.off_ideal_deg if self.follows else status.reading_deg, self.follows)
 
     def _came_behind(self, aim: Aim, status: Status, rates: Pair, senses: tuple[int, int]) -> Aim:
         """Once all that had to are behind and at rest, come forward."""

@@ -22,7 +22,6 @@ from solarcal.station.sensor_following import (
     LONGEST_SLEW_S,
     SensorDoubt,
     SensorFollower,
-    on_sky_deg,
 )
 from solarcal.sun.moon import MoonLight
 from solarcal.sun.refraction import apparent_zenith_deg
@@ -156,7 +155,7 @@ class MoonFollower(SensorFollower):
         """Followed for a minute it must still be centred."""
         view = self._renew(jog, WATCH_S)
         spot = self._mean_look(jog)
-        off_deg = on_sky_deg((spot.error1_deg, spot.error2_deg), view)
+        off_deg = view.status.on_sky_deg(spot.error1_deg, spot.error2_deg)
         if off_deg > self._centred_deg + 4.0 * self._mean_sigma_deg:
             raise SensorDoubt("after a minute the sensor shows it off the Moon")
 

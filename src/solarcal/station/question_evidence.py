@@ -3,7 +3,6 @@
 Facts, not answers. The technician answers; a fact that speaks for NO is marked.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,7 +13,7 @@ from solarcal.station.gathering import MAX_OFFSET_AGE_S
 from solarcal.station.state import LiveView, SessionView
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.timescale import parse_utc
-from solarcal.unit.tracker import Mode, Spot
+from solarcal.unit.tracker import Mode, Spot, Status
 
 WATCH_S = 60.0
 """The manual has it watched for a minute before a point."""
@@ -149,11 +148,7 @@ def _tracking(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[
     else:
         facts = [
             Fact(f"The unit is in mode {status.mode}.", against=status.mode is not Mode.TRACK),
-            _lag(
-                abs(status.reading1_deg - status.target1_deg),
-                abs(status.reading2_deg - status.target2_deg),
-                update_range,
-            ),
+            _lag(status, update_range),
         ]
     if session.sun_offsets:
         watched_s = _since_s(session.sun_offsets[-1].instant, live)
@@ -166,7 +161,7 @@ def _tracking(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[
         )
     if spot is not None:
         allowed_deg = update_range + session.header.tolerance_deg
-        facts.append(_spot_fact(spot, status.ideal2_deg, allowed_deg))
+        facts.append(_spot_fact(spot, status, allowed_deg))
     difference_s = live.unit_minus_laptop_s
     own_clock = live.capabilities.has_clock
     if own_clock and difference_s is not None and abs(difference_s) > CLOCK_TOLERANCE_S:
@@ -174,7 +169,8 @@ def _tracking(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[
     return tuple(facts)
 
 
-def _lag(lag1_deg: float, lag2_deg: float, update_range_deg: float) -> Fact:
+def _lag(status: Status, update_range_deg: float) -> Fact:
+    lag1_deg, lag2_deg = map(abs, status.off_target_deg)
     off = max(lag1_deg, lag2_deg) > 2.0 * update_range_deg
     return Fact(
         f"Axes {lag1_deg:.3f}, {lag2_deg:.3f} deg from their targets (update range "
@@ -183,10 +179,10 @@ def _lag(lag1_deg: float, lag2_deg: float, update_range_deg: float) -> Fact:
     )
 
 
-def _spot_fact(spot: Spot, ideal2_deg: float, allowed_deg: float) -> Fact:
+def _spot_fact(spot: Spot, status: Status, allowed_deg: float) -> Fact:
     if not spot.visible:
         return Fact("No spot on the plate.", against=True)
-    on_sky = math.hypot(spot.error1_deg * math.sin(math.radians(ideal2_deg)), spot.error2_deg)
+    on_sky = status.on_sky_deg(spot.error1_deg, spot.error2_deg)
     return Fact(
         f"The spot is {on_sky:.3f} deg off centre now"
         + (": it does NOT stay centred." if on_sky > allowed_deg else "."),

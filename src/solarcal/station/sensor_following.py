@@ -201,8 +201,7 @@ class SensorFollower:
             status = self._station.poll()
             if status.mode is not Mode.TRACK:
                 raise SensorDoubt(f"the unit went to mode {status.mode}; it was stopped")
-            off1_deg = abs(status.reading1_deg - status.target1_deg)
-            if max(off1_deg, abs(status.reading2_deg - status.target2_deg)) <= near_deg:
+            if max(map(abs, status.off_target_deg)) <= near_deg:
                 return
             self._station.clock.wait(SETTLE_S)
         raise SensorDoubt(
@@ -213,16 +212,16 @@ class SensorFollower:
         """Onto the light, both axes from behind, within what the sensor can tell."""
         watch = GrowthWatch()
         view = jog.look()
-        began = _apart(view)
+        began = view.status.off_ideal_deg
         for _ in range(MAX_CORRECTIONS):
             spot = self._mean_look(jog)
             view = jog.look()
             self._demand_jogging(view)
-            error_deg = on_sky_deg((spot.error1_deg, spot.error2_deg), view)
+            error_deg = view.status.on_sky_deg(spot.error1_deg, spot.error2_deg)
             if watch.growing(1e3 * math.radians(error_deg)):
                 raise SensorDoubt(watch.sentence())
-            moved = _apart(view)
-            moved_deg = on_sky_deg((moved[0] - began[0], moved[1] - began[1]), view)
+            moved = view.status.off_ideal_deg
+            moved_deg = view.status.on_sky_deg(moved[0] - began[0], moved[1] - began[1])
             if moved_deg > LARGEST_CORRECTION_DEG:
                 raise SensorDoubt(
                     f"the sensor asked for {moved_deg:.2f} deg, more than "
@@ -287,15 +286,3 @@ class SensorFollower:
     def _demand_jogging(view: JogView) -> None:
         if view.status.mode not in (Mode.TRACK, Mode.JOG, Mode.MANUAL):
             raise SensorDoubt(f"the unit went to mode {view.status.mode}; it was stopped")
-
-
-def _apart(view: JogView) -> tuple[float, float]:
-    """Axes minus the unit's computed Sun, axis degrees."""
-    status = view.status
-    return status.reading1_deg - status.ideal1_deg, status.reading2_deg - status.ideal2_deg
-
-
-def on_sky_deg(axes_deg: tuple[float, float], view: JogView) -> float:
-    """The angle on the sky that axis angles make where the light stands."""
-    across = axes_deg[0] * math.sin(math.radians(view.status.ideal2_deg))
-    return math.hypot(across, axes_deg[1])

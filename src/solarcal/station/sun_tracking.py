@@ -205,9 +205,7 @@ class SunTracking:
             run.at_limit += 1
             self._say(f"{when}  {axes}  the Sun is beyond the limits; waiting for it")
             return
-        off1 = status.reading1_deg - status.target1_deg
-        off2 = status.reading2_deg - status.target2_deg
-        off = math.hypot(off1 * math.sin(math.radians(status.ideal2_deg)), off2)
+        off = status.on_sky_deg(*status.off_target_deg)
         if not run.offs_deg and off > THERE_DEG:
             self._say(f"{when}  {axes}  on the way, {off:.1f} deg to go")
             return

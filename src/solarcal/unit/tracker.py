@@ -4,6 +4,7 @@ A driver turns these calls into its own protocol. Nothing here knows the Sun: ``
 the UNIT's own.
 """
 
+import math
 from collections.abc import Callable
 from enum import StrEnum
 from typing import Any, Protocol
@@ -53,21 +54,6 @@ class Capabilities(msgspec.Struct, frozen=True):
     has_offsets: bool = True
     stores_coefficients: bool = True
     emulated: bool = False
-
-    @property
-    def kept_by_station(self) -> str:
-        """What the station does for it, in words; empty where it does all itself."""
-        kept = [
-            what
-            for what, own in (
-                ("clock", self.has_clock),
-                ("offsets", self.has_offsets),
-                ("coefficients", self.stores_coefficients),
-            )
-            if not own
-        ]
-        does = [] if self.has_controller else ["follows the Sun"]
-        return "; ".join(does + ([f"keeps its {', '.join(kept)}"] if kept else []))
 
 
 TYPED = Capabilities(has_link=False)
@@ -168,6 +154,20 @@ class Status(msgspec.Struct, frozen=True):
     def reading_deg(self) -> Pair:
         """Where the axes stood."""
         return self.reading1_deg, self.reading2_deg
+
+    @property
+    def off_ideal_deg(self) -> Pair:
+        """Where the axes stood minus the ideal angles."""
+        return self.reading1_deg - self.ideal1_deg, self.reading2_deg - self.ideal2_deg
+
+    @property
+    def off_target_deg(self) -> Pair:
+        """Where the axes stood minus where they were driven."""
+        return self.reading1_deg - self.target1_deg, self.reading2_deg - self.target2_deg
+
+    def on_sky_deg(self, axis1_deg: float, axis2_deg: float) -> float:
+        """The angle on the sky that axis angles make where the unit's Sun stood."""
+        return math.hypot(axis1_deg * math.sin(math.radians(self.ideal2_deg)), axis2_deg)
 
     @property
     def counts(self) -> tuple[int, int]:

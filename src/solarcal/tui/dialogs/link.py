@@ -21,6 +21,7 @@ from solarcal.tui.widgets.lines import Field, Words
 from solarcal.tui.widgets.text_lines import TextLines
 
 TRAFFIC_EVERY_S = 0.5
+from solarcal.unit.tracker import Capabilities
 
 
 def open_link(app: Workstation) -> None:
@@ -72,7 +73,7 @@ class LinkDialog(Dialog):
         if who is not None:
             emulated = ", an EMULATOR" if live.capabilities.emulated else ""
             lines.append(f"Unit      {who.model} {who.serial}, firmware {who.firmware}{emulated}")
-        if kept := live.capabilities.kept_by_station:
+        if kept := _kept_by_station(live.capabilities):
             lines.append(f"Station   {kept}")
         line = self.workstation.line
         if line is not None and line.choice.port:
@@ -274,3 +275,15 @@ class ClockDialog(PacedDialog):
 
 def _shown(utc_s: float) -> str:
     return format_utc(utc_s).replace("T", " ").removesuffix("Z")
+
+
+def _kept_by_station(unit: Capabilities) -> str:
+    """What the station does for a unit; empty where that does all itself."""
+    owned = {
+        "clock": unit.has_clock,
+        "offsets": unit.has_offsets,
+        "coefficients": unit.stores_coefficients,
+    }
+    kept = [what for what, own in owned.items() if not own]
+    does = [] if unit.has_controller else ["follows the Sun"]
+    return "; ".join(does + ([f"keeps its {', '.join(kept)}"] if kept else []))

@@ -350,10 +350,7 @@ class SunOffsetDialog(PacedDialog):
     def _driving_words(self, view: JogView) -> str:
         """How far and how long the axes still drive, nothing where they are near."""
         status = view.status
-        to_go = max(
-            abs(status.target1_deg - status.reading1_deg),
-            abs(status.target2_deg - status.reading2_deg),
-        )
+        to_go = max(map(abs, status.off_target_deg))
         if to_go < FAR_DEG or status.moving == (0, 0):
             self._drive = DriveWatch()
             return ""

@@ -176,17 +176,15 @@ def calculated_jogs_deg(dialog: Dialog, ideal2_deg: float) -> tuple[float, float
 def jog_table(view: JogView, *, follows: bool, words: str) -> Content:
     """Both axes side by side, in 42 columns."""
     status = view.status
-    readings = status.reading_deg
-    ideals = status.ideal_deg
     rows: list[str | tuple[str, str]] = [f"{'':10}{'axis 1':>15}{'axis 2':>15}\n"]
 
     def row(name: str, cells: tuple[str, str], style: str = "") -> None:
         rows.append((f"{name:10}{cells[0]:>15}{cells[1]:>15}\n", style))
 
-    row("reading", _pair(readings))
-    row("ideal", _pair(ideals))
+    row("reading", _pair(status.reading_deg))
+    row("ideal", _pair(status.ideal_deg))
     row("target", _pair(view.target_deg) if view.target_deg else ("-", "-"))
-    row("off ideal", _two(f"{r - i:+.4f}" for r, i in zip(readings, ideals, strict=True)))
+    row("off ideal", _two(f"{off:+.4f}" for off in status.off_ideal_deg))
     row("offset O", (f"{status.offsets.O1:+.4f}", f"{status.offsets.O2:+.4f}"))
     row("moving", _two({1: "to +", -1: "to -"}.get(sense, "at rest") for sense in status.moving))
     row("Sun goes", _two("to +" if sense > 0 else "to -" for sense in view.senses))
@@ -211,9 +209,7 @@ def big_numbers(view: JogView) -> tuple[str, tuple[float, float]]:
     status, spot = view.status, view.spot
     if spot is not None and spot.visible:
         return "still to move, +: press right or up", (spot.error1_deg, spot.error2_deg)
-    return "reading - ideal", (
-        status.reading1_deg - status.ideal1_deg, status.reading2_deg - status.ideal2_deg,
-    )  # fmt: skip
+    return "reading - ideal", status.off_ideal_deg
 
 
 def jog_warning(view: JogView) -> str:
