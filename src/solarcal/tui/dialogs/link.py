@@ -19,9 +19,9 @@ from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
 from solarcal.tui.dialogs.paced import PacedDialog
 from solarcal.tui.widgets.lines import Field, Words
 from solarcal.tui.widgets.text_lines import TextLines
+from solarcal.unit.tracker import Capabilities
 
 TRAFFIC_EVERY_S = 0.5
-from solarcal.unit.tracker import Capabilities
 
 
 def open_link(app: Workstation) -> None:
