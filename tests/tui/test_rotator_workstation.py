@@ -10,9 +10,10 @@ from solarcal.session.journal import Journal
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.station.question_evidence import question_evidence
+from solarcal.tui.dialogs.link import kept_by_station
 from solarcal.tui.offset.dialog import SunOffsetDialog
 from solarcal.tui.workstation.screen import WorkstationScreen
-from solarcal.unit.tracker import Emulation, Mode
+from solarcal.unit.tracker import ROTATOR, Capabilities, Emulation, Mode
 
 
 def rotator_bench(noise_deg: float | None = None) -> Station:
@@ -152,3 +153,8 @@ async def test_sun_offset_point_and_upload_by_the_keys() -> None:
     assert station.tracker.stored().coefficients == upload.new_coefficients
     assert station.tracker.stored().offsets == Offsets()
     assert emulation_of(station).truth().day_rms_deg < 0.25
+
+
+def test_what_the_station_does_for_a_rotator_is_said():
+    assert kept_by_station(ROTATOR) == "follows the Sun; keeps its clock, offsets, coefficients"
+    assert kept_by_station(Capabilities()) == ""

@@ -10,7 +10,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.limits import AxisLimits
 from solarcal.station.software_controller.coefficient_store import FileStore
 from solarcal.unit.frames import Code
-from solarcal.unit.tracker import Mode
+from solarcal.unit.tracker import ROTATOR, Mode
 
 P = Coefficients(0.2, -0.3, 0.5, 0.2, 0.0007, 0.0)
 
@@ -43,9 +43,7 @@ def test_read_outs_are_the_rotators_own_and_counts_their_nominal_ones():
     assert parameters.drive1 == RotaryDrive(250.0)
     assert parameters.limits.axis1 == AxisLimits(-128.0, 128.0)
     assert not bench.tracker.capabilities.has_switches
-    assert bench.tracker.capabilities.kept_by_station == (
-        "follows the Sun; keeps its clock, offsets, coefficients"
-    )
+    assert bench.tracker.capabilities == ROTATOR
 
 
 def test_its_sun_is_a_solartraks():

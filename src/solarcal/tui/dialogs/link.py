@@ -73,7 +73,7 @@ class LinkDialog(Dialog):
         if who is not None:
             emulated = ", an EMULATOR" if live.capabilities.emulated else ""
             lines.append(f"Unit      {who.model} {who.serial}, firmware {who.firmware}{emulated}")
-        if kept := _kept_by_station(live.capabilities):
+        if kept := kept_by_station(live.capabilities):
             lines.append(f"Station   {kept}")
         line = self.workstation.line
         if line is not None and line.choice.port:
@@ -277,7 +277,7 @@ def _shown(utc_s: float) -> str:
     return format_utc(utc_s).replace("T", " ").removesuffix("Z")
 
 
-def _kept_by_station(unit: Capabilities) -> str:
+def kept_by_station(unit: Capabilities) -> str:
     """What the station does for a unit; empty where that does all itself."""
     owned = {
         "clock": unit.has_clock,
