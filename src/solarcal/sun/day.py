@@ -1,6 +1,7 @@
 """Sunrise, transit, sunset: by root finding on the precise Sun, or by NOAA's formulas."""
 
 import functools
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -174,6 +175,8 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float:
     # Half a second that a command without sunrise does not wait for.
     from scipy.optimize import brentq  # noqa: PLC0415
 
+    # The ends of the bracket are asked for twice.
+    function = functools.cache(function)
     at_low, at_high = function(low), function(high)
     # Where the fast path and the precise Sun disagree about a sample's sign, that sample is
     # the root to within its last digits.
