@@ -1,7 +1,6 @@
 """Sunrise, transit, sunset: by root finding on the precise Sun, or by NOAA's formulas."""
 
 import functools
-import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
