@@ -5,25 +5,18 @@ apart from what the raising itself records (an aborted attempt, a lost link). No
 written unless its command was called.
 """
 
-from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 
 import msgspec
 
-from solarcal.errors import LinkError, ProcedureRefused, SessionFileError, SolarcalError
-from solarcal.model.fit import Solution
+from solarcal.errors import ProcedureRefused, SessionFileError, SolarcalError
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.journal import Journal
 from solarcal.session.records import (
-    CheckRecord,
     ClockSet,
     Closed,
-    FitRecord,
     Initialised,
     Note,
-    Override,
-    PointRecord,
     RefCheck,
     SunOffset,
     UploadBegun,
@@ -32,11 +25,10 @@ from solarcal.session.records import (
 )
 from solarcal.session.view import refuse_void
 from solarcal.station import guards
-from solarcal.station.core import CreateJournal, StationCore
-from solarcal.station.gathering import check_candidate, demand_plausible, gather, point_candidate
+from solarcal.station.attempts import PointSteps, Progress
+from solarcal.station.core import CreateJournal
 from solarcal.station.state import (
     Activity,
-    Attempt,
     held_before_upload,
     newest_upload,
     view_session,
@@ -49,10 +41,8 @@ REF_CHECK_LIMIT_S = 3600.0
 
 REF_CHECK_POLL_S = 2.0
 
-Progress = Callable[[float], None]
 
-
-class Station(StationCore):
+class Station(PointSteps):
     """The steps of the manual, each a command."""
 
     # -- motion ------------------------------------------------------------------------------
@@ -226,134 +216,6 @@ class Station(StationCore):
         old_journal.close()
         self._journal = journal
         self._become(session=view_session(journal.header, tuple(journal.records)))
-
-    def _override(self, guard: str, reason: str) -> None:
-        if not reason.strip():
-            raise ProcedureRefused("an override needs a reason; it is written to the session file")
-        self._record(partial(Override, guard=guard, reason=reason))
-
-    # -- points ------------------------------------------------------------------------------
-
-    def begin_point(self, *, check: bool = False, override_reason: str | None = None) -> Attempt:
-        """Start an attempt: the guards first, then the first question is open."""
-        what = "a check point" if check else "a data point"
-        self._demand_idle(what)
-        session = self.session
-        if session.header.target != "sun":
-            raise ProcedureRefused(
-                "this session holds points on the Moon; connect again without it for the Sun"
-            )
-        if session.initialised is None and not check:
-            raise ProcedureRefused("initialise the data file first (F3), once per calibration")
-        if check and not session.uploads:
-            raise ProcedureRefused("check points come after an upload; there has been none yet")
-        if check and not self.compare_in_force():
-            raise ProcedureRefused(
-                "the unit does not hold what was uploaded: a check point would prove nothing; "
-                "upload again"
-            )
-        status = self.poll()
-        try:
-            guards.demand_clear_of_limits(session.header, status, what)
-            guards.demand_sun_high_enough(self.sun_elevation_deg(), what)
-        except ProcedureRefused as refusal:
-            if override_reason is None:
-                raise
-            self._override(str(refusal), override_reason)
-        attempt = Attempt(check=check)
-        self._become(activity=Activity.QUESTIONS, attempt=attempt)
-        return attempt
-
-    def answer(self, yes: bool) -> Attempt:
-        """Answer the open question. The first NO ends the attempt: kept as aborted, not used."""
-        attempt = self._attempt(Activity.QUESTIONS)
-        question = attempt.question
-        attempt = attempt.answered(yes)
-        if not yes:
-            self.abort_attempt(f"answered NO to: {question}", attempt.answers)
-            return attempt
-        done = attempt.question is None
-        self._become(attempt=attempt, activity=Activity.READY if done else Activity.QUESTIONS)
-        return attempt
-
-    def gather_point(self, progress: Progress | None = None) -> PointRecord | CheckRecord:
-        """A few seconds of readings; the result is shown and waits for ``store``."""
-        attempt = self._attempt(Activity.READY)
-        self._become(activity=Activity.GATHERING)
-        try:
-            gathered = gather(self, progress)
-        except LinkError as error:
-            self.link_lost(error)
-            raise
-        except ProcedureRefused as refusal:
-            self.abort_attempt(str(refusal))
-            raise
-        make = check_candidate if attempt.check else point_candidate
-        candidate = make(self.session, gathered, attempt.answers, self._in_force)
-        try:
-            demand_plausible(self.session, candidate)
-        except ProcedureRefused as refusal:
-            self.abort_attempt(str(refusal))
-            raise
-        self._become(activity=Activity.RESULT, attempt=replace(attempt, candidate=candidate))
-        return candidate
-
-    def store(self, yes: bool, reason: str = "") -> PointRecord | CheckRecord:
-        """Store the gathered point, or keep it as rejected."""
-        attempt = self._attempt(Activity.RESULT)
-        candidate = attempt.candidate
-        if candidate is None:
-            raise ProcedureRefused("nothing has been gathered")
-        if isinstance(candidate, CheckRecord) and yes:
-            # The check's Set Sun Offset must not stay in force: what was uploaded is P with O = 0.
-            # Before the record: a line lost here leaves a check to be taken again, not one stored.
-            self.tracker.write_coefficients(self._in_force, Offsets())
-        status = "accepted" if yes else "rejected"
-        stored: PointRecord | CheckRecord = self._record(
-            partial(
-                msgspec.structs.replace, candidate, status=status, reason=reason or candidate.reason
-            )
-        )
-        self._become(activity=Activity.IDLE, attempt=None)
-        return stored
-
-    def store_reading(self, candidate: PointRecord) -> PointRecord:
-        """Store a point taken on the Moon, which the unit's own steps cannot take.
-
-        Raises
-        ------
-        ProcedureRefused
-            The session is not initialised or one of points on the Sun, or no axis can have such an
-            error.
-        """
-        self._demand_idle("a data point")
-        session = self.session
-        if session.initialised is None or session.header.target != "moon":
-            raise ProcedureRefused("points on the Moon need a session of their own, initialised")
-        demand_plausible(session, candidate)
-        return self._record(partial(msgspec.structs.replace, candidate))
-
-    def _attempt(self, expected: Activity) -> Attempt:
-        attempt = self._state.attempt
-        if attempt is None or self._state.activity is not expected:
-            raise ProcedureRefused(
-                f"this belongs to '{expected}', but the station is '{self._state.activity}'"
-            )
-        return attempt
-
-    def record_fit(self, solution: Solution) -> FitRecord:
-        """Keep what the fit said after a point, for the history of the coefficients."""
-        return self._record(
-            partial(
-                FitRecord,
-                method=solution.method,
-                points=solution.n_points,
-                coefficients=solution.coefficients(),
-                sigmas=solution.sigma_coefficients(),
-                sky_rms_deg=solution.sky_rms_deg,
-                message=solution.message,
-            )
-        )
 
     # -- upload ------------------------------------------------------------------------------
 

@@ -12,7 +12,6 @@ from textual.events import Key
 from textual.notifications import SeverityLevel
 from textual.timer import Timer
 from textual.widget import Widget
-from textual.widgets import Static
 
 from solarcal.station.news import Done, Result, SpeedTold, StepFailed, Stopped
 from solarcal.station.procedure import Station
@@ -20,6 +19,7 @@ from solarcal.station.state import LinkState, StationState
 from solarcal.station.worker import StationWorker
 from solarcal.tui.base import StationModal, Workstation, is_typed
 from solarcal.tui.keys import shown_key
+from solarcal.tui.widgets.footer import KeyButton
 from solarcal.tui.widgets.lines import Field, Words
 
 
@@ -35,32 +35,6 @@ class DialogKey:
 
     def binding(self) -> Binding:
         return Binding(self.keys, self.action, self.label, show=False)
-
-
-class KeyButton(Static):
-    """Shows a key and what it does; a click does it too. Never takes the focus from a field."""
-
-    DEFAULT_CSS = """
-    KeyButton {
-        width: auto; height: 3; padding: 0 1; margin-right: 1; border: round $primary;
-        border-title-color: $accent; border-title-style: bold; content-align: center middle;
-    }
-    KeyButton:hover { background: $primary; color: $background; }
-    KeyButton.-stop { border: heavy $error; color: $error; text-style: bold; }
-    KeyButton.-stop:hover { background: $error; color: $background; }
-    """
-
-    def __init__(
-        self, shown: str, label: str, action: str, *, stop: bool = False, id: str | None = None
-    ) -> None:
-        # A frame's title needs the room for the key and its corners.
-        super().__init__(Content(label.center(len(shown) + 2)), id=id)
-        self.border_title = shown
-        self.runs = action
-        self.set_class(stop, "-stop")
-
-    async def on_click(self) -> None:
-        await self.app.run_action(self.runs, default_namespace=self.screen)
 
 
 Tone = Literal["plain", "good", "warning", "error"]

@@ -1,4 +1,4 @@
-"""The footer: every action as a target for mouse or finger, and STOP, always."""
+"""Keys as targets for mouse or finger: the footer with every action, and STOP; a dialog's keys."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -163,3 +163,29 @@ class ActionFooter(Horizontal):
     def compose(self) -> ComposeResult:
         yield KeysInTwoRows(self._entries)
         yield StopKey()
+
+
+class KeyButton(Static):
+    """Shows a key and what it does; a click does it too. Never takes the focus from a field."""
+
+    DEFAULT_CSS = """
+    KeyButton {
+        width: auto; height: 3; padding: 0 1; margin-right: 1; border: round $primary;
+        border-title-color: $accent; border-title-style: bold; content-align: center middle;
+    }
+    KeyButton:hover { background: $primary; color: $background; }
+    KeyButton.-stop { border: heavy $error; color: $error; text-style: bold; }
+    KeyButton.-stop:hover { background: $error; color: $background; }
+    """
+
+    def __init__(
+        self, shown: str, label: str, action: str, *, stop: bool = False, id: str | None = None
+    ) -> None:
+        # A frame's title needs the room for the key and its corners.
+        super().__init__(Content(label.center(len(shown) + 2)), id=id)
+        self.border_title = shown
+        self.runs = action
+        self.set_class(stop, "-stop")
+
+    async def on_click(self) -> None:
+        await self.app.run_action(self.runs, default_namespace=self.screen)
