@@ -21,11 +21,9 @@ from solarcal.station.fitting import solve
 from solarcal.station.headless import Calibration, calibrate
 from solarcal.station.saved_sessions import Replay
 from solarcal.station.technician import (
-    MIN_POINT_ELEVATION_DEG,
-    AutomaticTechnician,
     Schedule,
-    spread_every_min,
 )
+from solarcal.station.waiting import MIN_POINT_ELEVATION_DEG, spread_every_min, spread_min
 from solarcal.sun.day import daylight
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 
@@ -210,12 +208,10 @@ def test_points_are_spread_over_the_daylight_that_is_left(points, daylight_left_
 def test_what_is_left_is_the_time_until_the_sun_is_too_low_less_ten_minutes(bench) -> None:
     """Twenty points: nineteen stretches between them."""
     found = bench()
-    technician = AutomaticTechnician(
-        found.station, found.emulation.spot, Schedule(points=20), eye_sigma_deg=0.02
-    )
     site, now_s = found.station.session.header.site, found.station.clock.utc_s()
     last_s = daylight(site, now_s, MIN_POINT_ELEVATION_DEG)[1]
-    assert technician._spread() == pytest.approx(((last_s - now_s) / 60.0 - 10.0) / 19, rel=1e-6)
+    apart_min = ((last_s - now_s) / 60.0 - 10.0) / 19
+    assert spread_min(found.station, 20) == pytest.approx(apart_min, rel=1e-6)
 
 
 def test_nobody_waits_for_a_sun_that_is_up(bench):

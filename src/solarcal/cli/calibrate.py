@@ -190,13 +190,9 @@ def calibration_document(calibration: "Calibration") -> dict[str, Any]:
 
     session = calibration.session
     solution = calibration.solution
+    analysis = analyse_session(session, solution.method)
     return {
-        **fit_document(
-            [calibration.path],
-            session.table,
-            solution,
-            analyse_session(session, solution.method),
-        ),
+        **fit_document([calibration.path], session.table, solution, analysis),
         "session": str(calibration.path),
         "completed": calibration.completed,
         "refused": calibration.refused or None,
@@ -288,15 +284,10 @@ def hand_document(calibration: "HandCalibration") -> dict[str, Any]:
     from solarcal.station.documents import fit_document
 
     session = calibration.session
-    judgement = analyse_session(session, calibration.method)
+    analysis = analyse_session(session, calibration.method)
     fitted: dict[str, Any] = {}
-    if judgement is not None:
-        fitted = fit_document(
-            [calibration.path],
-            session.table,
-            judgement.solution,
-            judgement,
-        )
+    if analysis is not None:
+        fitted = fit_document([calibration.path], session.table, analysis.solution, analysis)
     return {
         **fitted,
         "session": str(calibration.path),

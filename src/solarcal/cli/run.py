@@ -258,15 +258,8 @@ def run_replay(args: argparse.Namespace) -> int:
         judgement = analyse_session(session)
         if judgement is None:
             raise FitError(f"{args.file}: no accepted point; a fit needs one")
-        print_json(
-            fit_document(
-                [args.file],
-                session.table,
-                judgement.solution,
-                judgement,
-                warnings=replay.warnings,
-            )
-        )
+        solution, table = judgement.solution, session.table
+        print_json(fit_document([args.file], table, solution, judgement, warnings=replay.warnings))
         return 0
     from solarcal.report.session_report import replay_text
 

@@ -17,6 +17,7 @@ from solarcal.station.fitting import solve
 from solarcal.station.jogging import JogView, SunOffsetJog
 from solarcal.station.point_judgement import judge_point
 from solarcal.station.procedure import Station
+from solarcal.station.waiting import wait_until
 from solarcal.two_mirror.control import REVERSED, GrowthWatch
 from solarcal.unit.tracker import Mode, Spot
 
@@ -124,7 +125,7 @@ class SensorFollower:
         taken: list[PointRecord] = []
         slot_utc_s = station.clock.utc_s()
         while len(taken) < plan.points:
-            station.clock.wait(max(0.0, round(slot_utc_s - station.clock.utc_s(), 3)))
+            wait_until(station, slot_utc_s)
             slot_utc_s += 60.0 * plan.every_min
             if self.elevation_deg() < LEAST_ELEVATION_DEG:
                 self._say(f"the {self.light} is below {LEAST_ELEVATION_DEG:g} deg: no more points")

@@ -10,19 +10,16 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
 
-import numpy as np
-
 from solarcal.errors import LinkError, ProcedureRefused, UnitRefused
 from solarcal.model.methods import DEFAULT_METHOD
-from solarcal.mount.controller import ideal_axes_deg
 from solarcal.session.records import CheckRecord, PointRecord, UploadRecord
 from solarcal.station.centring import SunCentring
 from solarcal.station.fitting import solve
 from solarcal.station.point_judgement import counts_doubt
 from solarcal.station.procedure import Station
 from solarcal.station.uploading import propose_upload, refuse_doubtful
-from solarcal.sun.day import daylight
-from solarcal.timescale import SECONDS_PER_DAY, format_utc
+from solarcal.station.waiting import spread_min, sun_up, sun_usable, wait_for_sun, wait_until
+from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.unit.frames import Code
 from solarcal.unit.tracker import Mode, Spot
 
@@ -31,9 +28,6 @@ T = TypeVar("T")
 MAX_TRIES = 3
 SETTLE_S = 60.0
 """After a reference check the axes drive back to the Sun before there is a spot to look at."""
-
-MIN_POINT_ELEVATION_DEG = 10.0
-TRACKED_ELEVATION_DEG = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +38,6 @@ class Schedule:
     every_min: float | None = None
     checks: int = 2
     check_every_min: float = 30.0
-
-
-def spread_every_min(points: int, daylight_left_min: float) -> float:
-    """Minutes between points that use the daylight left: 20 at least, 60 at most."""
-    return float(np.clip(daylight_left_min / max(points - 1, 1), 20.0, 60.0))
 
 
 class AutomaticTechnician:
@@ -109,15 +98,16 @@ class AutomaticTechnician:
 
     def prepare(self) -> None:
         """Clock and reference check; then the calibration is begun, unless it was before."""
-        if self.station.tracker.capabilities.has_clock:
+        station = self.station
+        if station.tracker.capabilities.has_clock:
             self._persist(self._set_clock)
         self._persist(self._check_reference)
-        if not self._sun_up():
+        if not sun_up(station):
             self._say("the Sun is down; waiting for the morning")
-            self._persist(self._wait_for_sun)
+            self._persist(partial(wait_for_sun, station))
             self._persist(self._track)
-        self._persist(self._wait_for_sun)
-        if self.station.session.initialised is None:
+        self._persist(partial(wait_for_sun, station))
+        if station.session.initialised is None:
             self._persist(self._initialise)
 
     def _set_clock(self) -> None:
@@ -145,15 +135,15 @@ class AutomaticTechnician:
         station = self.station
         if self._uploaded is not None:
             return
-        interval_s = 60.0 * (self.schedule.every_min or self._spread())
+        interval_s = 60.0 * (self.schedule.every_min or spread_min(station, self.schedule.points))
         taken, slot_utc_s = len(station.session.accepted), station.clock.utc_s()
         start_utc_s = slot_utc_s
         recheck_after = max(self.schedule.points // 2, 1)
         while taken < self.schedule.points:
-            self._persist(partial(self._wait_until, slot_utc_s))
-            if not self._sun_usable():
+            self._persist(partial(wait_until, station, slot_utc_s))
+            if not sun_usable(station):
                 self._say("the Sun is too low or beyond the limits; waiting for the next morning")
-                self._persist(self._wait_for_sun)
+                self._persist(partial(wait_for_sun, station))
                 slot_utc_s = station.clock.utc_s()
                 if slot_utc_s - start_utc_s > 5 * SECONDS_PER_DAY:
                     break
@@ -235,13 +225,14 @@ class AutomaticTechnician:
         )
 
     def take_checks(self) -> None:
+        station = self.station
         for index in range(self._checks_taken(), self.schedule.checks):
             if index:
                 wait_s = 60.0 * self.schedule.check_every_min
-                self._persist(partial(self._wait_until, self.station.clock.utc_s() + wait_s))
-            if not self._sun_usable():
+                self._persist(partial(wait_until, station, station.clock.utc_s() + wait_s))
+            if not sun_usable(station):
                 self._say("the Sun is too low for a check point; waiting for the next morning")
-                self._persist(self._wait_for_sun)
+                self._persist(partial(wait_for_sun, station))
             self._persist(partial(self.take_point, check=True))
             self._persist(self._track)
 
@@ -292,7 +283,7 @@ class AutomaticTechnician:
         try:
             while (status := self.station.poll()).mode is Mode.REF:
                 self.station.clock.wait(10.0)
-            if status.referenced and self._sun_up():
+            if status.referenced and sun_up(self.station):
                 self.station.track()
         except LinkError as error:
             # The step itself meets it again.
@@ -330,7 +321,7 @@ class AutomaticTechnician:
         for _ in range(MAX_TRIES):
             record = self.station.ref_check()
             self._say(f"reference check {record.number}: {record.found_words}")
-            if record.complete and (not self._sun_up() or self._tracks()):
+            if record.complete and (not sun_up(self.station) or self._tracks()):
                 return
             self._say("the reference check does not count; once more")
         raise ProcedureRefused(
@@ -357,41 +348,3 @@ class AutomaticTechnician:
             self._say("the unit has lost its reference (did it restart?): a reference check first")
             self._check_reference()
             self.station.clock.wait(SETTLE_S)
-
-    # -- waiting -----------------------------------------------------------------------------
-
-    def _wait_until(self, utc_s: float) -> None:
-        self.station.clock.wait(max(0.0, round(utc_s - self.station.clock.utc_s(), 3)))
-
-    def _sun_up(self) -> bool:
-        """High enough that the unit, with its own Sun, does not refuse to track it."""
-        return self.station.sun_elevation_deg() >= TRACKED_ELEVATION_DEG
-
-    def _sun_usable(self) -> bool:
-        """High enough, and the place it would send the axes to is within the limits."""
-        station = self.station
-        if station.sun_elevation_deg() < MIN_POINT_ELEVATION_DEG:
-            return False
-        header = station.session.header
-        limits = header.unit.limits
-        ax1, ax2 = ideal_axes_deg(
-            station.geometry, header.site, station.clock.utc_s(), header.unit.heliostat
-        )
-        return float(limits.distance_deg(ax1, ax2)) > 1.0
-
-    def _wait_for_sun(self) -> None:
-        """Wait, in quarter hours, until the Sun is usable; polar nights have an end too."""
-        for _ in range(4 * 24 * 2):
-            if self._sun_usable():
-                return
-            self.station.clock.wait(900.0)
-        raise ProcedureRefused(
-            "the Sun did not come within reach for two days; check site, date and limits "
-            f"({format_utc(self.station.clock.utc_s(), 0)})"
-        )
-
-    def _spread(self) -> float:
-        now = self.station.clock.utc_s()
-        interval = daylight(self.station.session.header.site, now, MIN_POINT_ELEVATION_DEG)
-        left_min = (interval[1] - now) / 60.0 if interval is not None else 0.0
-        return spread_every_min(self.schedule.points, left_min - 10.0)
