@@ -31,7 +31,7 @@ def _time_label(data: ErrorPlotData) -> str:
 
 
 def _draw_points(
-    canvas: Canvas, data: ErrorPlotData, hours: Scale, values: Scale, y1: FloatArray, y2: FloatArray
+    canvas: Canvas, data: ErrorPlotData, values: Scale, y1: FloatArray, y2: FloatArray
 ) -> bool:
     """Both axes of every point, points of later days hollow; true if any two fell on one cell."""
     points, palette = data.points, canvas.palette
@@ -199,7 +199,7 @@ def error_plot(
         band = _model_curves(canvas, data)
     else:
         band = _model_dots(canvas, data, sheet.height)
-    both = _draw_points(canvas, data, hours, values, points.err1_deg, points.err2_deg)
+    both = _draw_points(canvas, data, values, points.err1_deg, points.err2_deg)
     if not points.labels:
         canvas.say("No points yet. The first one appears here as soon as it is stored.")
     if at is not None:
@@ -274,7 +274,7 @@ def residual_plot(data: ErrorPlotData, sheet: Sheet, view: View = WHOLE) -> str:
         if view.fine:
             canvas.stems(points.solar_time_h, cross, palette.axis1, -0.25)
             canvas.stems(points.solar_time_h, along, palette.axis2, 0.25)
-        both = _draw_points(canvas, data, hours, values, cross, along)
+        both = _draw_points(canvas, data, values, cross, along)
     else:
         canvas.say("No fit yet. Residuals appear from the third point on.")
     if at is not None and data.has_model:

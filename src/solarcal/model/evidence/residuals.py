@@ -81,7 +81,7 @@ def diagnose(
     )
     return (
         *_steps(solution, rows, tolerance_deg),
-        *(_cause(cause, tests, tolerance_deg) for cause in tests.causes),
+        *(_cause(cause, tolerance_deg) for cause in tests.causes),
         *(_bad_point(bad, solution) for bad in tests.bad),
         *_undecided(tests),
         *doubtful,
@@ -226,7 +226,7 @@ def _amount(name: str, value: float, sigma: float) -> str:
     return f"{value:+.{decimals}f} +- {sigma:.{decimals}f} {_times(name)}"
 
 
-def _cause(cause: Cause, tests: ResidualTests, tolerance_deg: float) -> Finding:
+def _cause(cause: Cause, tolerance_deg: float) -> Finding:
     causes = (cause.name, *cause.rivals)
     effect = float(np.sqrt(max(cause.without_deg**2 - cause.leaves_deg[0] ** 2, 0.0)))
     kinds = tuple(_looked_for(c).finding for c in causes)

@@ -164,12 +164,12 @@ class Sheet:
         except ValueError:
             plain = False
         if not plain or not np.all((values >= low) & (values <= high)):
-            values = np.array(self._slowly(name, cells, low, high), dtype=np.float64)
+            values = np.array(self._slowly(name, low, high), dtype=np.float64)
         for row in np.flatnonzero(np.isnan(values) & ~may_lack)[:1]:
             raise self.error(int(row), name, "is empty")
         return values
 
-    def _slowly(self, name: str, cells: Sequence[str], low: float, high: float) -> Iterable[float]:
+    def _slowly(self, name: str, low: float, high: float) -> Iterable[float]:
         def number(cell: str) -> float:
             if not cell.strip():
                 return np.nan

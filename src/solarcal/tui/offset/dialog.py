@@ -4,9 +4,8 @@ from collections.abc import Callable, Iterable
 from typing import Any, ClassVar
 
 from textual.containers import Horizontal, Vertical
-from textual.events import Resize
 from textual.widget import Widget
-from textual.widgets import Digits, Input, Static
+from textual.widgets import Digits, Static
 
 from solarcal.errors import UnitRefused
 from solarcal.model.fit import Solution
@@ -132,7 +131,7 @@ class SunOffsetDialog(PacedDialog):
             f"Nothing moves before one.{fields}"
         )
 
-    def on_resize(self, event: Resize) -> None:
+    def on_resize(self) -> None:
         room = self.app.size
         self.set_class(room.width >= ROOMY[0] and room.height >= ROOMY[1], "-roomy")
 
@@ -249,8 +248,7 @@ class SunOffsetDialog(PacedDialog):
         self.say("Waiting until the axes rest and the Sun is there ...")
         self._submit(OffsetSet, lambda station: self._jog.set_here())
 
-    def on_input_submitted(self, event: Input.Submitted) -> None:
-        del event
+    def on_input_submitted(self) -> None:
         self.action_calculate()
 
     def finished(self) -> bool:

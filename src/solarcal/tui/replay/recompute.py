@@ -11,7 +11,6 @@ from typing import ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container
-from textual.events import Resize
 from textual.widgets import Static
 
 from solarcal.config import sessions_dir
@@ -127,7 +126,7 @@ class RecomputeScreen(StationScreen):
         else:
             self.query_one(TextLines).show((f"No saved sessions in {sessions_dir()}.",))
 
-    def on_resize(self, event: Resize) -> None:
+    def on_resize(self) -> None:
         self.set_class(self.app.size.height >= HIGH, "-high")
         self._list()
 

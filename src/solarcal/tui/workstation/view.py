@@ -11,7 +11,6 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.content import Content
-from textual.events import Resize
 from textual.message import Message
 from textual.reactive import reactive
 from textual.widgets import Static
@@ -149,7 +148,7 @@ class WorkstationView(Vertical):
         self.query_one("#checks").border_title = "Checks (2: points)"
         self._fit_in()
 
-    def on_resize(self, event: Resize) -> None:
+    def on_resize(self) -> None:
         self._fit_in()
 
     def _fit_in(self) -> None:
