@@ -9,7 +9,7 @@ import numpy as np
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
 from solarcal.optics.reflection import bisector, direction_enu, horizontal_deg, unit
-from solarcal.session.interchange.paint import enu_m, read_heliostat, read_tower
+from solarcal.session.interchange.paint_records import enu_m, read_heliostat, read_tower
 
 PLANT = (50.9, 6.4, 88.0)
 TARGETS = {"upper": (50.9, 6.4, 130.0), "lower": (50.9, 6.4, 122.0), "side": (50.9, 6.3998, 138.0)}

@@ -12,7 +12,8 @@ from solarcal.errors import InputFileError
 from solarcal.mount.drive import Jack, JackHeliostat
 from solarcal.mount.mechanism import Mechanism
 from solarcal.session.interchange import read_paint, read_table
-from solarcal.session.interchange.paint import enu_m, paint_table
+from solarcal.session.interchange.paint import paint_table
+from solarcal.session.interchange.paint_records import enu_m
 
 TRUTH = Mechanism(P1=0.4, P2=-0.25, P3=-0.3, P4=0.35, P5=0.001, P6=-0.0005)
 

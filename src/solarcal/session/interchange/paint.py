@@ -11,14 +11,12 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
-import msgspec
 import numpy as np
 
 from solarcal.errors import ConfigurationError, InputFileError, one_line
-from solarcal.input_files import read_bytes
-from solarcal.mount.drive import Jack, JackHeliostat
+from solarcal.mount.drive import JackHeliostat
 from solarcal.mount.geometry import MountGeometry
 from solarcal.optics.offset_mirror import Heliostat
 from solarcal.optics.reflection import (
@@ -29,167 +27,22 @@ from solarcal.optics.reflection import (
     reflected,
     unit,
 )
+from solarcal.session.interchange.paint_records import (
+    Record,
+    Tower,
+    enu_m,
+    read_heliostat,
+    read_record,
+    read_tower,
+)
 from solarcal.session.points import PointTable
-from solarcal.units import RAD_PER_DEG, FloatArray, wrap_deg
+from solarcal.units import FloatArray, wrap_deg
 
 Spot = Literal["UTIS", "HeliOS"]
 SPOTS: tuple[Spot, ...] = ("UTIS", "HeliOS")
 
 GEOMETRY = "tiltroll-ew"
-_WGS84_A_M, _WGS84_E2 = 6378137.0, 6.69437999014e-3
 _FARTHEST_M = 20_000.0
-Place = tuple[
-    Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)],
-    Annotated[float, msgspec.Meta(ge=-360.0, le=360.0)],
-    Annotated[float, msgspec.Meta(ge=-500.0, le=9000.0)],
-]
-"""Latitude, longitude, height; degrees and metres."""
-_Steps = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]
-_Metres = Annotated[float, msgspec.Meta(ge=-1e3, le=1e3)]
-_Angle = Annotated[float, msgspec.Meta(ge=-360.0, le=360.0)]
-
-
-class _Motors(msgspec.Struct, frozen=True):
-    Axis1MotorPosition: _Steps
-    Axis2MotorPosition: _Steps
-
-
-class Record(msgspec.Struct, frozen=True):
-    """A calibration record as its file has it."""
-
-    motor_position: _Motors
-    target_name: str
-    focal_spot: dict[str, Place | None]
-    Sun_elevation: _Angle
-    Sun_azimuth: _Angle
-
-
-class _Actuator(msgspec.Struct, frozen=True):
-    increment: Annotated[float, msgspec.Meta(ge=1.0, le=1e9)]
-    initial_stroke_length: _Metres
-    offset: _Metres
-    pivot_radius: _Metres
-    initial_angle: _Angle
-    clockwise_axis_movement: bool | int
-    type_axis: str = "linear"
-
-
-class _Kinematics(msgspec.Struct, frozen=True):
-    actuators: list[_Actuator]
-    first_joint_translation_e: _Metres = 0.0
-    first_joint_translation_n: _Metres = 0.0
-    first_joint_translation_u: _Metres = 0.0
-    second_joint_translation_e: _Metres = 0.0
-    second_joint_translation_n: _Metres = 0.0
-    second_joint_translation_u: _Metres = 0.0
-    concentrator_translation_e: _Metres = 0.0
-    concentrator_translation_n: _Metres = 0.0
-    concentrator_translation_u: _Metres = 0.0
-
-
-class _Properties(msgspec.Struct, frozen=True):
-    heliostat_position: Place
-    kinematic_properties: _Kinematics
-
-
-class _Plant(msgspec.Struct, frozen=True):
-    coordinates: Place
-
-
-@dataclass(frozen=True, slots=True)
-class Tower:
-    """The plant's place (latitude, longitude, height) and the centres of its targets, (3,) ENU."""
-
-    plant: Place
-    targets: dict[str, FloatArray]
-
-
-_record = msgspec.json.Decoder(Record)
-_properties = msgspec.json.Decoder(_Properties)
-_tower = msgspec.json.Decoder(dict[str, dict[str, object]])
-# Bytes that are no UTF-8 come as a ValueError of their own.
-_UNREADABLE = (msgspec.MsgspecError, UnicodeDecodeError, RecursionError)
-
-
-def read_tower(path: str | Path) -> Tower:
-    """The tower's measurements file.
-
-    Raises
-    ------
-    InputFileError
-        It is missing, or no such file.
-    """
-    content = read_bytes(path)
-    try:
-        raw = _tower.decode(content)
-        plant = msgspec.convert(raw["power_plant_properties"], _Plant).coordinates
-        targets = {
-            name: enu_m(plant, msgspec.convert(_centre(entry), Place))
-            for name, entry in raw.items()
-            if name != "power_plant_properties"
-        }
-    except (*_UNREADABLE, KeyError, TypeError) as error:
-        raise InputFileError(f"{path}: no PAINT tower measurements: {_said(error)}") from None
-    if not targets:
-        raise InputFileError(f"{path}: no PAINT tower measurements: no target is in it")
-    return Tower(plant, targets)
-
-
-def read_heliostat(path: str | Path, tower: Tower) -> JackHeliostat:
-    """The heliostat's properties file; metres from the plant's place.
-
-    Raises
-    ------
-    InputFileError
-        It is missing, no such file, or not of two linear actuators.
-    """
-    content = read_bytes(path)
-    try:
-        found = _properties.decode(content)
-    except _UNREADABLE as error:
-        raise InputFileError(f"{path}: no PAINT heliostat properties: {_said(error)}") from None
-    kinematics = found.kinematic_properties
-    if len(kinematics.actuators) != 2 or any(a.type_axis != "linear" for a in kinematics.actuators):
-        raise InputFileError(f"{path}: only heliostats with two linear actuators are read")
-    first, second = (
-        Jack(
-            increment=a.increment,
-            initial_stroke=a.initial_stroke_length,
-            offset=a.offset,
-            pivot_radius=a.pivot_radius,
-            initial_angle_deg=a.initial_angle / RAD_PER_DEG,
-            clockwise=bool(a.clockwise_axis_movement),
-        )
-        for a in kinematics.actuators
-    )
-
-    def moved(joint: str) -> tuple[float, float, float]:
-        east, north, up = (getattr(kinematics, f"{joint}_translation_{axis}") for axis in "enu")
-        return east, north, up
-
-    east, north, up = enu_m(tower.plant, found.heliostat_position).tolist()
-    return JackHeliostat(
-        jacks=(first, second),
-        position_enu=(east, north, up),
-        first_joint=moved("first_joint"),
-        second_joint=moved("second_joint"),
-        concentrator=moved("concentrator"),
-    )
-
-
-def enu_m(plant: Place, place: Place) -> FloatArray:
-    """(east, north, up) in metres of a place (latitude, longitude, height) near the plant."""
-    latitude = plant[0] * RAD_PER_DEG
-    root = np.sqrt(1.0 - _WGS84_E2 * np.sin(latitude) ** 2)
-    across = _WGS84_A_M / root
-    along = _WGS84_A_M * (1.0 - _WGS84_E2) / root**3
-    return np.array(
-        (
-            (place[1] - plant[1]) * RAD_PER_DEG * across * np.cos(latitude),
-            (place[0] - plant[0]) * RAD_PER_DEG * along,
-            place[2] - plant[2],
-        )
-    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -308,14 +161,8 @@ def paint_files(
     known = {} if towers is None else towers
     if measurements not in known:
         known[measurements] = read_tower(measurements)
-    records = []
-    for path in files:
-        try:
-            records.append((path, _record.decode(read_bytes(path))))
-        except _UNREADABLE as error:
-            raise InputFileError(f"{path}: no PAINT calibration record: {_said(error)}") from None
     return PaintFiles(
-        records=tuple(records),
+        records=tuple((path, read_record(path)) for path in files),
         heliostat=read_heliostat(properties, known[measurements]),
         tower=known[measurements],
         name=re.sub(r"[-_]heliostat[-_]properties$", "", properties.stem),
@@ -361,11 +208,6 @@ def paint_table(files: PaintFiles, *, unit: str | None = None) -> PointTable:
     )
 
 
-def _centre(entry: dict[str, object]) -> object:
-    coordinates = entry.get("coordinates", entry)
-    return coordinates["center"] if isinstance(coordinates, dict) else None
-
-
 def _number(path: Path, otherwise: int) -> int:
     digits = re.match(r"[0-9]{1,15}", path.name)
     return int(digits[0]) if digits else otherwise
@@ -388,7 +230,3 @@ def _tower_above(record: Path) -> Path:
     raise InputFileError(
         f"{record}: no *tower-measurements.json in the folders above; give it with --tower"
     )
-
-
-def _said(error: Exception) -> str:
-    return one_line(" ".join(str(error).split()))[:200]
