@@ -166,7 +166,11 @@ class StationCore:
             )
         )
 
-    def _take_down_waiting(self) -> None:
+    def _use(self, journal: Journal) -> None:
+        """Record into this file from now on: what was typed before it was there first."""
+        self._journal = journal
+        self._become(session=view_session(journal.header, tuple(journal.records)))
+        self._recall_heliostat()
         waiting, self._typed_before = self._typed_before, []
         for answer in waiting:
             self._take_down(answer)
@@ -326,12 +330,9 @@ class StationCore:
 
     def open_session(self, create: CreateJournal) -> Journal:
         """Open a session file at once: ``create`` gets the header and returns its journal."""
-        header = self._header()
-        self._journal = create(header)
-        self._become(session=view_session(header, ()))
-        self._recall_heliostat()
-        self._take_down_waiting()
-        return self._journal
+        journal = create(self._header())
+        self._use(journal)
+        return journal
 
     def resume_session(self, journal: Journal) -> None:
         """Go on with a session that was interrupted; the unit must be the same one."""
@@ -342,10 +343,7 @@ class StationCore:
                 f"{journal.path} belongs to unit {told.model} {told.serial}, "
                 f"but {identity.model} {identity.serial} is connected; start a new session"
             )
-        self._journal = journal
-        self._become(session=view_session(journal.header, tuple(journal.records)))
-        self._recall_heliostat()
-        self._take_down_waiting()
+        self._use(journal)
         self.compare_in_force()
 
     def compare_in_force(self) -> bool:

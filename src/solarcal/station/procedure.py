@@ -31,7 +31,6 @@ from solarcal.station.state import (
     Activity,
     held_before_upload,
     newest_upload,
-    view_session,
 )
 from solarcal.timescale import format_utc
 from solarcal.unit.tracker import Mode
@@ -214,8 +213,7 @@ class Station(PointSteps):
             journal.close()
             raise
         old_journal.close()
-        self._journal = journal
-        self._become(session=view_session(journal.header, tuple(journal.records)))
+        self._use(journal)
 
     # -- upload ------------------------------------------------------------------------------
 
