@@ -14,21 +14,15 @@ from textual.command import Provider
 from textual.notifications import SeverityLevel
 from textual.screen import Screen
 
-from solarcal.config import Choice, Settings, save_settings
-from solarcal.errors import ConfigurationError, SolarcalError, harmless
+from solarcal.config import Choice, Settings
+from solarcal.errors import SolarcalError, harmless
 from solarcal.profiles import Profile
 from solarcal.station.news import StepFailed
 from solarcal.tui.base import (
     ONE_IMPORT,
-    FormAsked,
-    LineFailed,
-    LineNews,
-    LineOpened,
     ShowsNotices,
     StationModal,
-    Told,
     is_typed,
-    raise_here,
 )
 from solarcal.tui.keys import (
     ACTIONS,
@@ -38,20 +32,19 @@ from solarcal.tui.keys import (
     bound_actions,
     modified_f3,
 )
+from solarcal.tui.line_app import LineApp
 from solarcal.tui.palette import ActionProvider, OwnThemesFirst, Palette
 from solarcal.tui.start.screen import StartScreen
-from solarcal.tui.station_app import StationApp
 from solarcal.tui.themes import DEFAULT_THEME, SUNLIGHT, axis_colours, begin_with_theme
 
 if TYPE_CHECKING:
-    from solarcal.station.opening import OpenLine
-    from solarcal.tui.typed_form.form_asked import AskedForm, ScreenDisplay
+    pass
 
 PRESS_STOP_S = 8.0
 """How long the notice stays that STOP is at the unit."""
 
 
-class SolarcalApp(StationApp):
+class SolarcalApp(LineApp):
     """Choices become an open line, keys become what a handler does.
 
     Parameters
@@ -61,9 +54,7 @@ class SolarcalApp(StationApp):
     output, trace : the first session file; a transcript of the line.
     remember : write settings back to the config folder.
 
-    Attributes
-    ----------
-    line : the open line, else ``None``; and what ``StationApp`` has.
+    Its attributes are those of ``LineApp``.
     """
 
     TITLE = "solarcal"
@@ -89,19 +80,10 @@ class SolarcalApp(StationApp):
         remember: bool = False,
         offline: bool = False,
     ) -> None:
-        super().__init__()
-        self.line: OpenLine | None = None
-        self.settings = settings or Settings()
-        self.profile = profile or Profile()
+        super().__init__(settings, profile, output, trace, remember, offline)
         self.actions: tuple[Action, ...] = bound_actions(keymap or {})
         self._start = start
-        self._output, self._trace = output, trace
-        self._remember = remember
-        self.offline = offline
-        """No unit and no emulator is opened: for pages of a browser, and for the desk."""
         self._keymap_given = dict(keymap or {})
-        self._opening = False
-        self._reader: ScreenDisplay | None = None
         begin_with_theme(self, self.settings.theme)
         self._theme_before = self.theme if self.theme != SUNLIGHT.name else DEFAULT_THEME
 
@@ -167,129 +149,6 @@ class SolarcalApp(StationApp):
             self._theme_before = name
         if name != self.settings.theme:
             self.remember(msgspec.structs.replace(self.settings, theme=name))
-
-    def remember(self, settings: Settings) -> None:
-        """Keep settings, in the config folder too unless this run shall leave no trace."""
-        self.settings = settings
-        if not self._remember:
-            return
-        try:
-            save_settings(settings)
-        except ConfigurationError as error:
-            self.notify(str(error), severity="warning")
-
-    # -- the line ------------------------------------------------------------------------------
-
-    def open_choice(self, choice: Choice) -> None:
-        """Open a unit or an emulated one, or replay a session."""
-        if choice.replay:
-            self._open_replay(choice)
-        elif self.offline:
-            self._tell_start(
-                "this workstation is offline: it opens saved sessions only", error=True
-            )
-        elif self.line is not None or self._opening:
-            self.notify("a unit is connected already; quit first", severity="warning")
-        else:
-            self._opening = True
-            self._tell_start(f"opening {choice.words()} ...")
-            arguments = (choice, self.profile)
-            threading.Thread(
-                target=self._open_in_thread, args=arguments, name="opening", daemon=True
-            ).start()
-
-    def _open_replay(self, choice: Choice) -> None:
-        with ONE_IMPORT:
-            from solarcal.station.saved_sessions import Replay
-            from solarcal.tui.replay.screen import ReplayScreen
-
-        try:
-            replay = Replay.open(Path(choice.replay))
-        except SolarcalError as error:
-            self._tell_start(str(error), error=True)
-            return
-        self.remember(msgspec.structs.replace(self.settings, last=choice))
-        self.push_screen(ReplayScreen(replay, Path(choice.replay).name, choice.speed))
-
-    def _open_in_thread(self, choice: Choice, profile: Profile) -> None:
-        try:
-            with ONE_IMPORT:
-                from solarcal.emulated_units import open_choice
-
-            line = open_choice(
-                choice, profile, output=self._output, trace=self._trace, display=self.display_reader
-            )
-        except SolarcalError as error:
-            self.post_message(Told(LineFailed(error)))
-        except Exception as error:
-            # A fault of the program: it ends with it, and does not say "opening" for ever.
-            self.call_later(raise_here, error)
-            raise
-        else:
-            self.post_message(Told(LineOpened(line)))
-
-    @property
-    def display_reader(self) -> "ScreenDisplay":
-        """Where a person who reads a unit's display is asked."""
-        if self._reader is None:
-            with ONE_IMPORT:
-                from solarcal.tui.typed_form.form_asked import ScreenDisplay
-
-            self._reader = ScreenDisplay(lambda asked: self.post_message(Told(FormAsked(asked))))
-        return self._reader
-
-    def line_told(self, news: LineNews) -> None:
-        match news:
-            case LineOpened(line):
-                self._line_opened(line)
-            case LineFailed(error):
-                self._line_failed(error)
-            case FormAsked(asked):
-                self._form_asked(asked)
-
-    def _form_asked(self, asked: "AskedForm") -> None:
-        with ONE_IMPORT:
-            from solarcal.tui.typed_form.screen import DisplayFormScreen
-
-        if self._leaving:
-            asked.answer(None)
-        elif not asked.done:
-            self.push_screen(DisplayFormScreen(asked))
-
-    def _line_failed(self, error: SolarcalError) -> None:
-        with ONE_IMPORT:
-            from solarcal.station.opening import UnfinishedSessions
-
-        self._opening = False
-        if isinstance(error, UnfinishedSessions):
-            for screen in self.screen_stack:
-                if isinstance(screen, StartScreen):
-                    screen.offer_unfinished(error)
-            return
-        self._tell_start(str(error), error=True)
-
-    def _line_opened(self, line: "OpenLine") -> None:
-        with ONE_IMPORT:
-            from solarcal.tui.workstation.screen import WorkstationScreen
-
-        self._opening = False
-        self.line = line
-        self._output = None
-        self.adopt(line.station)
-        self.push_screen(WorkstationScreen(line.noticed))
-
-    def file_opened(self, path: Path) -> None:
-        """On which line each session was taken: after a crash it goes on there."""
-        if self.line is None:
-            return
-        plain = msgspec.structs.replace(self.line.choice, session="", start_utc="")
-        settings = msgspec.structs.replace(self.settings, last=plain)
-        self.remember(settings.with_line(path, plain))
-
-    def _tell_start(self, sentence: str, *, error: bool = False) -> None:
-        for screen in self.screen_stack:
-            if isinstance(screen, StartScreen):
-                screen.tell(sentence, error=error)
 
     def alert(self, words: str) -> None:
         """Bell and terminal notification, for a person who does not look at the screen."""
