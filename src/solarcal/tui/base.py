@@ -136,6 +136,10 @@ class ShowsNotices(DOMNode):
         """Show a notice for so long."""
         self.query(LogLine).first().notice(sentence, severity, seconds)
 
+    def say_on_line(self, sentence: str, *, error: bool = False, brief: bool = False) -> None:
+        """On the line of the screen, until the next sentence; one that is ``brief`` in one row."""
+        self.query_one("#log", LogLine).say(sentence, error=error, brief=brief)
+
 
 class _StationHooks(ShowsNotices):
     """What every screen of the stack is called with, on the event loop, once it is mounted."""

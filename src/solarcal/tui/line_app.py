@@ -173,4 +173,4 @@ class LineApp(StationApp):
     def _tell_start(self, sentence: str, *, error: bool = False) -> None:
         for screen in self.screen_stack:
             if isinstance(screen, StartScreen):
-                screen.tell(sentence, error=error)
+                screen.say_on_line(sentence, error=error)

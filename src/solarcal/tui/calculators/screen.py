@@ -172,9 +172,7 @@ class CalculatorScreen(StationScreen):
     def _answered(self, answer: Answer) -> None:
         self.answer = answer
         self.query_one(FormRows).mark_wrong(None)
-        self.query_one("#log", LogLine).say(
-            "Arrow keys: fields, choices. PgDn: more result. ^N: enlarge. Esc: back."
-        )
+        self.say_on_line("Arrow keys: fields, choices. PgDn: more result. ^N: enlarge. Esc: back.")
         self._show_answer()
 
     def _refused(self, error: SolarcalError) -> None:
@@ -182,9 +180,7 @@ class CalculatorScreen(StationScreen):
         self.answer = None
         self.query_one(FormRows).mark_wrong(error.field if isinstance(error, FormError) else None)
         missing = isinstance(error, FormError) and error.missing
-        self.query_one("#log", LogLine).say(
-            f"{error}; type it" if missing else str(error), error=not missing
-        )
+        self.say_on_line(f"{error}; type it" if missing else str(error), error=not missing)
         self._show_answer()
 
     # -- showing -----------------------------------------------------------------------------
@@ -291,7 +287,7 @@ class CalculatorsScreen(StationScreen):
         self.query_one("#title", HeadLine).show(
             ["Field calculators"], ["form in, result and drawing out"]
         )
-        self.query_one("#log", LogLine).say("Choose with the arrow keys, open with Enter.")
+        self.say_on_line("Choose with the arrow keys, open with Enter.")
         choices, group = self.query_one(OptionList), ""
         for one in INSTRUMENTS:
             if one.group != group:

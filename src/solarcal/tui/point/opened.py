@@ -101,12 +101,10 @@ class PointScreen(StationScreen):
         if isinstance(done, PointStruck):
             result = done.result
             restored = result.voids != self._seq
-            self.query_one("#log", LogLine).say(
-                f"{'Restored' if restored else 'Struck out'} (record {result.seq})."
-            )
+            self.say_on_line(f"{'Restored' if restored else 'Struck out'} (record {result.seq}).")
 
     def step_failed(self, failed: StepFailed) -> None:
-        self.query_one("#log", LogLine).say(str(failed.error), error=True)
+        self.say_on_line(str(failed.error), error=True)
 
     # -- keys ----------------------------------------------------------------------------------
 
@@ -124,7 +122,7 @@ class PointScreen(StationScreen):
         reason.add_class("-open")
         reason.query_one(Input).focus()
         what = "restored" if struck else "struck out"
-        self.query_one("#log", LogLine).say(
+        self.say_on_line(
             f"Why is this point {what}? Enter stores it, Esc cancels. F12 or ^S stops."
         )
 
@@ -132,7 +130,7 @@ class PointScreen(StationScreen):
         event.stop()
         reason, point = event.value.strip(), self.point
         if not reason:
-            self.query_one("#log", LogLine).say("A reason is needed; it goes into the file.")
+            self.say_on_line("A reason is needed; it goes into the file.")
             return
         if point is None:
             return

@@ -123,7 +123,7 @@ class ReplayScreen(PanesScreen):
         self.set_interval(TICK_S, self._tick)
         self._show()
         if self.replay.warnings:
-            self.query_one("#log", LogLine).say(self.replay.warnings[0], error=True)
+            self.say_on_line(self.replay.warnings[0], error=True)
 
     def on_resize(self) -> None:
         self._show_lines(self._state())
@@ -152,7 +152,7 @@ class ReplayScreen(PanesScreen):
         view.show_state(state)
         seen = self.replay.records[: self.replay.position]
         told = record_line(seen[-1]) if seen else "the session file is open; nothing recorded yet"
-        self.query_one("#log", LogLine).say(told)
+        self.say_on_line(told)
 
     def _show_lines(self, state: StationState) -> None:
         self.query_one("#title", TitleLine).show_state(state, replay=True)

@@ -68,7 +68,7 @@ class ProfileScreen(StationModal[bool]):
         self.query_one("#title", HeadLine).show(
             ["Site, unit and operator"], ["Ctrl+W saves, Escape changes nothing"]
         )
-        self.query_one("#log", LogLine).say("Empty fields are taken from the unit.")
+        self.say_on_line("Empty fields are taken from the unit.")
         self.query_one("#name", Input).focus()
 
     def on_select_changed(self, event: Select.Changed) -> None:
@@ -78,7 +78,7 @@ class ProfileScreen(StationModal[bool]):
             self._profile = load_profile(event.value)
             texts = form_texts(self._profile)
         except SolarcalError as error:
-            self.query_one("#log", LogLine).say(str(error), error=True)
+            self.say_on_line(str(error), error=True)
             return
         for name, text in texts.items():
             self.query_one(f"#{name}", Input).value = text
@@ -97,7 +97,7 @@ class ProfileScreen(StationModal[bool]):
             profile = profile_from_form(texts, self._profile)
             save_profile(profile)
         except SolarcalError as error:
-            self.query_one("#log", LogLine).say(str(error), error=True)
+            self.say_on_line(str(error), error=True)
             if isinstance(error, FieldError):
                 wrong = self.query_one(f"#{error.field}", Input)
                 wrong.add_class("-wrong")

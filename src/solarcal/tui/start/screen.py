@@ -89,17 +89,14 @@ class StartScreen(StationScreen):
         self.show_profile()
         self._use_driver(self.workstation.profile.driver)
         self.query_one(OptionList).focus()
-        self.tell("Choose with the arrow keys, open with Enter.")
+        self.say_on_line("Choose with the arrow keys, open with Enter.")
         self.call_after_refresh(self.look_up)
 
     def show_profile(self) -> None:
         self.query_one("#profile", HeadLine).show([self.workstation.profile.summary()])
 
-    def tell(self, sentence: str, *, error: bool = False) -> None:
-        self.query_one("#log", LogLine).say(sentence, error=error)
-
     def step_failed(self, failed: StepFailed) -> None:
-        self.query_one("#log", LogLine).say(str(failed.error), error=True)
+        self.say_on_line(str(failed.error), error=True)
 
     # -- what there is to choose -------------------------------------------------------------
 
@@ -195,7 +192,7 @@ class StartScreen(StationScreen):
         self._of_unit = found
         self._offer(self._offers)
         self.query_one(OptionList).highlighted = 1
-        self.tell(f"{found}. Escape: all choices.")
+        self.say_on_line(f"{found}. Escape: all choices.")
 
     # -- choosing ----------------------------------------------------------------------------
 
@@ -207,7 +204,7 @@ class StartScreen(StationScreen):
             self.look_up()
         elif choice.session and not (choice.port or choice.scenario or not has_line(choice.driver)):
             self._continue = choice.session
-            self.tell("Choose the line its unit is on. Escape: back to all choices.")
+            self.say_on_line("Choose the line its unit is on. Escape: back to all choices.")
             self.look_up()
         else:
             self.workstation.open_choice(choice)
@@ -238,7 +235,7 @@ class StartScreen(StationScreen):
     def action_driver(self) -> None:
         names = ON_A_LINE
         self._use_driver(names[(names.index(self._driver) + 1) % len(names)])
-        self.tell(f"Driver {self._driver}: {DRIVERS[self._driver].summary}.")
+        self.say_on_line(f"Driver {self._driver}: {DRIVERS[self._driver].summary}.")
 
     def action_profile(self) -> None:
         def changed(saved: bool | None) -> None:

@@ -158,7 +158,7 @@ class WorkstationScreen(PanesScreen):
     def _log_newest(self, state: StationState) -> None:
         """A record that has just come is shown; what is in the log is in the file."""
         if state.live.link is LinkState.LOST:
-            self.query_one("#log", LogLine).say(state.live.link_message, error=True)
+            self.say_on_line(state.live.link_message, error=True)
             return
         if self._review is not None:
             # What the review says stays until a key goes on.
@@ -169,21 +169,21 @@ class WorkstationScreen(PanesScreen):
             newest = record_line(records[-1]) if records else "connected; the session file is open"
             # What was typed was read as it was typed: it is not worth a row of the pane above.
             brief = bool(records) and isinstance(records[-1], Typed)
-            self.query_one("#log", LogLine).say(newest, brief=brief)
+            self.say_on_line(newest, brief=brief)
 
     def show_fit(self, fit: FitReady) -> None:
         self._show_lines(self.workstation.state)
         self.query_one(WorkstationView).show_fit(fit.solution, fit.judgement)
         if fit.reason:
-            self.query_one("#log", LogLine).say(fit.reason, error=True)
+            self.say_on_line(fit.reason, error=True)
 
     def show_progress(self, progress: Progress) -> None:
         if progress.kind is Reconnected:
             message = self.workstation.state.live.link_message
-            self.query_one("#log", LogLine).say(f"{message}: {progress.words}", error=True)
+            self.say_on_line(f"{message}: {progress.words}", error=True)
             return
         share = "" if progress.fraction is None else f"  {100.0 * progress.fraction:.0f} %"
-        self.query_one("#log", LogLine).say(f"{progress.words}{share}")
+        self.say_on_line(f"{progress.words}{share}")
 
     def step_done(self, done: Done[Any]) -> None:
         match done:
@@ -192,10 +192,10 @@ class WorkstationScreen(PanesScreen):
             case SpeedTold():
                 self._show_lines(self.workstation.state)
             case Stopped():
-                self.query_one("#log", LogLine).say("STOP: every motion is stopped")
+                self.say_on_line("STOP: every motion is stopped")
 
     def step_failed(self, failed: StepFailed) -> None:
-        self.query_one("#log", LogLine).say(str(failed.error), error=True)
+        self.say_on_line(str(failed.error), error=True)
 
     # -- keys --------------------------------------------------------------------------------
 
@@ -217,7 +217,7 @@ class WorkstationScreen(PanesScreen):
             self._tab_before = view.tab
         self._review = "coefficients"
         view.show_review("coefficients")
-        self.query_one("#log", LogLine).say(
+        self.say_on_line(
             f"Stored as record {record.seq}: parameters and changes. Any key: the error plot."
         )
 
@@ -233,9 +233,7 @@ class WorkstationScreen(PanesScreen):
         if self._review == "coefficients":
             self._review = "plot"
             self.query_one(WorkstationView).show_review("plot")
-            self.query_one("#log", LogLine).say(
-                "The new point on the curve of the previous fit. Any key: back."
-            )
+            self.say_on_line("The new point on the curve of the previous fit. Any key: back.")
         else:
             self._end_review()
 

@@ -24,7 +24,6 @@ from solarcal.session.records import PointRecord
 from solarcal.station.state import SessionView, StationState
 from solarcal.tui.base import StationScreen
 from solarcal.tui.widgets.footer import ROOMY_COLUMNS, FooterEntry, KeysInLine
-from solarcal.tui.widgets.lines import LogLine
 from solarcal.tui.widgets.plot import PLOTS, ExploredPlot
 from solarcal.tui.widgets.text_lines import ChosenLines, TextLines
 from solarcal.tui.workstation.lines import CoefficientsPane, check_lines
@@ -328,14 +327,14 @@ class PanesScreen(StationScreen):
 
     def next_plot(self) -> None:
         name = self.query_one(WorkstationView).next_plot()
-        self.query_one("#log", LogLine).say(f"{name}: {ExploredPlot.HELP}")
+        self.say_on_line(f"{name}: {ExploredPlot.HELP}")
 
     def action_alone(self) -> None:
         view = self.query_one(WorkstationView)
         name = view.show_alone()
         self.set_class(view.alone, "-alone")
         words = f"{name}: {ExploredPlot.HELP}" if view.alone else ""
-        self.query_one("#log", LogLine).say(words)
+        self.say_on_line(words)
 
     def action_tab(self, name: str) -> None:
         self.query_one(WorkstationView).tab = name
