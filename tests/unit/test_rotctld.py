@@ -276,6 +276,8 @@ def test_stop_goes_out_past_a_request_that_is_waiting():
         ("roof.example:4600", "roof.example:4600"),
         ("socket://10.0.0.7:4533", "10.0.0.7:4533"),
         ("socket://10.0.0.7", "10.0.0.7:4533"),
+        ("host:1", "host:1"),
+        ("host:65535", "host:65535"),
         ("[::1]:4533", "[::1]:4533"),
         (" [fe80::1] ", "[fe80::1]:4533"),
     ],
@@ -285,7 +287,7 @@ def test_addresses_of_rotctld(text, address):
 
 
 @pytest.mark.parametrize(
-    "text", ["/dev/ttyUSB0", "host:0", "host:70000", "rfc2217://host:1", "a b", "", "host:port"]
+    "text", ["/dev/ttyUSB0", "host:0", "host:65536", "rfc2217://host:1", "a b", "", "host:port"]
 )
 def test_what_is_no_address_is_said_with_what_to_do(text):
     with pytest.raises(ConfigurationError, match=r"start rotctld -m MODEL -r DEVICE first"):

@@ -116,6 +116,16 @@ def test_a_reading_of_another_time(held: Model) -> None:
     assert "a reading 12 min earlier" in said(held, texts)
 
 
+@pytest.mark.parametrize(("minutes", "when"), [(-45, "45 min earlier"), (45, "45 min later")])
+def test_three_quarters_of_an_hour_is_the_most_that_is_recognised(
+    held: Model, minutes: int, when: str
+) -> None:
+    texts = displayed(held, MORNING + 60.0 * minutes, O1, O2)
+    assert f"a reading {when}" in said(held, texts)
+    farther = displayed(held, MORNING + 60.0 * minutes * 47 / 45, O1, O2)
+    assert "a reading" not in said(held, farther)
+
+
 def test_the_units_clock_typed_with_the_reading(held: Model) -> None:
     texts = displayed(held, MORNING - 40.0, O1, O2)
     assert said(held, {**texts, "time": "08:59:20"}) == ""
