@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar, cast
 
+from textual.await_complete import AwaitComplete
 from textual.binding import Binding, BindingType
 from textual.dom import DOMNode
 from textual.message import Message
@@ -141,7 +142,7 @@ class ShowsNotices(DOMNode):
         self.query_one("#log", LogLine).say(sentence, error=error, brief=brief)
 
 
-class _StationHooks(ShowsNotices):
+class _StationHooks(ShowsNotices, Screen[Result]):
     """What every screen of the stack is called with, on the event loop, once it is mounted."""
 
     focused: Reactive[Widget | None] = Reactive(None, repaint=False)
@@ -153,6 +154,12 @@ class _StationHooks(ShowsNotices):
     @property
     def workstation(self) -> Workstation:
         return workstation_of(self)
+
+    def dismiss(self, result: Result | None = None) -> AwaitComplete:
+        """Leave, once: Textual takes away the screen on top, whichever that is by now."""
+        if self.is_current:
+            return super().dismiss(result)
+        return AwaitComplete()
 
     def compute(
         self,
@@ -219,7 +226,7 @@ class _StationHooks(ShowsNotices):
         """A step was refused or failed."""
 
 
-class StationScreen(_StationHooks, Screen[None]):
+class StationScreen(_StationHooks[None]):
     """A full screen. Opaque: else Textual would draw those below it behind it, all of them."""
 
     DEFAULT_CSS = """
@@ -231,7 +238,7 @@ class StationScreen(_StationHooks, Screen[None]):
         self.dismiss(None)
 
 
-class StationModal(_StationHooks, ModalScreen[Result]):
+class StationModal(_StationHooks[Result], ModalScreen[Result]):
     """A dialog. ``escape`` leaves it and changes nothing; STOP works here too."""
 
     BINDINGS: ClassVar[list[BindingType]] = [

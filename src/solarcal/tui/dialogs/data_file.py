@@ -75,8 +75,8 @@ class InitialiseDialog(Dialog):
     def on_input_submitted(self, event: Input.Submitted) -> None:
         if not event.value.strip():
             self.say("An override needs a reason.", "warning")
-            return
-        self._submit(event.value.strip())
+        elif not self.under_way():
+            self._submit(event.value.strip())
 
     def _submit(self, reason: str | None) -> None:
         self.offer()
@@ -118,7 +118,8 @@ class NoteDialog(Dialog):
         yield Field("text", "Remark")
 
     def on_input_submitted(self) -> None:
-        self.action_write()
+        if not self.under_way():
+            self.action_write()
 
     def action_write(self) -> None:
         text = self.query_one(Field).value

@@ -188,6 +188,10 @@ class Dialog(StationModal[None]):
     def offered(self, action: str) -> bool:
         return action in self._offered
 
+    def under_way(self) -> bool:
+        """Whether a step was begun and is not done: an Enter that bounces begins it once."""
+        return not self._offered
+
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """A key belongs to the phase the dialog is in."""
         del parameters
@@ -204,6 +208,9 @@ class Dialog(StationModal[None]):
             self.set_focus(None)
             return
         own = any(event.key in key.keys.split(",") for key in self.KEYS)
+        if not self.is_current:
+            # It came with the key that left: that one has begun the next step already.
+            return
         if self.finished() and not own and (step := self._step_of(event.key)) is not None:
             event.stop()
             self.dismiss(None)

@@ -102,7 +102,7 @@ class UploadDialog(Dialog):
         reason = event.value.strip()
         if not reason:
             self.say("This upload needs a reason.", "warning")
-        elif self._proposal is not None:
+        elif self._proposal is not None and not self.under_way():
             self._upload(self._proposal, reason)
 
     def action_rollback(self) -> None:

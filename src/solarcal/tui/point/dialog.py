@@ -103,6 +103,8 @@ class TakePointDialog(PacedDialog):
         if not reason:
             self.say("An override needs a reason.", "warning")
             return
+        if self.under_way():
+            return
         self.query_one(Field).display = False
         self.set_focus(None)
         self._begin(check=self._check, override_reason=reason)

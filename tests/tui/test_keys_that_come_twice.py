@@ -1,0 +1,87 @@
+"""Keys of gloves and of a slow terminal: two that arrive before the first has been shown."""
+
+import asyncio
+import threading
+
+from procedure_bench import bench, on_loop, shows, take_points, until, workstation
+from textual.events import Key
+from textual.pilot import Pilot
+from textual.screen import Screen
+
+from solarcal.session.records import Note, Void
+from solarcal.station.news import StatusRead
+from solarcal.tui.app import SolarcalApp
+from solarcal.tui.dialogs.data_file import NoteDialog, VoidDialog
+from solarcal.tui.dialogs.link import ClockDialog
+from solarcal.tui.dialogs.ref_check import RefCheckDialog
+
+
+def at_once(pilot: Pilot[int], *keys: str) -> None:
+    """All of them are in the app's queue before it looks at the first."""
+    for key in keys:
+        pilot.app.post_message(Key(key, None))
+
+
+async def idle(app: SolarcalApp) -> None:
+    """Until all steps asked for so far are done."""
+    worker = app.station_worker()
+    done = threading.Event()
+    worker.submit(StatusRead, lambda station: done.set())
+    assert await asyncio.to_thread(done.wait, 10.0)
+
+
+@on_loop
+async def test_the_key_of_the_next_step_held_on_a_finished_dialog_opens_that_step_once() -> None:
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f10", "enter")
+        await shows(pilot, "Set and recorded")
+        assert isinstance(app.screen, ClockDialog)
+        at_once(pilot, "f5", "f5", "f5")
+        await shows(pilot, "Watch both axes reach their switches")
+        assert [type(screen) for screen in app.screen_stack] == [Screen, RefCheckDialog]
+
+
+@on_loop
+async def test_a_screen_left_twice_takes_no_other_with_it() -> None:
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f5")
+        await shows(pilot, "Watch both axes reach their switches")
+        dialog = app.screen
+        assert isinstance(dialog, RefCheckDialog)
+        dialog.dismiss(None)
+        dialog.dismiss(None)
+        assert type(app.screen) is Screen
+
+
+@on_loop
+async def test_enter_that_bounces_writes_one_note() -> None:
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("n")
+        await shows(pilot, "Written into the session file")
+        assert isinstance(app.screen, NoteDialog)
+        await pilot.press(*"haze")
+        at_once(pilot, "enter", "enter")
+        await until(pilot, lambda: type(app.screen) is Screen)
+        await idle(app)
+        written = [r for r in station.session.records if isinstance(r, Note) and r.text == "haze"]
+        assert len(written) == 1
+
+
+@on_loop
+async def test_enter_that_bounces_strikes_a_point_once() -> None:
+    station, _ = bench()
+    take_points(station, 1)
+    async with workstation(station) as (app, pilot):
+        await pilot.press("x")
+        await shows(pilot, "Choose with the arrow keys")
+        assert isinstance(app.screen, VoidDialog)
+        await pilot.press("enter")
+        await shows(pilot, "Why is record")
+        await pilot.press(*"cloud")
+        at_once(pilot, "enter", "enter")
+        await until(pilot, lambda: type(app.screen) is Screen)
+        await idle(app)
+        assert len([r for r in station.session.records if isinstance(r, Void)]) == 1
