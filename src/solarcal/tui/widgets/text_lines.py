@@ -78,7 +78,7 @@ class TextLines(ScrollView, can_focus=True):
             lines = _all_folded(self._given, width)
             if len(lines) > height:
                 # The scrollbar takes its column.
-                lines = _all_folded(self._given, width - self.scrollbar_size_vertical)
+                lines = _all_folded(self._given, width - self.styles.scrollbar_size_vertical)
         self._lines = lines
         longest = 0 if self._wrap else max((_length(line) for line in lines), default=0)
         self.virtual_size = Size(longest, len(lines))
