@@ -229,9 +229,13 @@ async def test_a_field_of_the_calculator_that_is_empty_is_named(
 def test_the_spot_is_where_the_arrow_keys_have_to_go() -> None:
     sight = Sunspot()
     sight.show(Spot(True, 0.4, -0.2), 30.0)
-    assert sight.words() == "spot 0.200 right, 0.200 down (deg, sky)"
+    assert sight.words() == (
+        "spot 0.200 right, 0.200 down (deg, sky)\n+-0.5 deg plate; press arrows towards it"
+    )
     sight.show(Spot(False, 0.0, 0.0), 30.0)
-    assert sight.words() == "no spot on the plate"
+    assert sight.words() == (
+        "no spot on the plate: jog back or\npress t, which tracks the Sun again"
+    )
 
 
 def test_the_plate_grows_with_the_spots_distance() -> None:

@@ -330,9 +330,7 @@ class SunOffsetDialog(PacedDialog):
         if self.emulated:
             sight = self.query_one(Sunspot)
             sight.show(view.spot, view.status.ideal2_deg)
-            words = (
-                f"{sight.words()}\n+-{sight.half_width_deg:g} deg plate; press arrows towards it"
-            )
+            words = sight.words()
         self.query_one("#axes", Words).update(
             jog_table(view, follows=self._jog.follows, words=words)
         )

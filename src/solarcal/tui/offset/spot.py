@@ -67,13 +67,16 @@ class Sunspot(Widget):
     def words(self) -> str:
         """The same without the picture."""
         if self._spot is None:
-            return "no spot on the plate"
+            return "no spot on the plate: jog back or\npress t, which tracks the Sun again"
         right, up = self._spot
         sides = [
             f"{abs(right):.3f} {'right' if right >= 0 else 'left'}",
             f"{abs(up):.3f} {'up' if up >= 0 else 'down'}",
         ]
-        return f"spot {', '.join(sides)} (deg, sky)"
+        return (
+            f"spot {', '.join(sides)} (deg, sky)\n"
+            f"+-{self.half_width_deg:g} deg plate; press arrows towards it"
+        )
 
     def render_line(self, y: int) -> Strip:
         width, height = self.size
