@@ -130,3 +130,8 @@ def whole_option(low: float = -math.inf, high: float = math.inf) -> Callable[[st
             raise argparse.ArgumentTypeError(str(error)) from None
 
     return number
+
+
+def counted(number: int, noun: str) -> str:
+    """A number of things: ``1 point``, ``2 points``."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"

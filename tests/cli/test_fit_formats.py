@@ -111,3 +111,18 @@ def test_the_text_prints_what_pmfit_prints(capsys: pytest.CaptureFixture[str]) -
         ["TF", "+279.752", "4.361"],
     ]
     assert "population SD 8.349" in text
+
+
+def test_one_point_is_one_point_and_two_are_points(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    day = Path(__file__).parents[2] / "sessions" / "azel-good-day.jsonl"
+    lines = day.read_text().splitlines(keepends=True)
+    points = [at for at, line in enumerate(lines) if '"type":"point"' in line]
+    for count, words in ((1, "1 point, method"), (2, "2 points, method")):
+        cut = tmp_path / f"{count}.jsonl"
+        cut.write_text("".join(lines[: points[count - 1] + 1]))
+        assert run_command(["fit", str(cut)]) == 0
+        assert words in capsys.readouterr().out
+        run_command(["forecast", str(cut)])
+        assert f"({words.removesuffix(', method')}, robust)" in capsys.readouterr().out

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from solarcal.cli.fit import add_bolt_option, add_judging_arguments, fill_in, judging
 from solarcal.cli.process import print_json, say
-from solarcal.decimals import whole_option
+from solarcal.decimals import counted, whole_option
 from solarcal.errors import ConfigurationError
 from solarcal.report.blocks import text_of
 from solarcal.timescale import SECONDS_PER_DAY, SystemClock, parse_utc
@@ -47,8 +47,8 @@ def run_forecast(args: argparse.Namespace) -> int:
         tolerance_deg=judged.tolerance_deg,
     )
     parts = (
-        f"Expected error on the sky over the year, deg ({judged.solution.n_points} points, "
-        f"{judged.solution.method})",
+        f"Expected error on the sky over the year, deg "
+        f"({counted(judged.solution.n_points, 'point')}, {judged.solution.method})",
         text_of(forecast_facts(judgement.forecast, judged.tolerance_deg)),
         drawn,
         text_of(*verdict_blocks(judgement.verdict)),

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from solarcal.cli.fit import add_point_options, fill_in
 from solarcal.cli.process import add_json_option, print_json, say
-from solarcal.decimals import whole_option
+from solarcal.decimals import counted, whole_option
 from solarcal.errors import ConfigurationError
 from solarcal.timescale import SystemClock, format_utc
 
@@ -61,7 +61,7 @@ def _told(
         say(f"warning: {warning}")
     if unknown:
         say(f"warning: the {' and '.join(unknown)} is not known (--lat, --lon)")
-    print(f"{counts['total']} points ({counts['accepted']} accepted) in {args.target}")
+    print(f"{counted(counts['total'], 'point')} ({counts['accepted']} accepted) in {args.target}")
     return 0
 
 

@@ -22,7 +22,7 @@ from solarcal.cli.calibrate import (
 from solarcal.cli.instrument import add_options, answer, texts_of
 from solarcal.cli.process import add_json_option, print_json, say, terminal_size
 from solarcal.cli.unit_options import add_driver_options, asks_for_unit, journal_creator
-from solarcal.decimals import number_option, whole_option
+from solarcal.decimals import counted, number_option, whole_option
 from solarcal.errors import ConfigurationError
 from solarcal.instruments.catalogue import BY_ID
 from solarcal.timescale import Clock, SystemClock
@@ -336,7 +336,7 @@ def _followed(
     follower = kind(station, emulation.spot, sensor_sigma_deg=sigma_deg, say=say)
     followed = follower.follow(plan, commanded=True)
     taken = len(followed.points)
-    lines = [f"{taken} points by the sun sensor"]
+    lines = [f"{counted(taken, 'point')} by the sun sensor"]
     if followed.stopped:
         lines.append(f"STOPPED: {followed.stopped}")
     lines.append(f"session: {path}")

@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from solarcal.decimals import counted
 from solarcal.errors import FitError
 from solarcal.model.least_squares import solve
 from solarcal.model.points import Points
@@ -58,8 +59,7 @@ def fit_linear(
     n = len(points)
     if n < FEWEST_POINTS:
         raise FitError(
-            f"{n} point{'' if n == 1 else 's'} to fit, at least {FEWEST_POINTS} are needed; "
-            "take more points"
+            f"{counted(n, 'point')} to fit, at least {FEWEST_POINTS} are needed; take more points"
         )
     at = NativeAngles.at(points.geometry, points.ax1_deg, points.ax2_deg)
     weights = np.ones((2, n))

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from solarcal.decimals import counted
 from solarcal.model.cross_checks import LAST_POINTS, CrossChecks, cross_check
 from solarcal.model.evidence.direct import weigh
 from solarcal.model.finding import Finding
@@ -248,7 +249,7 @@ def _borne_out(
     told: list[str] = []
     if solution.n_points < FEWEST_TO_STOP:
         waiting.append(
-            f"only {solution.n_points} point{'s' if solution.n_points > 1 else ''}: at least "
+            f"only {counted(solution.n_points, 'point')}: at least "
             f"{FEWEST_TO_STOP} points are needed for a consistency check"
         )
     if checks is None or not isinstance(solution, MechanismSolution):

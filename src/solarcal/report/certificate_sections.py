@@ -1,5 +1,6 @@
 """What the sections of a certificate say, in the order they stand."""
 
+from solarcal.decimals import counted
 from solarcal.model.analysis import Analysis
 from solarcal.report.blocks import Block, Facts, Figure, Section, Sentences, Table, number
 from solarcal.report.forecast_map import forecast_map
@@ -218,6 +219,6 @@ def _upload_sentences(
         if here != newest.new_coefficients:
             said.append(
                 f"the unit was given other numbers ({newest.method}) than this certificate's fit "
-                f"({judged.solution.method}, {judged.solution.n_points} points)"
+                f"({judged.solution.method}, {counted(judged.solution.n_points, 'point')})"
             )
     return tuple(said)

@@ -5,6 +5,7 @@ Angles in degrees on the sky.
 
 from collections.abc import Iterable, Sequence
 
+from solarcal.decimals import counted
 from solarcal.model.analysis import Analysis
 from solarcal.model.forecast import Forecast
 from solarcal.model.mechanism_solution import BaseTilt, MechanismSolution, Shim, wind
@@ -100,8 +101,8 @@ def fit_summary(solution: Solution) -> Blocks:
 
     said = Prose(
         (
-            f"{solution.n_points} points, method {solution.method}, rank {solution.rank} of "
-            f"{len(solution.terms)}, condition number "
+            f"{counted(solution.n_points, 'point')}, method {solution.method}, rank "
+            f"{solution.rank} of {len(solution.terms)}, condition number "
             + (f"{condition:.3g}" if condition < 1e12 else "beyond 1e12"),
             f"residual on the sky: rms {shown(solution.sky_rms_deg)} {unit}, "
             f"largest {shown(solution.sky_max_deg)}, population SD "

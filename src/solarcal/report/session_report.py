@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from solarcal.decimals import counted
 from solarcal.errors import one_line
 from solarcal.model.analysis import Analysis
 from solarcal.model.evidence.direct import evidence_sentences
@@ -206,7 +207,7 @@ def _what(record: Record) -> str:
         case FitRecord():
             # As much as a row of 80 columns holds behind time and number.
             values = " ".join(f"{p:+.3f}" for p in record.coefficients.as_tuple()[:4])
-            those = f"{record.points} point{'s' if record.points > 1 else ''}"
+            those = f"{counted(record.points, 'point')}"
             return f"fit, {those}, rms {record.sky_rms_deg:.3f}: P1..4 {values}"
         case UploadRecord():
             kind = "rollback" if record.rollback else "upload"

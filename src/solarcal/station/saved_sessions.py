@@ -6,6 +6,7 @@ from pathlib import Path
 import msgspec
 
 from solarcal.config import Choice, sessions_dir
+from solarcal.decimals import counted
 from solarcal.errors import SolarcalError, harmless
 from solarcal.session.records import Closed, Header, PointRecord, Record
 from solarcal.session.view import UNCLOSED, read_session
@@ -42,8 +43,7 @@ class SavedSession:
         name = harmless(self.path.name)
         if self.damage:
             return f"{name}  cannot be read"
-        plural = "" if self.points == 1 else "s"
-        return f"{name}  {self.points} point{plural}, last {self.last_utc[:16]}Z"
+        return f"{name}  {counted(self.points, 'point')}, last {self.last_utc[:16]}Z"
 
 
 def saved_sessions() -> list[SavedSession]:

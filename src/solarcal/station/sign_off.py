@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from solarcal.decimals import counted
 from solarcal.model.analysis import Analysis
 from solarcal.model.forecast import Forecast
 from solarcal.mount.formula import Coefficients, Offsets
@@ -87,7 +88,7 @@ def _conclusion(
     if not left_deg.size:
         return False, "no check point was taken after the upload"
     n, worst = left_deg.size, float(left_deg.max())
-    those = f"{n} check point{'s' if n > 1 else ''} after the upload"
+    those = f"{counted(n, 'check point')} after the upload"
     if worst > limit_deg:
         beyond = int((left_deg > limit_deg).sum())
         return False, f"{beyond} of {those}: beyond the tolerance, the worst {worst:.3f} deg"

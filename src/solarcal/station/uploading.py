@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from solarcal.decimals import counted
 from solarcal.errors import InputFileError, LinkError, ProcedureRefused
 from solarcal.model.analysis import Analysis
 from solarcal.model.fit import FEWEST_POINTS, Solution
@@ -273,4 +274,4 @@ def propose_upload(
 def too_few_points(session: SessionView) -> str:
     """Why there is nothing to upload yet."""
     n = len(session.accepted)
-    return f"{n} accepted point{'' if n == 1 else 's'}: {FEWEST_POINTS} are needed."
+    return f"{counted(n, 'accepted point')}: {FEWEST_POINTS} are needed."

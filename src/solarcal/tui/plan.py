@@ -10,6 +10,7 @@ from textual.binding import Binding, BindingType
 from textual.content import Content
 from textual.events import Click
 
+from solarcal.decimals import counted
 from solarcal.model.analysis import Analysis
 from solarcal.model.plan import Plan, PlannedStop
 from solarcal.report.blocks import columns, number, wrapped
@@ -309,8 +310,7 @@ def advice(judgement: Analysis, plan_options: PlanOptions) -> Content:
     if plan_options.points is not None:
         asked.append(f"{plan_options.points} points in all")
     if plan_options.struck:
-        plural = "" if len(plan_options.struck) == 1 else "s"
-        asked.append(f"{len(plan_options.struck)} half hour{plural} of cloud")
+        asked.append(f"{counted(len(plan_options.struck), 'half hour')} of cloud")
     return Content.assemble(
         (sentence, "bold"),
         f"\nPoints at (UTC): {times or '-'}",

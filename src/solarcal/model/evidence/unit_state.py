@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solarcal.decimals import Pair
+from solarcal.decimals import Pair, counted
 from solarcal.model.evidence.clocks import CLOCK_TOLERANCE_S
 from solarcal.model.finding import Finding
 from solarcal.mount.controller import ideal_and_elevation_deg
@@ -223,7 +223,7 @@ def unit_evidence(session: SessionView) -> list[Finding]:
                 kind="unit_sun",
                 subject="unit Sun",
                 sentence=f"the unit's Sun was {worst:.3f} deg from ours for the clock and site it "
-                f"reports, at {len(points)} point{'s' if len(points) > 1 else ''}: {words}",
+                f"reports, at {counted(len(points), 'point')}: {words}",
                 number=worst,
                 direct=True,
                 labels=tuple(seq for seq, _ in points),

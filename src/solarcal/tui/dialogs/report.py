@@ -11,6 +11,7 @@ from textual.containers import Horizontal, Vertical
 from textual.widget import Widget
 
 from solarcal.config import sessions_dir
+from solarcal.decimals import counted
 from solarcal.errors import ProcedureRefused, SolarcalError
 from solarcal.report.certificate import issue
 from solarcal.report.forecast_map import forecast_map
@@ -74,7 +75,7 @@ class ReportDialog(Dialog):
         self._offer(proof)
         n = len(session.accepted)
         self.query_one("#told", Words).update(
-            f"Session  {self._path.name}, {n} point{'' if n == 1 else 's'}\n"
+            f"Session  {self._path.name}, {counted(n, 'point')}\n"
             f"Status   {'SIGNED OFF' if proof.signed_off else 'not signed off'}: {proof.reason}\n"
             f"Folder   {sessions_dir()}"
         )

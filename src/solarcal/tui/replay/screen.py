@@ -8,6 +8,7 @@ from textual.binding import Binding, BindingType
 from textual.content import Content
 from textual.widget import Widget
 
+from solarcal.decimals import counted
 from solarcal.report.session_report import record_line
 from solarcal.session.records import PointRecord
 from solarcal.station.news import FitReady
@@ -161,7 +162,7 @@ class ReplayScreen(PanesScreen):
             [
                 ("File ", "bold"),
                 (self._file_name, "bold $accent"),
-                f"   {count} point{'' if count == 1 else 's'} so far",
+                f"   {counted(count, 'point')} so far",
             ]
         )
         judged = self.judged_now

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from textual.content import Content
 
+from solarcal.decimals import counted
 from solarcal.model.analysis import Analysis
 from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.model.fit import Solution
@@ -237,7 +238,7 @@ def coefficient_lines(session: SessionView, solution: Solution | None) -> list[l
             f"  max {solution.sky_max_deg:.4f} deg",
         ],
         [
-            f"{solution.n_points} point{'s' if solution.n_points > 1 else ''}, "
+            f"{counted(solution.n_points, 'point')}, "
             f"rank {solution.rank} of {len(solution.terms)}, "
             f"condition {_short(solution.condition_number)}"
         ],

@@ -9,6 +9,7 @@ from textual.content import Content
 from textual.events import Key
 from textual.markup import escape
 
+from solarcal.decimals import counted
 from solarcal.report.session_report import record_line
 from solarcal.session.records import CheckRecord, PointRecord, Typed
 from solarcal.station.news import (
@@ -138,7 +139,7 @@ class WorkstationScreen(PanesScreen):
                 [
                     ("File ", "bold"),
                     (self.workstation.session_name, "bold $accent"),
-                    f"  {count} point{'' if count == 1 else 's'}"
+                    f"  {counted(count, 'point')}"
                     + ("" if session.initialised is not None else ", not begun"),
                 ],
                 self._time_words(),
