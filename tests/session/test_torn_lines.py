@@ -28,6 +28,16 @@ def test_a_header_cut_anywhere_is_a_clear_refusal() -> None:
     assert parse(HEAD[:-1]) == ([], 0)
 
 
+@pytest.mark.parametrize(
+    "content",
+    [b"utc,ax1_deg,ax2_deg\n1,2,3\n", (HEAD + FIRST).decode().encode("utf-16"), b"\x00" * 400],
+    ids=["a table", "saved as UTF-16", "zeros"],
+)
+def test_what_was_no_session_is_not_called_an_empty_one(content: bytes) -> None:
+    with pytest.raises(SessionFileError, match="not a session file"):
+        parse(content)
+
+
 def test_the_last_line_cut_anywhere_is_ignored_and_reported() -> None:
     whole = HEAD + FIRST + LAST
     for cut in range(len(HEAD + FIRST), len(whole) + 1):

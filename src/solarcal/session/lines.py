@@ -29,6 +29,7 @@ from solarcal.session.records import (
 )
 from solarcal.timescale import parse_many_utc
 
+_HEADER_START = b'{"type":"header"'
 _TORN_START = b'{"type":"torn","bytes":'
 _CHECKSUM_LENGTH = len(b',"crc32c":"01234567"}')
 _CHECKSUM_START = b',"crc32c":"'
@@ -312,9 +313,11 @@ class _Reading:
         except (ValueError, RecursionError):
             if _nearly_sealed(line):
                 raise self._error(self.number, MISSING) from None
-            raise self._error(
-                self.number, "no complete session header; nothing was recorded in this file"
-            ) from None
+            if line[: len(_HEADER_START)] == _HEADER_START[: len(line)]:
+                raise self._error(
+                    self.number, "no complete session header; nothing was recorded in this file"
+                ) from None
+            raw = None
         if not isinstance(raw, dict) or raw.get("type") != "header":
             raise self._error(self.number, "not a session file: its first line is no header")
         version = raw.get("format")
