@@ -145,7 +145,8 @@ def test_a_plan_begins_at_the_newest_point_of_itself(day, capsys):
     ("words", "told"),
     [
         (["--until", "25:00"], "time of day"),
-        (["--strike", "12:00"], "time of day"),
+        (["--strike", "12:00"], "--strike 12:00: give two times of day"),
+        (["--strike", "noon"], "--strike noon: give two times of day"),
         (["--points", "0"], "at least one"),
         (["--at", "noon"], "not a date and time"),
     ],
@@ -153,6 +154,13 @@ def test_a_plan_begins_at_the_newest_point_of_itself(day, capsys):
 def test_a_plan_that_cannot_be_is_refused_in_one_line(day, capsys, words, told):
     assert run_command(["plan", str(day), *words]) == 2
     assert told in capsys.readouterr().err
+
+
+def test_a_plan_of_a_session_just_begun_asks_for_a_point_and_not_for_times(day, tmp_path, capsys):
+    begun = tmp_path / "begun.jsonl"
+    begun.write_bytes(day.read_bytes().split(b"\n")[0] + b"\n")
+    assert run_command(["plan", str(begun)]) == 2
+    assert "no points to plan from; take at least one" in capsys.readouterr().err
 
 
 def test_texts_name_the_verdict(day, capsys):

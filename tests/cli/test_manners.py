@@ -17,6 +17,7 @@ from solarcal.cli import run_command
         (["fit", "a.jsonl", "--tolerance", "nan"], "'nan' is not an angle above 0"),
         (["fleet", ".", "--top", "-1"], "argument --top: -1 is not 0 or more"),
         (["two-mirror", "trace"], "solarcal two-mirror trace: the following arguments"),
+        (["fit", "a.jsonl", "--method", "exact", "--nope"], "solarcal fit: unrecognized"),
         (["fti", "a.jsonl"], "invalid choice: 'fti'"),
         (["calibrate", "--port", ""], "argument --port: is empty"),
         (["run", "--port", " "], "argument --port: is empty"),

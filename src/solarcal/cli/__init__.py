@@ -121,7 +121,11 @@ def run_command(argv: Sequence[str]) -> int:
     asked = next((word for word in argv if not word.startswith("-")), None)
     if asked is None and not {"-h", "--help", "--version"}.intersection(argv):
         asked, argv = "run", [*argv, "run"]
-    args = build_parser(asked).parse_args(argv)
+    parser = build_parser(asked)
+    args, unknown = parser.parse_known_args(argv)
+    if unknown:
+        parser.prog = f"solarcal {args.command}"
+        parser.error(f"unrecognized arguments: {' '.join(unknown)}")
     try:
         code = let_go_of_terminal(int(args.run(args)))
         # Here a full disk or a closed pipe still has an answer; at the interpreter's end none.

@@ -94,6 +94,8 @@ def run_plan(args: argparse.Namespace) -> int:
         raise ConfigurationError(
             "the points carry no times, or none with a year to come that the Sun models cover "
             f"({SUN_YEARS}); give --at, the instant to plan from"
+            if files.table.accepted()
+            else "no points to plan from; take at least one"
         )
     if not sun_known(np.array([at_utc_s]), year_ahead=True).all():
         raise ConfigurationError(
@@ -138,6 +140,8 @@ def next_time(text: str, after_utc_s: float, option: str) -> float:
 def _interval(text: str, at_utc_s: float) -> tuple[float, float]:
     """An interval of the day that is running or comes next."""
     begin, _, end = text.partition("-")
+    if not (_CLOCK.fullmatch(begin) and _CLOCK.fullmatch(end)):
+        raise ConfigurationError(f"--strike {text}: give two times of day as HH:MM-HH:MM, UTC")
     end_utc_s = next_time(end, at_utc_s, "--strike")
     begin_utc_s = next_time(begin, end_utc_s - SECONDS_PER_DAY, "--strike")
     return begin_utc_s, end_utc_s
