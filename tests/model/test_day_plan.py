@@ -11,13 +11,14 @@ from made_up_trackers import JUNE, TRACKER, context_of, day_of, measured
 from benchmarks.judgement_plan import prior_knowledge
 from solarcal.errors import ConfigurationError
 from solarcal.model.analysis import analyse
-from solarcal.model.day_stops import STOP_STEP_S
+from solarcal.model.day_stops import STOP_STEP_S, DayStops
 from solarcal.model.forecast import forecast
 from solarcal.model.methods import fit_exact
 from solarcal.model.plan import Plan
 from solarcal.model.planner import plan, times_of
 from solarcal.model.prior import PLAIN, Prior
 from solarcal.model.schedule import (
+    Slots,
     best_schedule,
     cost,
     day_slots,
@@ -31,7 +32,7 @@ from solarcal.model.year_ahead import year_ahead
 from solarcal.mount.limits import AxisLimits, Limits
 from solarcal.site import Site
 from solarcal.stopping_rule import StoppingRule
-from solarcal.timescale import format_utc
+from solarcal.timescale import format_utc, parse_utc
 
 UNIT = Prior().sigma_array()
 DAY_S = 86400.0
@@ -46,6 +47,37 @@ def june_morning(geometry: str = "azel", **options) -> tuple[Plan, float]:
     solution = fit_exact(points.subset([0, 1, 2]), context)
     at = float(points.utc_s[3])
     return plan(solution.posterior, context, at, **options), at
+
+
+class TestEnds:
+    """The times at which the rest of a day could end."""
+
+    @staticmethod
+    def of(begins: str) -> DayStops:
+        _, slots, year = _first_light("azel")
+        first = parse_utc(begins)
+        inside = first + 300.0 * np.arange(25)
+        some = Slots(inside, slots.rows[:25], POINT_S)
+        return DayStops(some, np.eye(6), year, StoppingRule(0.1))
+
+    @pytest.mark.parametrize(
+        ("begins", "ends"),
+        [
+            ("2026-06-21T14:00:00Z", ["14:30", "15:00", "15:30", "16:00"]),
+            ("2026-06-21T14:05:00Z", ["14:30", "15:00", "15:30", "16:00", "16:05"]),
+            ("2026-06-21T13:58:00Z", ["14:00", "14:30", "15:00", "15:30", "15:58"]),
+        ],
+    )
+    def test_they_are_the_half_hours_of_the_clock_and_the_last_slot(self, begins, ends):
+        assert [format_utc(end, 0)[11:16] for end in self.of(begins).ends_s] == ends
+
+    def test_the_first_that_will_do_is_found_wherever_it_is(self, monkeypatch):
+        day = self.of("2026-06-21T14:05:00Z")
+        for index, sure_s in enumerate(day.ends_s):
+            monkeypatch.setattr(
+                DayStops, "meets", lambda _, stop, from_s=sure_s: stop.stop_utc_s >= from_s
+            )
+            assert day.first_dense(day.ends_s) == index
 
 
 class TestArithmetic:

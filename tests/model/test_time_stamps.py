@@ -93,7 +93,13 @@ def test_the_simplest_explanation_is_named_with_its_size(
 
 def test_a_shift_that_a_longitude_would_explain_as_well_names_both() -> None:
     (found,) = stamp_findings(late(40.0))
-    assert "or the longitude is" in found.sentence
+    assert "or the longitude is +0.167 deg off (-106.4800, the angles are of -106.647" in (
+        found.sentence
+    )
+    (found,) = stamp_findings(replace(day(), longitude_deg=-100.0))
+    assert "1555 s late, or the longitude is +6.480 deg off (-100.0000, the angles are of " in (
+        found.sentence
+    )
 
 
 def test_one_row_among_many_is_named_alone() -> None:

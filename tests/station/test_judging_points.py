@@ -1,6 +1,7 @@
 """A new point against the fit without it, and what an upload would change."""
 
 import math
+import re
 from dataclasses import replace
 
 import msgspec
@@ -8,6 +9,7 @@ import pytest
 from emulated_station import emulated_station
 
 from solarcal.errors import ProcedureRefused
+from solarcal.mount.drive import RotaryDrive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import CheckRecord, PointRecord, Void
 from solarcal.station.analysing import analyse_session
@@ -15,6 +17,7 @@ from solarcal.station.curves import session_plot_data
 from solarcal.station.fitting import solve
 from solarcal.station.guards import GuardRefused
 from solarcal.station.point_judgement import (
+    counts_doubt,
     judge_check,
     judge_point,
     point_evidence,
@@ -60,6 +63,42 @@ def test_missed_counts_do_not_match_and_the_axis_is_named(taken: SessionView) ->
     judged = judge_point(session, off)
     assert judged.suspicious
     assert judged.sentence.startswith("Axis 2 does NOT match")
+
+
+@pytest.mark.parametrize("axis", [1, 2])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_counts_that_make_no_sense_are_named_with_their_axis_and_degrees(
+    taken: SessionView, axis: int, sign: int
+) -> None:
+    """A quarter of a degree on the sky is the least; the fit of five points knows it better."""
+    session, last = without_last(taken)
+    assert last.found_counts is not None
+    assert last.ideal_deg is not None
+    assert counts_doubt(session, last, "robust") == ""
+    drive = (session.header.unit.drive1, session.header.unit.drive2)[axis - 1]
+    assert isinstance(drive, RotaryDrive)
+    on_sky = math.sin(math.radians(last.ideal_deg[1])) if axis == 1 else 1.0
+    for sky_deg, doubted in ((0.15, False), (0.6, True)):
+        lost = round(sign * sky_deg / on_sky * drive.counts_per_deg)
+        found = list(last.found_counts)
+        found[axis - 1] += lost
+        doubt = counts_doubt(
+            session, msgspec.structs.replace(last, found_counts=tuple(found)), "robust"
+        )
+        assert bool(doubt) == doubted, (sky_deg, doubt)
+    assert doubt.startswith(f"axis {axis} moved {found[axis - 1]} counts since the last point")
+    degrees = re.search(r"\(([+-][0-9.]+) deg\)", doubt)
+    assert degrees is not None
+    assert float(degrees[1]) == pytest.approx(sign * 0.6 / on_sky, abs=0.2)
+
+
+def test_counts_are_doubted_from_the_fifth_point_on(taken: SessionView) -> None:
+    session, last = without_last(taken)
+    assert last.found_counts is not None
+    wild = msgspec.structs.replace(last, found_counts=(last.found_counts[0] + 90_000, 0))
+    assert counts_doubt(session, wild, "robust")
+    four = replace(session, points=session.points[:-1])
+    assert counts_doubt(four, wild, "robust") == ""
 
 
 def test_the_first_point_has_nothing_to_be_compared_with(taken: SessionView) -> None:

@@ -5,6 +5,7 @@ import pytest
 from solarcal.errors import LinkError, ProcedureRefused, ProtocolError
 from solarcal.mount.limits import AxisLimits
 from solarcal.unit.drivers.easycomm import ASKED_AT_MOST, EasyCommRotator
+from solarcal.unit.tracker import ROTATOR
 
 OPENING = (("AZ EL", "AZ180.0 EL45.0"), ("VE", "VESatNOGS-v2.2"))
 SILENT = ("AZ EL",)
@@ -138,3 +139,11 @@ def test_numbers_that_are_no_direction_are_damage():
     )
     assert rotator.position_deg() == (180.0, 45.0)
     link.assert_finished()
+
+
+def test_a_rotator_turns_where_it_is_sent_and_has_nothing_of_a_controller():
+    for name in (
+        "has_controller", "has_clock", "has_switches", "has_offsets", "stores_coefficients",
+    ):  # fmt: skip
+        assert not getattr(ROTATOR, name), name
+    assert ROTATOR.has_link

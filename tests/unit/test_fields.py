@@ -251,6 +251,41 @@ def test_a_bad_parameter_is_refused_by_its_name(name, text):
 
 
 @pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [
+        ("axis1.reference", "-540", "540"),
+        ("axis2.reference", "-180", "360"),
+        ("update_range", "0.001", "5"),
+        ("tilt_decimals", "2", "9"),
+        ("scale_decimals", "4", "9"),
+    ],
+)
+def test_a_parameter_may_be_all_that_the_page_says_and_no_more(name, low, high):
+    def read(text):
+        return parameters_to_texts(
+            parameters_from_texts({**parameters_to_texts(PARAMETERS), name: text})
+        )[name]
+
+    for bound, beyond in ((low, -1), (high, 1)):
+        assert float(read(bound)) == float(bound)
+        outside = float(bound) + beyond * (1 if "decimals" in name else 0.0005)
+        with pytest.raises(ProtocolError, match=name):
+            read(f"{outside:.0f}" if "decimals" in name else f"{outside:.4f}")
+
+
+@pytest.mark.parametrize(
+    ("name", "outermost"), [("axis1.limits", (-540, 540)), ("axis2.limits", (-180, 360))]
+)
+def test_limits_may_be_all_that_the_page_says_and_no_more(name, outermost):
+    texts = parameters_to_texts(PARAMETERS)
+    low, high = outermost
+    parameters_from_texts({**texts, name: f"{low}.0:{high}.0"})
+    for wider in (f"{low}.1:{high}.0", f"{low}.0:{high}.1"):
+        with pytest.raises(ProtocolError, match=name):
+            parameters_from_texts({**texts, name: wider})
+
+
+@pytest.mark.parametrize(
     ("name", "place", "text"),
     [
         ("zone", 3, "99.00"),
