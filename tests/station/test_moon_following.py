@@ -166,4 +166,4 @@ def test_the_light_of_an_emulator_in_process_is_the_one_followed(
     assert run_command([*words, "--start", "2026-06-03T16:00:00Z", "--points", "1",
                         "-o", str(path)]) == 0  # fmt: skip
     assert read_session(path).header.target == "sun"
-    assert "1 points" in capsys.readouterr().out
+    assert "1 point by" in capsys.readouterr().out
