@@ -195,6 +195,7 @@ def rewritten(day: Day, session: SessionView, change: Callable[[PointRecord], di
         for record in session.records:
             bad = record in session.accepted
             journal.append(msgspec.structs.replace(record, **change(record)) if bad else record)
+    day.station.connect()
     day.station.resume_session(Journal.resume(day.path))
 
 

@@ -88,11 +88,11 @@ def test_a_session_is_loaded_only_into_a_unit_that_is_set_up_as_it_was(bench, se
     journal = Journal.resume(b.path)
     try:
         if what is None:
-            on_the_line.resume(journal)
+            on_the_line.station.resume_session(journal)
             assert on_the_line.upload(Coefficients(P1=0.1), "linear", "").verified
         else:
             with pytest.raises(ProcedureRefused, match=f"another {what}"):
-                on_the_line.resume(journal)
+                on_the_line.station.resume_session(journal)
     finally:
         journal.close()
 

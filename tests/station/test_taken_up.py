@@ -38,8 +38,8 @@ class Pauses:
         self._then(sum(self.waited))
 
 
-def emulated(serial="0001"):
-    return Emulator(load_scenario("tijeras-azel", [f"unit.serial={serial}"]), seed=5)
+def emulated(serial="0001", scenario="tijeras-azel", *settings):
+    return Emulator(load_scenario(scenario, [f"unit.serial={serial}", *settings]), seed=5)
 
 
 def accepted(path):
@@ -87,6 +87,31 @@ def test_a_finished_session_and_another_unit_are_refused(tmp_path):
     calibrate(unit, Journal.memory, SCHEDULE, resume=path)
     with pytest.raises(ProcedureRefused, match=r"is finished \(calibration finished\)"):
         calibrate(unit, Journal.memory, SCHEDULE, resume=path)
+
+
+@pytest.mark.parametrize(
+    ("scenario", "setting", "told"),
+    [
+        (
+            "ns-tiltroll",
+            "unit.update_range_deg=0.1",
+            r"geometry now \(tiltroll-ns\) than .*\(azel\)",
+        ),
+        ("tijeras-azel", "unit.reference1_deg=117", r"another reference position of axis 1"),
+        ("tijeras-azel", "unit.drive1=rotary:999", r"another drive of axis 1 now .* 999"),
+        ("tijeras-azel", "unit.latitude_deg=36", "another latitude"),
+    ],
+)
+def test_a_unit_set_up_otherwise_is_refused_and_nothing_is_written(
+    tmp_path, scenario, setting, told
+):
+    path = tmp_path / "day.jsonl"
+    interrupted_after(2, path, emulated())
+    before = path.read_bytes()
+    unit = SolarTrakUnit(OrderedLine(emulated("0001", scenario, setting)).connect)
+    with pytest.raises(ProcedureRefused, match=told):
+        calibrate(unit, Journal.memory, SCHEDULE, resume=path)
+    assert path.read_bytes() == before
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -385,9 +385,12 @@ async def test_a_new_session_is_begun_all_the_same_when_that_is_chosen():
             await app.leave()
 
 
-async def test_another_units_unfinished_session_is_not_offered():
+@pytest.mark.parametrize(
+    ("scenario", "settings"), [("tijeras-azel", ["unit.serial=B9"]), ("ns-tiltroll", [])]
+)
+async def test_another_units_unfinished_session_is_not_offered(scenario, settings):
     unfinished_session()
-    with serve_pty(Emulator(load_scenario("tijeras-azel", ["unit.serial=B9"]))) as port:
+    with serve_pty(Emulator(load_scenario(scenario, settings))) as port:
         app = app_with(start=Choice(port=port, offers_unfinished=True))
         async with app.run_test(size=(100, 40)) as pilot:
             await until(pilot, lambda: isinstance(app.screen, WorkstationScreen))

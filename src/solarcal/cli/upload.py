@@ -54,7 +54,7 @@ def run_upload(args: argparse.Namespace) -> int:
         refuse_doubtful(offer_upload(analysis, journal.header.unit), force)
         with asked_tracker(args) as tracker:
             unit = UnitOnTheLine(tracker)
-            unit.resume(journal)
+            unit.station.resume_session(journal)
             stored = unit.stored()
             offer = offer_upload(
                 analysis, journal.header.unit, (stored.coefficients, stored.offsets)
@@ -121,7 +121,7 @@ def run_rollback(args: argparse.Namespace) -> int:
             replaced = newest_upload(view_session(journal.header, tuple(journal.records)).uploads)
             if replaced is None:
                 raise ProcedureRefused(f"there is no upload in {path} to roll back")
-            unit.resume(journal)
+            unit.station.resume_session(journal)
             if unit.stored().coefficients != replaced.new_coefficients:
                 say(
                     f"the unit holds other coefficients than upload {replaced.seq} of {path} "

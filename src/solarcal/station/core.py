@@ -32,7 +32,7 @@ from solarcal.session.records import (
     Typed,
 )
 from solarcal.station import guards
-from solarcal.station.session_header import SessionSettings, session_header
+from solarcal.station.session_header import SessionSettings, refuse_another_unit, session_header
 from solarcal.station.state import (
     Activity,
     Attempt,
@@ -336,13 +336,10 @@ class StationCore:
 
     def resume_session(self, journal: Journal) -> None:
         """Go on with a session that was interrupted; the unit must be the same one."""
-        identity = self._state.live.identity
-        told = journal.header.unit
-        if identity is not None and (identity.model, identity.serial) != (told.model, told.serial):
-            raise ProcedureRefused(
-                f"{journal.path} belongs to unit {told.model} {told.serial}, "
-                f"but {identity.model} {identity.serial} is connected; start a new session"
-            )
+        identity, unit_site = self._state.live.identity, self.unit_site
+        if identity is not None and unit_site is not None:
+            # First: a unit that is refused leaves nothing in the file.
+            refuse_another_unit(journal.header, identity, unit_site, self.tracker.parameters())
         self._use(journal)
         self.compare_in_force()
 

@@ -101,7 +101,8 @@ def open_line(
         station = Station(tracker, clock, **settings)
         identity = station.connect()
         if choice.offers_unfinished and not choice.session and output is None:
-            _offer_unfinished(choice, identity)
+            assert station.unit_site is not None  # connect() has read it
+            _offer_unfinished(choice, identity, station.unit_site.geometry)
         create = _journal_creator(choice, output)
         if choice.session:
             journal = _continue(station, Path(choice.session))
@@ -114,12 +115,12 @@ def open_line(
         return OpenLine(station, choice, path, resources.pop_all(), create, clock, noticed)
 
 
-def _offer_unfinished(choice: Choice, identity: UnitIdentity) -> None:
+def _offer_unfinished(choice: Choice, identity: UnitIdentity, geometry: str) -> None:
     """Leave it to the technician where this unit has sessions to go on with."""
     anew = msgspec.structs.replace(choice, offers_unfinished=False)
     entries = [
         (saved.words(), msgspec.structs.replace(anew, session=str(saved.path)))
-        for saved in unfinished_sessions(identity.model, identity.serial)
+        for saved in unfinished_sessions(identity.model, identity.serial, geometry)
     ]
     if entries:
         raise UnfinishedSessions(f"{identity.model} {identity.serial}", entries, anew)

@@ -35,8 +35,8 @@ class SavedSession:
     points: int = 0
     finished: bool = True
     damage: str = ""
-    unit: tuple[str, str] = ("", "")
-    """Model and serial number."""
+    unit: tuple[str, str, str] = ("", "", "")
+    """Model, serial number and geometry."""
     typed: bool = False
 
     def words(self) -> str:
@@ -56,12 +56,12 @@ def saved_sessions() -> list[SavedSession]:
     return [look_into(path) for _, path in files[:NEWEST_SESSIONS]]
 
 
-def unfinished_sessions(model: str, serial: str) -> list[SavedSession]:
+def unfinished_sessions(model: str, serial: str, geometry: str) -> list[SavedSession]:
     """Those of one unit that can be gone on with, newest first."""
     return [
         saved
         for saved in saved_sessions()
-        if not saved.finished and not saved.damage and saved.unit == (model, serial)
+        if not saved.finished and not saved.damage and saved.unit == (model, serial, geometry)
     ]
 
 
@@ -76,14 +76,15 @@ def look_into(path: Path) -> SavedSession:
         isinstance(record, PointRecord) and record.status == "accepted"
         for record in session.records
     )
-    imported = session.header.sun_model != "solartrak"
+    header = session.header
+    imported = header.sun_model != "solartrak"
     return SavedSession(
         path,
         last.utc,
         accepted,
         isinstance(last, Closed) or imported,
-        unit=(session.header.unit.model, session.header.unit.serial),
-        typed=session.header.unit.typed,
+        unit=(header.unit.model, header.unit.serial, header.geometry),
+        typed=header.unit.typed,
     )
 
 

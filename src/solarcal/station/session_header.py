@@ -2,15 +2,20 @@
 
 from typing import TypedDict
 
+import msgspec
+
 from solarcal import __version__
 from solarcal.decimals import Six
+from solarcal.errors import ProcedureRefused
+from solarcal.mount.drive import Drive
 from solarcal.mount.formula import Coefficients
 from solarcal.profiles import Profile
+from solarcal.session.points import SITE_TOLERANCE_DEG
 from solarcal.session.records import Header, UnitRecord
 from solarcal.site import BoltCircle, Inclinometer, Site, Weather, standard_pressure_hpa
 from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule
 from solarcal.timescale import format_utc
-from solarcal.unit.tracker import Tracker, UnitIdentity, UnitSite
+from solarcal.unit.tracker import Tracker, UnitIdentity, UnitParameters, UnitSite
 
 
 class SessionSettings(TypedDict, total=False):
@@ -46,6 +51,51 @@ def profile_settings(profile: Profile, clock_s: float) -> SessionSettings:
         "last_coefficients": profile.last_coefficients,
         "bolt_circle": profile.bolt_circle,
     }
+
+
+def refuse_another_unit(
+    header: Header, identity: UnitIdentity, site: UnitSite, parameters: UnitParameters
+) -> None:
+    """A session goes on with its own unit, set up as it was; limits and decimals may differ.
+
+    Raises
+    ------
+    ProcedureRefused
+        The unit is another one, or its read-outs have another meaning than in the session.
+    """
+    ours = header.unit
+    name = f"unit {ours.model} {ours.serial}"
+    if (identity.model, identity.serial) != (ours.model, ours.serial):
+        raise ProcedureRefused(
+            f"the session belongs to {name}, but {identity.model} {identity.serial} is connected; "
+            "start a new session"
+        )
+    for what, now, then in (
+        ("geometry", site.geometry, header.geometry),
+        ("centre of the branch of axis 1", site.ax1_centre_deg, header.ax1_centre_deg),
+        ("reference position of axis 1", parameters.reference1_deg, ours.reference1_deg),
+        ("reference position of axis 2", parameters.reference2_deg, ours.reference2_deg),
+        ("drive of axis 1", _drive_words(parameters.drive1), _drive_words(ours.drive1)),
+        ("drive of axis 2", _drive_words(parameters.drive2), _drive_words(ours.drive2)),
+    ):
+        if now != then:
+            raise ProcedureRefused(
+                f"{name} has another {what} now ({now}) than in this session ({then}): the "
+                "session's points and coefficients do not apply; calibrate again"
+            )
+    for what, here, there in (
+        ("latitude", site.site.latitude_deg, ours.site.latitude_deg),
+        ("longitude", site.site.longitude_deg, ours.site.longitude_deg),
+    ):
+        if abs(here - there) > SITE_TOLERANCE_DEG:
+            raise ProcedureRefused(
+                f"{name} has been given another {what} ({here:g} deg) than it had in this "
+                f"session ({there:g} deg); set it back, or calibrate again"
+            )
+
+
+def _drive_words(drive: Drive) -> str:
+    return ", ".join(f"{name} {value}" for name, value in msgspec.structs.asdict(drive).items())
 
 
 def session_header(

@@ -12,9 +12,7 @@ from solarcal.model.fit import FEWEST_POINTS, Solution
 from solarcal.model.forecast import Forecast
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients, Offsets
-from solarcal.session.journal import Journal
-from solarcal.session.points import SITE_TOLERANCE_DEG
-from solarcal.session.records import Header, UnitRecord, UploadRecord
+from solarcal.session.records import UnitRecord, UploadRecord
 from solarcal.session.view import read_session
 from solarcal.station.analysing import analyse_session
 from solarcal.station.clocks import EmulatedClock
@@ -105,41 +103,6 @@ class UnitOnTheLine:
         clock: Clock = SystemClock() if emulation is None else EmulatedClock(emulation)
         self.station = Station(tracker, clock)
         self.identity = self.station.connect()
-
-    def resume(self, journal: Journal) -> None:
-        """Go on with a session.
-
-        Raises
-        ------
-        ProcedureRefused
-            The unit is not the session's, or is set up otherwise than it was.
-        """
-        # First: a unit that is refused leaves nothing in the file.
-        self._refuse_another_setup(journal.header)
-        self.station.resume_session(journal)
-
-    def _refuse_another_setup(self, header: Header) -> None:
-        told, ours = self.station.unit_site, header.unit
-        assert told is not None  # connect() has read it
-        name = f"unit {ours.model} {ours.serial}"
-        for what, now, then in (
-            ("geometry", told.geometry, header.geometry),
-            ("centre of the branch of axis 1", told.ax1_centre_deg, header.ax1_centre_deg),
-        ):
-            if now != then:
-                raise ProcedureRefused(
-                    f"{name} has another {what} now ({now}) than in this session ({then}): its "
-                    "coefficients do not apply; calibrate again"
-                )
-        for what, here, there in (
-            ("latitude", told.site.latitude_deg, ours.site.latitude_deg),
-            ("longitude", told.site.longitude_deg, ours.site.longitude_deg),
-        ):
-            if abs(here - there) > SITE_TOLERANCE_DEG:
-                raise ProcedureRefused(
-                    f"{name} has been given another {what} ({here:g} deg) than it had in this "
-                    f"session ({there:g} deg); set it back, or calibrate again"
-                )
 
     def stored(self) -> Stored:
         return self.station.tracker.stored()
