@@ -13,10 +13,12 @@ from solarcal.session.journal import Journal
 from solarcal.session.lines import sealed
 from solarcal.session.view import read_session
 from solarcal.station.analysing import analyse_files, read_files
+from solarcal.station.clocks import clock_beside
 from solarcal.station.fitting import sky_context, solve
+from solarcal.station.procedure import Station
 from solarcal.station.saved_sessions import Replay, finished
 from solarcal.station.sign_off import sign_off
-from solarcal.station.uploading import UnitOnTheLine, find_upload
+from solarcal.station.uploading import find_upload
 from solarcal.timescale import parse_utc
 from solarcal.unit.tracker import UnitIdentity
 
@@ -84,15 +86,16 @@ def test_a_session_is_loaded_only_into_a_unit_that_is_set_up_as_it_was(bench, se
     b.technician.take_point()
     b.station.leave()
     other = bench(*(("tijeras-azel",) if setting is None else ("tijeras-azel", setting)))
-    on_the_line = UnitOnTheLine(other.unit)
+    station = Station(other.unit, clock_beside(other.unit.emulation))
+    station.connect()
     journal = Journal.resume(b.path)
     try:
         if what is None:
-            on_the_line.station.resume_session(journal)
-            assert on_the_line.upload(Coefficients(P1=0.1), "linear", "").verified
+            station.resume_session(journal)
+            assert station.upload(Coefficients(P1=0.1), method="linear").verified
         else:
             with pytest.raises(ProcedureRefused, match=f"another {what}"):
-                on_the_line.station.resume_session(journal)
+                station.resume_session(journal)
     finally:
         journal.close()
 

@@ -25,7 +25,6 @@ from solarcal.config import sessions_dir
 from solarcal.decimals import number_option
 from solarcal.errors import ConfigurationError, ProcedureRefused
 from solarcal.report.blocks import text_of
-from solarcal.timescale import SystemClock
 
 if TYPE_CHECKING:
     from solarcal.timescale import Clock
@@ -43,7 +42,9 @@ def add_upload_arguments(parser: argparse.ArgumentParser) -> None:
 def run_upload(args: argparse.Namespace) -> int:
     from solarcal.session.journal import Journal
     from solarcal.station.analysing import analyse_files, read_files
-    from solarcal.station.uploading import UnitOnTheLine, offer_upload, refuse_doubtful
+    from solarcal.station.clocks import clock_beside
+    from solarcal.station.procedure import Station
+    from solarcal.station.uploading import losses_recorded, offer_upload, refuse_doubtful
 
     force = forced_reason(args)
     demand_session(args.file)
@@ -53,14 +54,16 @@ def run_upload(args: argparse.Namespace) -> int:
         # Before the line is opened: what does not fit needs no unit to be refused.
         refuse_doubtful(offer_upload(analysis, journal.header.unit), force)
         with asked_tracker(args) as tracker:
-            unit = UnitOnTheLine(tracker)
-            unit.station.resume_session(journal)
-            stored = unit.stored()
+            station = Station(tracker, clock_beside(tracker.emulation))
+            station.connect()
+            station.resume_session(journal)
+            stored = tracker.stored()
             offer = offer_upload(
                 analysis, journal.header.unit, (stored.coefficients, stored.offsets)
             )
             forced = refuse_doubtful(offer, force)
-            record = unit.upload(offer.rounded, judged.solution.method, forced)
+            with losses_recorded(station):
+                record = station.upload(offer.rounded, method=judged.solution.method, forced=forced)
     if args.json:
         from solarcal.station.documents import offer_document, upload_document
 
@@ -105,29 +108,33 @@ def add_rollback_arguments(parser: argparse.ArgumentParser) -> None:
 def run_rollback(args: argparse.Namespace) -> int:
     from solarcal.session.journal import Journal
     from solarcal.session.view import view_session
+    from solarcal.station.clocks import clock_beside
+    from solarcal.station.procedure import Station
     from solarcal.station.state import newest_upload
-    from solarcal.station.uploading import UnitOnTheLine, find_upload
+    from solarcal.station.uploading import find_upload, losses_recorded
 
     if args.file is not None:
         demand_session(args.file)
     with asked_tracker(args) as tracker:
-        unit = UnitOnTheLine(tracker)
+        station = Station(tracker, clock_beside(tracker.emulation))
+        identity = station.connect()
         path = args.file
         if path is None:
-            path, unreadable = find_upload(sessions_dir(), unit.identity)
+            path, unreadable = find_upload(sessions_dir(), identity)
             for sentence in unreadable:
                 say(f"passed over: {sentence}")
         with Journal.resume(path) as journal:
             replaced = newest_upload(view_session(journal.header, tuple(journal.records)).uploads)
             if replaced is None:
                 raise ProcedureRefused(f"there is no upload in {path} to roll back")
-            unit.station.resume_session(journal)
-            if unit.stored().coefficients != replaced.new_coefficients:
+            station.resume_session(journal)
+            if tracker.stored().coefficients != replaced.new_coefficients:
                 say(
                     f"the unit holds other coefficients than upload {replaced.seq} of {path} "
                     "wrote; they are in the record of this rollback"
                 )
-            record = unit.restore(replaced)
+            with losses_recorded(station):
+                record = station.rollback()
             header = journal.header
     if args.json:
         from solarcal.station.documents import upload_document
@@ -169,7 +176,7 @@ def add_track_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run_track(args: argparse.Namespace) -> int:
     """Track until the end, then stop the rotator."""
-    from solarcal.station.clocks import EmulatedClock
+    from solarcal.station.clocks import clock_beside
 
     if not 1.0 <= args.every <= 3600.0:
         raise ConfigurationError(f"--every {args.every:g}: give seconds between 1 and 3600")
@@ -179,8 +186,7 @@ def run_track(args: argparse.Namespace) -> int:
         raise ConfigurationError("which rotator? give --port and --site, or --site alone")
     with tracker_for(args) as (tracker, _, _):
         identity = tracker.open()
-        emulation = tracker.emulation
-        clock: Clock = SystemClock() if emulation is None else EmulatedClock(emulation)
+        clock = clock_beside(tracker.emulation)
         document = _tracked(args, tracker, f"{identity.model} {identity.serial}", clock)
     if args.json:
         print_json(document)

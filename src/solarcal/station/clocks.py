@@ -11,11 +11,16 @@ from dataclasses import dataclass
 
 from solarcal.errors import LinkError
 from solarcal.stopping_rule import SYNCHRONISED_S, UNSYNCHRONISED_S
-from solarcal.timescale import SystemClock
+from solarcal.timescale import Clock, SystemClock
 from solarcal.unit.tracker import Emulation
 
 LONGEST_REAL_WAIT_S = 0.25
 """After this much real time a wait looks again: the technician may have changed the speed."""
+
+
+def clock_beside(emulation: Emulation | None) -> Clock:
+    """The laptop's time beside a unit: the emulator's where the unit is one."""
+    return SystemClock() if emulation is None else EmulatedClock(emulation)
 
 
 class EmulatedClock:

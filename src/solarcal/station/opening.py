@@ -15,13 +15,13 @@ from solarcal.errors import ProcedureRefused, SolarcalError
 from solarcal.profiles import Profile
 from solarcal.session.journal import Journal
 from solarcal.session.records import Header
-from solarcal.station.clocks import EmulatedClock, clock_sigma_s
+from solarcal.station.clocks import clock_beside, clock_sigma_s
 from solarcal.station.connect import disagreements
 from solarcal.station.procedure import Station
 from solarcal.station.saved_sessions import finished, unfinished_sessions
 from solarcal.station.session_header import profile_settings
 from solarcal.stopping_rule import SYNCHRONISED_S
-from solarcal.timescale import Clock, SystemClock
+from solarcal.timescale import Clock
 from solarcal.unit.tracker import Tracker, UnitIdentity
 
 CreateJournal = Callable[[Header], Journal]
@@ -90,9 +90,7 @@ def open_line(
     with contextlib.ExitStack() as resources:
         resources.callback(tracker.close)
         emulated = tracker.emulation is not None
-        clock: Clock = SystemClock()
-        if tracker.emulation is not None:
-            clock = EmulatedClock(tracker.emulation)
+        clock = clock_beside(tracker.emulation)
         settings = profile_settings(profile, SYNCHRONISED_S if emulated else clock_sigma_s())
         if emulated:
             # It stands at its own place, whatever site the profile is for.

@@ -1,5 +1,7 @@
 """Coefficients of a saved session into the unit it was taken on, and back out again."""
 
+import contextlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,15 +14,13 @@ from solarcal.model.fit import FEWEST_POINTS, Solution
 from solarcal.model.forecast import Forecast
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients, Offsets
-from solarcal.session.records import UnitRecord, UploadRecord
+from solarcal.session.records import UnitRecord
 from solarcal.session.view import read_session
 from solarcal.station.analysing import analyse_session
-from solarcal.station.clocks import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.station.sign_off import forecast_with
 from solarcal.station.state import SessionView, newest_upload
-from solarcal.timescale import Clock, SystemClock
-from solarcal.unit.tracker import Stored, Tracker, UnitIdentity
+from solarcal.unit.tracker import UnitIdentity
 
 BETTER_PROBABILITY = 0.95
 """With which the new coefficients must be better than those in force."""
@@ -92,37 +92,14 @@ def refuse_doubtful(offer: UploadOffer, force: str | None) -> str:
     return force
 
 
-class UnitOnTheLine:
-    """A unit, and the session file of its that is open for writing.
-
-    Raises as ``Tracker`` and ``Station`` do where the line fails.
-    """
-
-    def __init__(self, tracker: Tracker) -> None:
-        emulation = tracker.emulation
-        clock: Clock = SystemClock() if emulation is None else EmulatedClock(emulation)
-        self.station = Station(tracker, clock)
-        self.identity = self.station.connect()
-
-    def stored(self) -> Stored:
-        return self.station.tracker.stored()
-
-    def upload(self, new: Coefficients, method: str, forced: str) -> UploadRecord:
-        """Write, read back, compare, record. O becomes zero: P carries all of the correction."""
-        try:
-            return self.station.upload(new, method=method, forced=forced)
-        except LinkError as error:
-            self.station.link_lost(error)
-            raise
-
-    def restore(self, replaced: UploadRecord) -> UploadRecord:
-        """Write what an upload replaced, read back, compare, record."""
-        old, offsets = replaced.old_coefficients, replaced.old_offsets
-        try:
-            return self.station.upload(old, method=replaced.method, offsets=offsets, rollback=True)
-        except LinkError as error:
-            self.station.link_lost(error)
-            raise
+@contextlib.contextmanager
+def losses_recorded(station: Station) -> Iterator[None]:
+    """A line that is lost meanwhile is recorded in the session."""
+    try:
+        yield
+    except LinkError as error:
+        station.link_lost(error)
+        raise
 
 
 def find_upload(folder: Path, identity: UnitIdentity) -> tuple[Path, tuple[str, ...]]:
