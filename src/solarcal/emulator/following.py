@@ -22,7 +22,7 @@ NODE_S = 30.0
 far from the primary axis, 1e-7 deg where AX1 runs ten times as fast."""
 BLOCK = 120
 FEW_NODES = 8
-UPDATE_S, CHANGE_S = 1e-9, 1e-3
+UPDATE_S, CHANGE_S = 1e-6, 1e-3
 """How well the instant of an update and that of a limit are found."""
 SEARCH_BLOCKS = 24
 """A day of nodes: what does not happen within it is looked for again after it."""
@@ -171,13 +171,14 @@ class TargetCurve:
 
 
 def _root(of: Callable[[float], float], low: float, high: float, within_s: float) -> float:
-    """Where the sign changes; at the later end where, of two ways to compute it, one says there."""
-    if (of(low) >= 0.0) == (of(high) >= 0.0):
-        return high
     # scipy takes long to import; an emulator that follows nothing does without it.
     from scipy.optimize import brentq  # noqa: PLC0415
 
-    return float(brentq(of, low, high, xtol=within_s))
+    try:
+        return float(brentq(of, low, high, xtol=within_s))
+    except ValueError:
+        # No change of sign: it is at the end itself, that another computation already saw changed.
+        return high
 
 
 def _search_ends_s(first_node: int) -> float:
