@@ -59,13 +59,12 @@ class DayStops:
             self.slots,
             self.covariance,
             self.year.weight,
-            max(allowed),
+            allowed,
             np.array(ends_s),
             least_gain=WORTH_A_POINT if self.points is None else 0.0,
             floor=self.year.known_square,
         )
-        for end_s, most, (chosen, covariances) in zip(ends_s, allowed, orders, strict=True):
-            chosen, covariances = chosen[:most], covariances[:most]
+        for end_s, (chosen, covariances) in zip(ends_s, orders, strict=True):
             left = covariances[-1] if covariances else self.covariance
             yield self.stop(end_s, chosen, left), chosen, covariances
 

@@ -106,7 +106,7 @@ def greedy(
     less than the part ``least_gain``.
     """
     ends_s = np.array([until_s])
-    (only,) = greedy_for_each(slots, covariance, weight, most, ends_s, least_gain=least_gain)
+    (only,) = greedy_for_each(slots, covariance, weight, [most], ends_s, least_gain=least_gain)
     return only
 
 
@@ -114,7 +114,7 @@ def greedy_for_each(
     slots: Slots,
     covariance: FloatArray,
     weight: FloatArray,
-    most: int,
+    most: Sequence[int],
     ends_s: FloatArray,
     *,
     least_gain: float = _LEAST_GAIN,
@@ -122,14 +122,18 @@ def greedy_for_each(
 ) -> list[tuple[list[int], list[FloatArray]]]:
     """``greedy`` for every end (e,) at which the schedule could be over, side by side.
 
-    ``floor``: the part of the mean square that points cannot change.
+    ``most`` (e,): points until each, at most. ``floor``: the part of the mean square that points
+    cannot change.
     """
     schedules: list[tuple[list[int], list[FloatArray]]] = [([], []) for _ in ends_s]
     free = slots.utc_s <= ends_s[:, np.newaxis]
     left = np.broadcast_to(covariance, (len(ends_s), *covariance.shape)).copy()
     going = np.arange(len(ends_s))
-    for turn in range(most):
-        going = going[free[going].any(axis=1)]
+    limit = np.asarray(most)
+    for turn in range(max(most)):
+        going = going[free[going].any(axis=1) & (turn < limit[going])]
+        if not going.size:
+            break
         gain = np.where(free[going], gains(slots.rows, left[going], weight), -np.inf)
         best = np.argmax(gain, axis=1)
         square = np.sum(weight * left[going], axis=(1, 2)) + floor
@@ -137,8 +141,6 @@ def greedy_for_each(
         # One point is worth taking however much is known: it may tell of more than P1..P6.
         worth |= turn == 0
         going, best = going[worth], best[worth]
-        if not going.size:
-            break
         left[going] = with_point(left[going], slots.rows[best])
         away_s = np.abs(slots.utc_s - slots.utc_s[best, np.newaxis])
         free[going] &= away_s >= slots.gap_s - 1.0
