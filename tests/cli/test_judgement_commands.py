@@ -106,6 +106,11 @@ def test_terms_a_controller_does_not_have_get_no_forecast_and_no_stop(day, capsy
     assert fit["verdict"] is None
     assert fit["mechanism"] is None
     said(capsys, "fit", day, "--terms", "IA,IE,AN,AW", "--require", "done", code=1)
+    # Two zeros leave half a degree: what is said of the points is not said of that fit.
+    assert run_command(["fit", str(day), "--terms", "IA,IE"]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert "No problems found." not in text
+    assert "by a fit of P1..P6. The residuals of the terms above are not tested." in text
 
 
 def test_require_stop_leaves_with_1_until_the_verdict_is_stop(day, misfit, capsys):

@@ -63,6 +63,11 @@ if TYPE_CHECKING:
 
 WIDEST_PLOT = 100
 
+NOTHING_FOUND = "No problems found."
+NOTHING_FOUND_OF_SIX = (
+    "No problems found by a fit of P1..P6. The residuals of the terms above are not tested."
+)
+
 
 def _sheet() -> Sheet:
     """For a plot between the tables on this terminal."""
@@ -72,12 +77,11 @@ def _sheet() -> Sheet:
     )
 
 
-def diagnosis_section(findings: Sequence[Finding]) -> str:
+def diagnosis_section(findings: Sequence[Finding], nothing: str = NOTHING_FOUND) -> str:
     """What was seen, what the residuals ask for, and what these points cannot tell."""
     found = tuple(f.sentence for f in findings if f.certainty == "found")
     open_ = tuple(f.sentence for f in findings if f.certainty != "found")
-    nothing = Prose(("No problems found.",))
-    blocks: list[Block] = [Sentences(found) if found else nothing]
+    blocks: list[Block] = [Sentences(found) if found else Prose((nothing,))]
     if open_:
         blocks += [Prose(("Not determinable from these points:",)), Sentences(open_)]
     return section_text("Diagnosis", *blocks)
@@ -175,7 +179,8 @@ def fit_text(judged: FileAnalysis, *, plot: bool) -> str:
         data = table_plot_data(fitted.table, fitted.solution)
         parts.append(error_plot(data, _sheet()))
     if fitted.findings:
-        parts.append(diagnosis_section(fitted.findings))
+        nothing = NOTHING_FOUND if judged.analysis is not None else NOTHING_FOUND_OF_SIX
+        parts.append(diagnosis_section(fitted.findings, nothing))
     return "\n\n".join(parts)
 
 
