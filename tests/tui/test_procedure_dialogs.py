@@ -16,6 +16,7 @@ from procedure_bench import (
     settled_text,
     shows,
     take_points,
+    unreferenced_bench,
     until,
     workstation,
 )
@@ -302,6 +303,20 @@ async def test_a_record_is_struck_and_restored() -> None:
         voids = [r for r in station.session.records if isinstance(r, Void)]
         assert [v.reason for v in voids] == ["shade", "no"]
         assert point in live_records(station.session.records)
+
+
+@on_loop
+async def test_without_a_record_nothing_is_offered_to_be_struck_until_there_is_one() -> None:
+    station, _ = unreferenced_bench()
+    assert station.session.records == ()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("x")
+        await shows(pilot, "Void a record", "Nothing is recorded yet", "STOP")
+        assert "Strike it" not in screen_words(app)
+        await pilot.press("enter")
+        assert "Why is record" not in screen_words(app)
+        station.note("haze")
+        await shows(pilot, "haze", "Strike it")
 
 
 @on_loop

@@ -151,7 +151,7 @@ class VoidDialog(Dialog):
 
     def __init__(self) -> None:
         super().__init__()
-        self._listed: tuple[int, ...] = ()
+        self._listed: tuple[int, ...] | None = None
         self._chosen: int | None = None
 
     def body(self) -> Iterable[Widget]:
@@ -165,6 +165,12 @@ class VoidDialog(Dialog):
         listed = tuple(record.seq for record in reversed(session.records))
         if listed == self._listed:
             return
+        if not listed:
+            self.offer()
+            # After the first words of the dialog.
+            self.call_later(self.say, "Nothing is recorded yet: no record can be struck.")
+        elif not self._listed:
+            self.offer("choose")
         self._listed = listed
         live = {record.seq for record in live_records(session.records)}
         options = self.query_one(OptionList)
