@@ -111,6 +111,11 @@ def run_plan(args: argparse.Namespace) -> int:
         struck=[_interval(text, at_utc_s) for text in args.strike],
     )
     judgement = judged.of_the_controller()
+    planned = judgement.plan
+    assert planned is not None  # for it was asked from an instant on
+    room = max((stop.points for stop in planned.stops), default=0)
+    if args.points is not None and room < args.points and not planned.done:
+        say(f"warning: --points {args.points}: the day has room for {counted(room, 'point')}")
     if args.json:
         from solarcal.station.documents import plan_document
 
