@@ -139,7 +139,8 @@ def test_a_plan_begins_ends_and_leaves_out_what_it_is_told(day, capsys):
 
 def test_more_points_than_the_day_has_room_for_are_counted(day, capsys):
     words = [
-        "plan", str(day), "--at", "2026-06-02T16:00:00Z", "--until", "17:00", "--tolerance", "0.001",
+        "plan", str(day), "--at", "2026-06-02T16:00:00Z", "--until", "17:00",
+        "--tolerance", "0.001",
     ]  # fmt: skip
     assert run_command([*words, "--points", "50"]) == 0
     # Ten minutes each, from the full hour to the full hour.
