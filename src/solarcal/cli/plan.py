@@ -112,7 +112,7 @@ def run_plan(args: argparse.Namespace) -> int:
     )
     judgement = judged.of_the_controller()
     planned = judgement.plan
-    assert planned is not None  # for it was asked from an instant on
+    assert planned is not None  # an instant to plan from was given
     room = max((stop.points for stop in planned.stops), default=0)
     if args.points is not None and room < args.points and not planned.done:
         say(f"warning: --points {args.points}: the day has room for {counted(room, 'point')}")

@@ -171,14 +171,13 @@ class TargetCurve:
 
 
 def _root(of: Callable[[float], float], low: float, high: float, within_s: float) -> float:
+    """Where the sign changes; at the later end where, of two ways to compute it, one says there."""
+    if (of(low) >= 0.0) == (of(high) >= 0.0):
+        return high
     # scipy takes long to import; an emulator that follows nothing does without it.
     from scipy.optimize import brentq  # noqa: PLC0415
 
-    try:
-        return float(brentq(of, low, high, xtol=within_s))
-    except ValueError:
-        # No change of sign: it is at the end itself, that another computation already saw changed.
-        return high
+    return float(brentq(of, low, high, xtol=within_s))
 
 
 def _search_ends_s(first_node: int) -> float:
