@@ -83,12 +83,15 @@ class TestEnds:
 class TestArithmetic:
     def test_a_gain_is_what_the_point_really_saves(self):
         _, slots, year = _first_light("azel")
-        covariance = np.eye(6)
-        gain = gains(slots.rows, covariance, year.weight)
+        root = np.random.default_rng(5).normal(size=(6, 6))
+        covariance = np.eye(6) + 0.3 * root @ root.T
+        gain = gains(slots.products, covariance, year.weight)
         for index in (0, 17, 40):
             after = with_point(covariance, slots.rows[index])
             rows = slots.rows[index]
-            assert after == pytest.approx(np.linalg.inv(np.eye(6) + rows.T @ rows), abs=1e-9)
+            assert after == pytest.approx(
+                np.linalg.inv(np.linalg.inv(covariance) + rows.T @ rows), abs=1e-9
+            )
             saved = np.sum(year.weight * (covariance - after))
             assert gain[index] == pytest.approx(saved, rel=1e-6)
 

@@ -8,6 +8,7 @@ sky slopes. Points are added greedily and then exchanged one for one.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,7 @@ _ROUNDS = 8
 MOST_POINTS = 30
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class Slots:
     """Moments at which a point can be taken.
 
@@ -46,6 +47,11 @@ class Slots:
     def __len__(self) -> int:
         return len(self.utc_s)
 
+    @cached_property
+    def products(self) -> FloatArray:
+        """What ``gains`` needs of each, (c, 3, 21)."""
+        return products(self.rows)
+
     def too_near(self) -> NDArray[np.bool_]:
         """Which slots stand too near to each for both to be taken: (c, c)."""
         # A second of grace: times are sums of floating-point seconds.
@@ -53,29 +59,38 @@ class Slots:
         return near
 
 
-def gains(rows: FloatArray, covariance: FloatArray, weight: FloatArray) -> FloatArray:
-    """By how much a point at each slot would lower trace(weight @ covariance): (..., c).
+_ROW, _COLUMN = np.triu_indices(6)
+_TWICE = np.where(_ROW == _COLUMN, 1.0, 2.0)
 
-    ``rows`` (..., c, 2, 6), ``covariance`` (..., 6, 6). With A = 1 + J S J' and B = J S M S J' the
-    gain is the trace of A^-1 B, written out for two by two.
+
+def products(rows: FloatArray) -> FloatArray:
+    """Products of a point's sky slopes, (..., 3, 21): J1 J1, J1 J2, J2 J2, of ``rows`` (..., 2, 6).
+
+    Times the upper triangle of a symmetric S they are the three different elements of J S J'.
     """
     first, second = rows[..., 0, :], rows[..., 1, :]
-    # Each axis is one tall matrix: much faster than thousands of products of two by six.
-    spread1, spread2 = first @ covariance, second @ covariance
-    a11 = 1.0 + _dots(spread1, first)
-    a22 = 1.0 + _dots(spread2, second)
-    a12 = _dots(spread1, second)
-    felt1 = spread1 @ weight
-    b11 = _dots(felt1, spread1)
-    b12 = _dots(felt1, spread2)
-    b22 = _dots(spread2 @ weight, spread2)
-    gain: FloatArray = (a22 * b11 - 2.0 * a12 * b12 + a11 * b22) / (a11 * a22 - a12 * a12)
+    of_pairs = np.empty((*rows.shape[:-2], 3, len(_ROW)))
+    for place, (left, right) in enumerate(((first, first), (first, second), (second, second))):
+        mean = left[..., _ROW] * right[..., _COLUMN] + left[..., _COLUMN] * right[..., _ROW]
+        of_pairs[..., place, :] = 0.5 * _TWICE * mean
+    return of_pairs
+
+
+def gains(points: FloatArray, covariance: FloatArray, weight: FloatArray) -> FloatArray:
+    """By how much a point at each slot would lower trace(weight @ covariance): (..., c).
+
+    ``points``: the ``products`` of each slot, (..., c, 3, 21); ``covariance`` (..., 6, 6). With
+    A = 1 + J S J' and B = J S M S J' the gain is the trace of A^-1 B, written out for two by two.
+    """
+    felt = covariance @ weight @ covariance
+    both = np.stack((covariance[..., _ROW, _COLUMN], felt[..., _ROW, _COLUMN]), axis=-1)
+    # One product of tall matrices: much faster than thousands of two by six.
+    tall = points.reshape(*points.shape[:-3], -1, points.shape[-1]) @ both
+    a, b = np.moveaxis(tall.reshape(*tall.shape[:-2], -1, 3, 2), -1, 0)
+    a11, a12, a22 = 1.0 + a[..., 0], a[..., 1], 1.0 + a[..., 2]
+    gain: FloatArray = a22 * b[..., 0] - 2.0 * a12 * b[..., 1] + a11 * b[..., 2]
+    gain /= a11 * a22 - a12 * a12
     return gain
-
-
-def _dots(left: FloatArray, right: FloatArray) -> FloatArray:
-    dots: FloatArray = np.einsum("...i,...i->...", left, right)
-    return dots
 
 
 def with_point(covariance: FloatArray, row: FloatArray) -> FloatArray:
@@ -134,7 +149,7 @@ def greedy_for_each(
         going = going[free[going].any(axis=1) & (turn < limit[going])]
         if not going.size:
             break
-        gain = np.where(free[going], gains(slots.rows, left[going], weight), -np.inf)
+        gain = np.where(free[going], gains(slots.products, left[going], weight), -np.inf)
         best = np.argmax(gain, axis=1)
         square = np.sum(weight * left[going], axis=(1, 2)) + floor
         worth = gain[np.arange(len(going)), best] >= least_gain * square
@@ -172,7 +187,7 @@ def exchanged(
             here = schedule[first:]
             information = _information(slots.rows[schedule])
             without = start + information.sum(axis=0) - information[first:]
-            gain = gains(slots.rows, _inverse(without), weight)
+            gain = gains(slots.products, _inverse(without), weight)
             now = gain[np.arange(len(here)), here]
             free = within & (blocked == too_near[here])
             gain = np.where(free, gain, -np.inf)
