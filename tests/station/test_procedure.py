@@ -205,6 +205,28 @@ def test_after_a_lost_line_the_same_unit_is_taken_up_again_and_another_is_refuse
         b.station.reconnect()
 
 
+@pytest.mark.parametrize(
+    ("setting", "what"),
+    [
+        ("unit.ax1_centre_deg=10", "centre of the branch of axis 1"),
+        ("site.latitude_deg=35.2", "latitude"),
+    ],
+)
+def test_a_unit_that_was_set_up_again_while_the_line_was_lost_is_refused(bench, setting, what):
+    b = bench()
+    b.station.link_lost(LinkError("cable pulled"))
+    ours, b.station.tracker = b.station.tracker, bench("tijeras-azel", setting).unit
+    with pytest.raises(ProcedureRefused, match=f"another {what}"):
+        b.station.reconnect()
+    assert b.station.state.live.link is LinkState.LOST
+    with pytest.raises(LinkError, match="not open"):
+        b.station.tracker.status()
+    b.station.tracker = ours
+    b.station.reconnect()
+    kinds = [type(r).__name__ for r in b.station.session.records]
+    assert kinds == ["LinkLost", "LinkRestored"]
+
+
 def test_a_line_that_comes_and_goes_fills_no_file(bench):
     b = bench()
     for _ in range(50):

@@ -243,18 +243,21 @@ class StationCore:
                 self._become(activity=Activity.IDLE, attempt=None)
 
     def reconnect(self) -> UnitIdentity:
-        """Open the line again and re-read everything; refuse a unit that is not the same."""
+        """Open the line again and re-read everything; refuse a unit that is not the same.
+
+        Raises
+        ------
+        LinkError
+            It does not answer.
+        ProcedureRefused
+            Another unit answers, or ours is not set up as it was. The line is closed then.
+        """
         identity = self.tracker.open()
-        before = self._state.live.identity
-        if before is not None and (before.model, before.serial) != (
-            identity.model,
-            identity.serial,
-        ):
+        try:
+            self._refuse_another(identity)
+        except ProcedureRefused:
             self.tracker.close()
-            raise ProcedureRefused(
-                f"another unit answers: {identity.model} {identity.serial} instead of "
-                f"{before.model} {before.serial}; connect the right one or start a new session"
-            )
+            raise
         self._read_settings()
         self._restored_utc_s = self.clock.utc_s()
         self._restored_serial = identity.serial
@@ -269,6 +272,20 @@ class StationCore:
                 self.link_lost(error)
                 raise
         return identity
+
+    def _refuse_another(self, identity: UnitIdentity) -> None:
+        before = self._state.live.identity
+        if before is not None and (before.model, before.serial) != (
+            identity.model,
+            identity.serial,
+        ):
+            raise ProcedureRefused(
+                f"another unit answers: {identity.model} {identity.serial} instead of "
+                f"{before.model} {before.serial}; connect the right one or start a new session"
+            )
+        if self._journal is not None:
+            site, parameters = self.tracker.site(), self.tracker.parameters()
+            refuse_another_unit(self._journal.header, identity, site, parameters)
 
     def _record_restored(self) -> None:
         """The line is back: recorded at once, or once a line that comes and goes has held."""
