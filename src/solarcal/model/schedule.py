@@ -49,8 +49,8 @@ class Slots:
 
     @cached_property
     def products(self) -> FloatArray:
-        """What ``gains`` needs of each, (c, 3, 21)."""
-        return products(self.rows)
+        """What ``gains`` needs of them, (21, 3 c)."""
+        return slope_products(self.rows)
 
     def too_near(self) -> NDArray[np.bool_]:
         """Which slots stand too near to each for both to be taken: (c, c)."""
@@ -60,35 +60,42 @@ class Slots:
 
 
 _ROW, _COLUMN = np.triu_indices(6)
-_TWICE = np.where(_ROW == _COLUMN, 1.0, 2.0)
 
 
-def products(rows: FloatArray) -> FloatArray:
-    """Products of a point's sky slopes, (..., 3, 21): J1 J1, J1 J2, J2 J2, of ``rows`` (..., 2, 6).
+def slope_products(rows: FloatArray) -> FloatArray:
+    """J1 J1, J1 J2 and J2 J2 of points with sky slopes ``rows`` (..., c, 2, 6): (..., 21, 3 c).
 
-    Times the upper triangle of a symmetric S they are the three different elements of J S J'.
+    The upper triangle of a symmetric S times them is the three different elements of J S J' of
+    each point.
     """
-    first, second = rows[..., 0, :], rows[..., 1, :]
-    of_pairs = np.empty((*rows.shape[:-2], 3, len(_ROW)))
-    for place, (left, right) in enumerate(((first, first), (first, second), (second, second))):
-        mean = left[..., _ROW] * right[..., _COLUMN] + left[..., _COLUMN] * right[..., _ROW]
-        of_pairs[..., place, :] = 0.5 * _TWICE * mean
-    return of_pairs
+    slopes = np.moveaxis(rows, (-2, -1), (0, 1))
+    of_pairs = np.stack(
+        [
+            slopes[i][_ROW] * slopes[j][_COLUMN] + slopes[i][_COLUMN] * slopes[j][_ROW]
+            for i, j in ((0, 0), (0, 1), (1, 1))
+        ],
+        axis=-2,
+    )
+    # What stands on the diagonal of S was counted twice.
+    of_pairs[_ROW == _COLUMN] *= 0.5
+    of_pairs = np.moveaxis(of_pairs, 0, -3)
+    return of_pairs.reshape(*of_pairs.shape[:-2], -1)
 
 
-def gains(points: FloatArray, covariance: FloatArray, weight: FloatArray) -> FloatArray:
+def gains(products: FloatArray, covariance: FloatArray, weight: FloatArray) -> FloatArray:
     """By how much a point at each slot would lower trace(weight @ covariance): (..., c).
 
-    ``points``: the ``products`` of each slot, (..., c, 3, 21); ``covariance`` (..., 6, 6). With
-    A = 1 + J S J' and B = J S M S J' the gain is the trace of A^-1 B, written out for two by two.
+    ``products`` are the ``slope_products`` of the slots, (..., 21, 3 c); ``covariance`` is
+    (..., 6, 6). With A = 1 + J S J' and B = J S M S J' the gain is the trace of A^-1 B, written out
+    for two by two.
     """
     felt = covariance @ weight @ covariance
-    both = np.stack((covariance[..., _ROW, _COLUMN], felt[..., _ROW, _COLUMN]), axis=-1)
+    both = np.stack((covariance[..., _ROW, _COLUMN], felt[..., _ROW, _COLUMN]), axis=-2)
     # One product of tall matrices: much faster than thousands of two by six.
-    tall = points.reshape(*points.shape[:-3], -1, points.shape[-1]) @ both
-    a, b = np.moveaxis(tall.reshape(*tall.shape[:-2], -1, 3, 2), -1, 0)
-    a11, a12, a22 = 1.0 + a[..., 0], a[..., 1], 1.0 + a[..., 2]
-    gain: FloatArray = a22 * b[..., 0] - 2.0 * a12 * b[..., 1] + a11 * b[..., 2]
+    elements = both @ products
+    a, b = np.moveaxis(elements.reshape(*elements.shape[:-1], 3, -1), -3, 0)
+    a11, a12, a22 = 1.0 + a[..., 0, :], a[..., 1, :], 1.0 + a[..., 2, :]
+    gain: FloatArray = a22 * b[..., 0, :] - 2.0 * a12 * b[..., 1, :] + a11 * b[..., 2, :]
     gain /= a11 * a22 - a12 * a12
     return gain
 

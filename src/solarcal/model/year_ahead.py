@@ -14,7 +14,7 @@ from solarcal.model.forecast import (
     upper_quantile,
 )
 from solarcal.model.prior import MechanismPosterior, Prior, standard_normals, symmetric_root
-from solarcal.model.schedule import MOST_POINTS, gains, products, with_point
+from solarcal.model.schedule import MOST_POINTS, gains, slope_products, with_point
 from solarcal.model.sky_context import SkyContext
 from solarcal.model.year_grid import SLOTS, controller_coefficients, year_grid
 from solarcal.mount.formula import Coefficients
@@ -91,11 +91,11 @@ class YearAhead:
         days = len(self.day_rows)
         left = np.broadcast_to(covariance, (days, 6, 6)).copy()
         free = self.day_open.copy()
-        points = products(self.day_rows)
+        products = slope_products(self.day_rows)
         for _ in range(MOST_POINTS):
             if not free.any():
                 break
-            gain = np.where(free, gains(points, left, self.weight), -np.inf)
+            gain = np.where(free, gains(products, left, self.weight), -np.inf)
             best = np.argmax(gain, axis=1)
             possible = free[np.arange(days), best]
             row = np.where(
