@@ -57,8 +57,8 @@ def test_importing_a_floor_loads_nothing_it_must_not_know(modules):
 
 CHANGING = {
     "solarcal.session.interchange.tpoint._Reading",
-    "solarcal.session.lines.SessionText",
-    "solarcal.session.lines._Reading",
+    "solarcal.session.parsing.SessionText",
+    "solarcal.session.parsing._Reading",
     "solarcal.station.opening.OpenLine",
     "solarcal.station.saved_sessions.Replay",
     "solarcal.station.sun_tracking.TrackingRun",

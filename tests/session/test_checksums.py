@@ -9,9 +9,8 @@ from session_samples import HEADER, note, point
 
 from solarcal.errors import SessionFileError
 from solarcal.mount.formula import Offsets
-from solarcal.session.checksum import checksums, crc32c
 from solarcal.session.journal import Journal
-from solarcal.session.lines import damaged_lines, encode_record, sealed
+from solarcal.session.lines import checksums, crc32c, damaged_lines, encode_record, sealed
 from solarcal.session.points_only import NeedsFirstReader, read_points_only
 from solarcal.session.records import Closed, SunOffset
 from solarcal.session.view import read_session, session_of

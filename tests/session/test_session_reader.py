@@ -12,7 +12,8 @@ from session_samples import HEADER, UTC, note, point
 
 from solarcal.errors import SessionFileError, SolarcalError
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.session.lines import decode_record, encode_record, parse_session, sealed
+from solarcal.session.lines import decode_record, encode_record, sealed
+from solarcal.session.parsing import parse_session
 from solarcal.session.records import (
     Answers,
     CheckRecord,

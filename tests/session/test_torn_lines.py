@@ -7,7 +7,8 @@ from session_samples import HEADER, note, point
 
 from solarcal.errors import SessionFileError
 from solarcal.session.journal import Journal
-from solarcal.session.lines import encode_record, parse_session, torn_marker
+from solarcal.session.lines import encode_record, torn_marker
+from solarcal.session.parsing import parse_session
 from solarcal.session.view import read_session
 
 HEAD = encode_record(HEADER)

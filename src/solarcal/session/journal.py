@@ -18,7 +18,8 @@ from types import TracebackType
 
 from solarcal.errors import SessionFileError
 from solarcal.input_files import refuse_large
-from solarcal.session.lines import encode_record, encode_records, parse_session, torn_marker
+from solarcal.session.lines import encode_record, encode_records, torn_marker
+from solarcal.session.parsing import parse_session
 from solarcal.session.records import Header, Record
 
 # Windows locks are mandatory: locking bytes far beyond any session leaves its content readable.

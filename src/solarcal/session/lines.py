@@ -1,4 +1,4 @@
-"""Session files line by line: records to bytes, bytes to records, and what a torn line is.
+"""A line of a session file: a record to bytes, bytes to a record, and the checksum they end with.
 
 A line is one JSON object and a newline; its last field is the CRC-32C of the bytes before that
 field. Nothing is ever rewritten, so an unfinished line (power cut, full disk) stays in the file for
@@ -6,56 +6,48 @@ good. Whoever appends next closes it with a newline and a ``{"type":"torn","byte
 bytes before that line are not a record.
 
 Format 1 is the same without checksums, and its sequence numbers may leave gaps.
+
+The checksum's polynomial is that of iSCSI (RFC 3720, appendix B.4), reflected; its check value, of
+the ASCII digits "123456789", is E3069283. Every change of up to 32 neighbouring bits is found, and
+every odd number of changed bits.
+
+A CRC is linear: that of a text is the exclusive or of what each byte contributes at its distance
+from the end. With these contributions in one table the lines of a whole file are summed at once.
 """
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, get_args
 
 import msgspec
+import numpy as np
+import numpy.typing as npt
 
-from solarcal.errors import ConfigurationError, SessionFileError, harmless_tree, one_line
-from solarcal.session.checksum import checksums, crc32c
-from solarcal.session.records import (
-    FORMAT_VERSION,
-    CheckRecord,
-    Header,
-    KnownRecord,
-    PointRecord,
-    Record,
-    UnknownRecord,
-    Void,
-)
+from solarcal.errors import ConfigurationError, SessionFileError
+from solarcal.session.records import CheckRecord, KnownRecord, PointRecord, Record, UnknownRecord
 from solarcal.timescale import parse_many_utc
 
-_HEADER_START = b'{"type":"header"'
-_TORN_START = b'{"type":"torn","bytes":'
+TORN_START = b'{"type":"torn","bytes":'
 _CHECKSUM_LENGTH = len(b',"crc32c":"01234567"}')
 _CHECKSUM_START = b',"crc32c":"'
 _CHECKSUM = re.compile(rb',"crc32c":"([0-9a-f]{8})"\}')
 _KNOWN_TYPES = {kind.__struct_config__.tag for kind in get_args(KnownRecord)}
 
-# Escapes of JSON, and the first bytes of what UTF-8 has to say to a terminal.
-_SUSPICIOUS = re.compile(
-    rb"\\[ubfr]|\xc2[\x80-\x9f]|\xd8\x9c|\xe2\x80[\x80-\xbf]|\xe2\x81|\x7f|\xef\xbb\xbf"
-)
-
 MISSING = "cut or changed: no checksum at the end of the line"
-# What a power cut leaves where a block of the file was never written.
-_UNWRITTEN = b"\0\0"
 
-_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+_POLYNOMIAL = 0x82F63B78
+
+_REACH = 2048
+"""Bytes before the end that the table holds; longer lines are summed in parts."""
+
+_AT_ONCE = 1 << 18
+"""Bytes of lines summed together: their indices stay within a few megabytes."""
+
+Words = npt.NDArray[np.uint32]
 
 _encoder = msgspec.json.Encoder()
 _decoder = msgspec.json.Decoder(KnownRecord)
-
-
-class _Torn(msgspec.Struct, frozen=True, tag="torn"):
-    bytes: int
-
-
-_torn_decoder = msgspec.json.Decoder(_Torn)
 
 
 def encode_record(record: Record) -> bytes:
@@ -92,7 +84,7 @@ def _json_of(record: Record) -> bytes:
 
 
 def decode_record(line: bytes) -> Record:
-    """One line to its record; its checksum is not looked at (``parse_session`` does that).
+    """One line to its record; its checksum is not looked at (``damaged_lines`` does that).
 
     Raises
     ------
@@ -100,8 +92,8 @@ def decode_record(line: bytes) -> Record:
         Not JSON, or not a record; the message says what is wrong.
     """
     try:
-        record = _understood(line)
-        _check_stamps([record])
+        record = understood(line)
+        check_stamps([record])
     except ConfigurationError as error:
         raise msgspec.ValidationError(str(error)) from None
     return record
@@ -109,7 +101,7 @@ def decode_record(line: bytes) -> Record:
 
 def torn_marker(torn_bytes: int) -> bytes:
     """The line that declares the ``torn_bytes`` bytes before it to be no record."""
-    return sealed(_TORN_START + str(torn_bytes).encode() + b"}")
+    return sealed(TORN_START + str(torn_bytes).encode() + b"}")
 
 
 def sealed(line: bytes) -> bytes:
@@ -120,14 +112,14 @@ def sealed(line: bytes) -> bytes:
 
 def _body(line: bytes) -> bytes:
     """What the checksum is of: all of the object but its end."""
-    return _opened(line.rstrip())[:-1]
+    return opened(line.rstrip())[:-1]
 
 
 def _with_checksum(body: bytes, checksum: int) -> bytes:
     return body + _CHECKSUM_START + b'%08x"}\n' % checksum
 
 
-def _opened(line: bytes) -> bytes:
+def opened(line: bytes) -> bytes:
     """The JSON object without its checksum; a line that has none as it is."""
     line = line.rstrip(b"\r\n")
     if _CHECKSUM.match(line, len(line) - _CHECKSUM_LENGTH):
@@ -149,237 +141,17 @@ def damaged_lines(lines: Sequence[bytes]) -> Iterator[str | None]:
             yield None
 
 
-def _nearly_sealed(line: bytes) -> bool:
+def nearly_sealed(line: bytes) -> bool:
     """Whether a line without a checksum ends in a damaged one: no cut line ends like that."""
     tail = line[-_CHECKSUM_LENGTH:]
     whole = _CHECKSUM_START + tail[len(_CHECKSUM_START) : -2] + b'"}'
     return len(tail) == len(whole) and sum(a != b for a, b in zip(tail, whole, strict=True)) < 2
 
 
-@dataclass(slots=True)
-class SessionText:
-    """A whole session file, understood. ``records`` are without the header.
-
-    ``torn_start`` is the offset of an unfinished last line not yet declared, ``ended`` whether the
-    file ends with a newline, ``size`` its length in bytes.
-    """
-
-    header: Header
-    records: list[Record]
-    warnings: list[str]
-    size: int
-    ended: bool
-    torn_start: int | None
-
-
-def parse_session(content: bytes, name: str) -> SessionText:
-    """Read a session file's bytes; ``name`` is what messages call the file.
-
-    Raises
-    ------
-    SessionFileError
-        A bad line (named), no header, a format of the future.
-    """
-    reading = _Reading(name, content)
-    # An editor's byte order mark is no part of the header.
-    lines = content.removeprefix(_BYTE_ORDER_MARK).split(b"\n")
-    reading.offset = len(content) - len(content.removeprefix(_BYTE_ORDER_MARK))
-    for line, damage in zip(lines, damaged_lines(lines), strict=True):
-        reading.take(line, damage)
-    return reading.finish()
-
-
-@dataclass(slots=True)
-class _Reading:
-    """State of one pass over a file. ``records``, ``offsets`` and ``lines`` run in parallel."""
-
-    name: str
-    content: bytes
-    number: int = 0
-    offset: int = 0
-    header: Header | None = None
-    header_end: int = 0
-    records: list[Record] = field(default_factory=list)
-    offsets: list[int] = field(default_factory=list)
-    lines: list[int] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
-    # Whether the header has no checksum: format 1.
-    unsealed: bool = False
-    # First line that is no JSON, not declared torn so far: its number, offset and complaint.
-    bad: tuple[int, int, str] | None = None
-
-    def take(self, line: bytes, damage: str | None) -> None:
-        """The next line, and what is wrong with its checksum."""
-        self.number += 1
-        start = self.offset
-        self.offset += len(line) + 1
-        if not line.strip():
-            return
-        if _UNWRITTEN in line:
-            damage = MISSING
-        if damage not in (None, MISSING):
-            raise self._error(self.number, str(damage))
-        if self.header is None:
-            self.header = self._read_header(line)
-            self.header_end = self.offset
-            if damage == MISSING and self._checksums_due:
-                raise self._error(self.number, MISSING)
-            self.unsealed = damage == MISSING
-            return
-        if damage == MISSING and self._checksums_due:
-            self._take_unsealed(line, start)
-            return
-        if line.startswith(_TORN_START) and self._declare_torn(line, start):
-            return
-        if self.bad is not None:
-            if not _TORN_START.startswith(line) and not line.startswith(_TORN_START):
-                raise self._error(self.bad[0], self.bad[2])
-            return
-        try:
-            record = _understood(_harmless(line))
-        except msgspec.ValidationError as error:
-            raise self._error(self.number, str(error)) from None
-        except ValueError as error:
-            if _is_json(line):
-                raise self._error(self.number, str(error)) from None
-            self.bad = (self.number, start, f"not a JSON object ({one_line(str(error))})")
-            return
-        if isinstance(record, Header):
-            raise self._error(self.number, "a second header")
-        self.records.append(record)
-        self.offsets.append(start)
-        self.lines.append(self.number)
-
-    @property
-    def _checksums_due(self) -> bool:
-        return self.header is not None and self.header.format >= 2
-
-    def _take_unsealed(self, line: bytes, start: int) -> None:
-        """A line that should end in a checksum and does not: cut, or changed."""
-        if _nearly_sealed(line) or _is_json(line):
-            raise self._error(self.number, MISSING)
-        if self.bad is None:
-            self.bad = (self.number, start, MISSING)
-        elif not _TORN_START.startswith(line) and not line.startswith(_TORN_START):
-            raise self._error(self.bad[0], self.bad[2])
-
-    def finish(self) -> SessionText:
-        if self.header is None:
-            raise SessionFileError(f"{self.name} is empty: no session was begun in it")
-        try:
-            _check_stamps(self.records)
-        except ConfigurationError:
-            self._refuse_stamp()
-        self._check_sequence()
-        if self.unsealed:
-            self.warnings.insert(
-                0,
-                f"{self.name} is of format {self.header.format}, without checksums: a changed "
-                "byte in it can go unnoticed",
-            )
-        if self.bad is not None:
-            self.warnings.append(
-                f"{self.name}:{self.bad[0]}: the last line is torn and was ignored "
-                "(the power or the disk failed while it was written)"
-            )
-        return SessionText(
-            header=self.header,
-            records=self.records,
-            warnings=self.warnings,
-            size=len(self.content),
-            ended=self.content.endswith(b"\n"),
-            torn_start=None if self.bad is None else self.bad[1],
-        )
-
-    def _declare_torn(self, line: bytes, start: int) -> bool:
-        try:
-            torn_start = start - _torn_decoder.decode(_opened(line)).bytes
-        except ValueError:
-            return False
-        fits = self.header_end <= torn_start < start and self.content[torn_start - 1] == 0x0A
-        if not fits or (self.bad is not None and torn_start > self.bad[1]):
-            raise self._error(self.number, "declares torn bytes that are not a line's")
-        # A line that was written whole but whose sync failed was never acknowledged either.
-        while self.offsets and self.offsets[-1] >= torn_start:
-            del self.offsets[-1], self.records[-1], self.lines[-1]
-        self.bad = None
-        torn_line = self.content.count(b"\n", 0, torn_start) + 1
-        self.warnings.append(f"{self.name}:{torn_line}: a line torn while written was ignored")
-        return True
-
-    def _read_header(self, line: bytes) -> Header:
-        try:
-            raw: Any = msgspec.json.decode(line)
-        except (ValueError, RecursionError):
-            if _nearly_sealed(line):
-                raise self._error(self.number, MISSING) from None
-            if line[: len(_HEADER_START)] == _HEADER_START[: len(line)]:
-                raise self._error(
-                    self.number, "no complete session header; nothing was recorded in this file"
-                ) from None
-            raw = None
-        if not isinstance(raw, dict) or raw.get("type") != "header":
-            raise self._error(self.number, "not a session file: its first line is no header")
-        version = raw.get("format")
-        if isinstance(version, int) and version > FORMAT_VERSION:
-            raise SessionFileError(
-                f"{self.name} was written by a newer solarcal (format {version}; this one reads "
-                f"{FORMAT_VERSION}): update solarcal to read it"
-            )
-        if not isinstance(version, int) or version < 1:
-            raise self._error(self.number, f"{version!r} is no session format")
-        try:
-            header = decode_record(_harmless(line))
-        except ValueError as error:
-            raise self._error(self.number, str(error)) from None
-        if not isinstance(header, Header):
-            raise self._error(self.number, "not a session header")
-        return header
-
-    def _check_sequence(self) -> None:
-        assert self.header is not None
-        last = self.header.seq
-        seen = set()
-        for record, number in zip(self.records, self.lines, strict=True):
-            if record.seq <= last or (self._checksums_due and record.seq != last + 1):
-                what = "lines mixed or repeated" if record.seq <= last else "lines are missing"
-                raise self._error(number, f"sequence number {record.seq} after {last}: {what}")
-            if isinstance(record, Void) and record.voids not in seen:
-                raise self._error(number, f"voids {record.voids}, which is no earlier record")
-            last = record.seq
-            seen.add(last)
-
-    def _refuse_stamp(self) -> None:
-        """Name the line of the first instant that is none."""
-        for record, number in zip(self.records, self.lines, strict=True):
-            try:
-                _check_stamps([record])
-            except ConfigurationError as error:
-                raise self._error(number, str(error)) from None
-
-    def _error(self, number: int, complaint: str) -> SessionFileError:
-        return SessionFileError(f"{self.name}:{number}: {one_line(complaint)}")
-
-
-def _harmless(line: bytes) -> bytes:
-    """The line with its texts harmless to a terminal; nearly always the line itself."""
-    if not _SUSPICIOUS.search(line):
-        return line
-    return _encoder.encode(harmless_tree(msgspec.json.decode(line)))
-
-
-def _is_json(line: bytes) -> bool:
-    try:
-        msgspec.json.decode(line)
-    except (ValueError, RecursionError):
-        return False
-    return True
-
-
-def _understood(line: bytes) -> Record:
+def understood(line: bytes) -> Record:
     """A line's record; its times are not looked at."""
     try:
-        record = _decode(_opened(line))
+        record = _decode(opened(line))
     except RecursionError:
         raise ValueError("nested too deeply") from None
     if isinstance(record, PointRecord) and record.status == "accepted":
@@ -405,7 +177,75 @@ def _decode(line: bytes) -> Record:
     return UnknownRecord(seq=seq, utc=utc, type=kind, fields=raw)
 
 
-def _check_stamps(records: Sequence[Record]) -> None:
+def check_stamps(records: Sequence[Record]) -> None:
     """Refuse the first time that is no instant, of these records or of their read-outs."""
     read = (r.read_utc for r in records if isinstance(r, PointRecord | CheckRecord))
     parse_many_utc([*(r.utc for r in records), *(utc for utc in read if utc is not None)])
+
+
+def crc32c(content: bytes) -> int:
+    """The CRC-32C of some bytes."""
+    return next(checksums((content,)))
+
+
+def checksums(lines: Sequence[bytes]) -> Iterator[int]:
+    """The CRC-32C of each of the lines, in order."""
+    batch: list[bytes] = []
+    size = 0
+    for line in lines:
+        if size + len(line) > _AT_ONCE and batch:
+            yield from _sum(batch)
+            batch, size = [], 0
+        batch.append(line)
+        size += len(line)
+    yield from _sum(batch)
+
+
+def _sum(lines: list[bytes]) -> Iterator[int]:
+    table = _contributions()
+    short = [line for line in lines if 4 <= len(line) <= _REACH]
+    found = iter(())
+    if short:
+        octets = np.frombuffer(b"".join(short), dtype=np.uint8).copy()
+        lengths = np.array([len(line) for line in short])
+        ends = np.cumsum(lengths)
+        starts = ends - lengths
+        # The register begins with all ones, which is the same as four inverted first bytes.
+        octets[starts[:, np.newaxis] + np.arange(4)] ^= 0xFF
+        places = np.repeat(ends - 1, lengths) - np.arange(len(octets))
+        places <<= 8
+        places |= octets
+        sums = np.bitwise_xor.reduceat(table.take(places), starts)
+        found = iter(np.invert(sums).tolist())
+    for line in lines:
+        yield next(found) if 4 <= len(line) <= _REACH else _one_sum(line)
+
+
+def _one_sum(line: bytes) -> int:
+    """Of a line that is very long or very short: in parts, each taking up the register."""
+    table = _contributions()
+    register = 0xFFFFFFFF
+    while line:
+        part, line = line[:_REACH], line[_REACH:]
+        octets = np.frombuffer(part, dtype=np.uint8).copy()
+        taken = np.frombuffer(register.to_bytes(4, "little"), dtype=np.uint8)[: len(octets)]
+        octets[: len(taken)] ^= taken
+        places = (np.arange(len(octets) - 1, -1, -1) << 8) | octets
+        # A part shorter than the register leaves the rest of it, moved down.
+        left = register >> 8 * len(octets)
+        register = int(np.bitwise_xor.reduce(table.take(places))) ^ left
+    return register ^ 0xFFFFFFFF
+
+
+@cache
+def _contributions() -> Words:
+    """What byte value b adds that has k bytes behind it: at 256 k + b."""
+    one = np.arange(256, dtype=np.uint32)
+    for _ in range(8):
+        one = np.where(one & 1, (one >> 1) ^ np.uint32(_POLYNOMIAL), one >> 1).astype(np.uint32)
+    table = np.empty((_REACH, 256), dtype=np.uint32)
+    table[0] = one
+    for row in range(1, _REACH):
+        before = table[row - 1]
+        table[row] = (before >> 8) ^ one[before & 0xFF]
+    return table.ravel()

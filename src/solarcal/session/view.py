@@ -14,7 +14,7 @@ import numpy as np
 from solarcal.errors import SessionFileError
 from solarcal.input_files import read_bytes
 from solarcal.mount.geometry import MountGeometry
-from solarcal.session.lines import parse_session
+from solarcal.session.parsing import parse_session
 from solarcal.session.points import PointTable, table_of_points
 from solarcal.session.records import (
     CheckRecord,
