@@ -26,9 +26,9 @@ from solarcal.session.journal import Journal
 from solarcal.session.records import Header
 from solarcal.session.view import read_session
 from solarcal.station.clocks import EmulatedClock
-from solarcal.station.core import CreateJournal
 from solarcal.station.news import Done
 from solarcal.station.procedure import Station
+from solarcal.station.recording import CreateJournal
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.tui.app import SolarcalApp

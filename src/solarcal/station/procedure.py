@@ -26,7 +26,7 @@ from solarcal.session.records import (
 from solarcal.session.view import refuse_void
 from solarcal.station import guards
 from solarcal.station.attempts import PointSteps, Progress
-from solarcal.station.core import CreateJournal
+from solarcal.station.recording import CreateJournal
 from solarcal.station.state import (
     Activity,
     held_before_upload,
