@@ -56,6 +56,26 @@ async def test_one_key_goes_to_the_light_theme_and_back() -> None:
 
 
 @on_loop
+async def test_a_double_click_on_words_is_as_good_as_none() -> None:
+    from solarcal.tui.workstation.screen import WorkstationScreen
+
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f5")
+        await shows(pilot, "Watch both axes")
+        await pilot.click("#said", times=2)
+        await pilot.click("#key-start", times=3)
+        await shows(pilot, "complete, recorded")
+        await pilot.press("escape")
+        await app.push_screen(WorkstationScreen())
+        for widget in app.screen.query("Words"):
+            if widget.region:
+                await pilot.click(widget, times=2)
+        await shows(pilot, "e Report")
+        assert not app.screen.selections
+
+
+@on_loop
 async def test_no_other_step_begins_over_a_dialog() -> None:
     station, _ = bench()
     async with workstation(station) as (app, pilot):

@@ -59,6 +59,9 @@ class SolarcalApp(LineApp):
 
     TITLE = "solarcal"
     CSS_PATH = "solarcal.tcss"
+    ALLOW_SELECT = False
+    """A double click or a drag marks no text. The styles of our screens have no colour for it, and
+    Textual fails without one; with Shift the terminal's own marking copies."""
     COMMANDS: ClassVar[set[type[Provider] | Callable[[], type[Provider]]]] = {ActionProvider}
     """Without Textual's own provider: the palette lists what it has beside our actions."""
 
