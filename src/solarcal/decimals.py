@@ -8,8 +8,11 @@ import argparse
 import math
 import re
 from collections.abc import Callable
+from typing import TypeVar
 
 from solarcal.errors import ConfigurationError
+
+Value = TypeVar("Value")
 
 Pair = tuple[float, float]
 """Of axis 1 and axis 2."""
@@ -90,16 +93,21 @@ def shortened(text: str) -> str:
     return repr(text if len(text) <= 30 else text[:27] + "...")
 
 
-def number_option(low: float = -math.inf, high: float = math.inf) -> Callable[[str], float]:
-    """The ``type`` of an argparse option that takes a decimal within a range."""
+def option_of(read: Callable[[str], Value]) -> Callable[[str], Value]:
+    """The ``type`` of an argparse option whose text is read like this; its error as argparse's."""
 
-    def number(text: str) -> float:
+    def value(text: str) -> Value:
         try:
-            return decimal(text, low, high)
+            return read(text)
         except ConfigurationError as error:
             raise argparse.ArgumentTypeError(str(error)) from None
 
-    return number
+    return value
+
+
+def number_option(low: float = -math.inf, high: float = math.inf) -> Callable[[str], float]:
+    """The ``type`` of an argparse option that takes a decimal within a range."""
+    return option_of(lambda text: decimal(text, low, high))
 
 
 SLOWEST, FASTEST = 0.001, 1e6
@@ -108,28 +116,20 @@ SLOWEST, FASTEST = 0.001, 1e6
 
 def speed_option(stopped: float | None = None) -> Callable[[str], float]:
     """The ``type`` of an option for the speed of time: 0 where ``stopped`` allows, or in range."""
-    number = number_option(0.0, FASTEST)
 
     def speed(text: str) -> float:
-        value = number(text)
+        value = decimal(text, 0.0, FASTEST)
         if value < SLOWEST and value != stopped:
             zero = "0, or " if stopped == 0.0 else ""
-            raise argparse.ArgumentTypeError(f"{value:g} is not {zero}{between(SLOWEST, FASTEST)}")
+            raise ConfigurationError(f"{value:g} is not {zero}{between(SLOWEST, FASTEST)}")
         return value
 
-    return speed
+    return option_of(speed)
 
 
 def whole_option(low: float = -math.inf, high: float = math.inf) -> Callable[[str], int]:
     """The ``type`` of an argparse option that takes a whole number within a range."""
-
-    def number(text: str) -> int:
-        try:
-            return whole(text, low, high)
-        except ConfigurationError as error:
-            raise argparse.ArgumentTypeError(str(error)) from None
-
-    return number
+    return option_of(lambda text: whole(text, low, high))
 
 
 def counted(number: int, noun: str) -> str:

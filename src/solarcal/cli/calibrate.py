@@ -2,7 +2,7 @@
 
 import argparse
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -177,10 +177,8 @@ def emulated_tracker(args: argparse.Namespace) -> "Iterator[tuple[Tracker, str, 
         seed=args.seed,
         noise_deg=args.noise_deg,
     )
-    try:
-        yield emulated.tracker, file_stem(args.scenario or DEFAULT_SCENARIO), emulated.noise_deg
-    finally:
-        emulated.tracker.close()
+    with closing(emulated.tracker) as tracker:
+        yield tracker, file_stem(args.scenario or DEFAULT_SCENARIO), emulated.noise_deg
 
 
 def calibration_document(calibration: "Calibration") -> dict[str, Any]:

@@ -1,16 +1,19 @@
 """``solarcal fit``: coefficients from session, CSV or TPOINT files."""
 
 import argparse
+import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from solarcal.cli.process import add_json_option, print_json
-from solarcal.decimals import decimal, number_option, shortened
+from solarcal.decimals import decimal, number_option, option_of, shortened
 from solarcal.errors import ConfigurationError
 from solarcal.report.blocks import section_text
 from solarcal.stopping_rule import DEFAULT_UNMODELLED
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from solarcal.decimals import Six
     from solarcal.session.interchange import FillIn
     from solarcal.site import BoltCircle
@@ -71,7 +74,7 @@ def add_last_option(parser: argparse.ArgumentParser) -> None:
 def add_bolt_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--bolt-circle",
-        type=bolt_circle,
+        type=option_of(bolt_circle),
         metavar="MM,BOLTS[,AZIMUTH]",
         help="print shim heights: diameter of the bolt circle, number of bolts, bearing of one "
         "(default 0, north)",
@@ -79,13 +82,10 @@ def add_bolt_option(parser: argparse.ArgumentParser) -> None:
 
 
 def bolt_circle(text: str) -> "BoltCircle":
-    """The value of ``add_bolt_option``, for argparse."""
+    """The value of ``add_bolt_option``."""
     from solarcal.site import parse_bolt_circle
 
-    try:
-        return parse_bolt_circle(text)
-    except ConfigurationError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
+    return parse_bolt_circle(text)
 
 
 def last_coefficients(args: argparse.Namespace, geometry: str | None = None) -> "Six | None":
@@ -183,28 +183,19 @@ def named_width(text: str) -> tuple[str, float]:
 
 def share(text: str) -> float:
     """A probability to be asked for, for argparse."""
-    try:
-        value = decimal(text)
-    except ConfigurationError:
-        value = 0.0
-    if not 0.5 <= value < 1.0:
-        raise argparse.ArgumentTypeError(
-            f"{shortened(text)} is not a probability of 0.5 to below 1"
-        )
-    return value
+    return _within(text, lambda p: 0.5 <= p < 1.0, "a probability of 0.5 to below 1")
 
 
 def positive_deg(text: str) -> float:
     """An angle above zero, for argparse."""
-    try:
-        value = decimal(text)
-    except ConfigurationError:
-        value = 0.0
-    if not 0.0 < value < 180.0:
-        raise argparse.ArgumentTypeError(
-            f"{shortened(text)} is not an angle above 0 and below 180 deg"
-        )
-    return value
+    return _within(text, lambda deg: 0.0 < deg < 180.0, "an angle above 0 and below 180 deg")
+
+
+def _within(text: str, fits: "Callable[[float], bool]", what: str) -> float:
+    with contextlib.suppress(ConfigurationError):
+        if fits(value := decimal(text)):
+            return value
+    raise argparse.ArgumentTypeError(f"{shortened(text)} is not {what}")
 
 
 def add_point_options(parser: argparse.ArgumentParser) -> None:

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 from solarcal.cli.fit import add_bolt_option, add_judging_arguments, fill_in, judging
-from solarcal.cli.process import print_json, say
+from solarcal.cli.process import print_json, say, warn
 from solarcal.decimals import counted, whole_option
 from solarcal.errors import ConfigurationError
 from solarcal.report.blocks import text_of
@@ -38,8 +38,7 @@ def run_forecast(args: argparse.Namespace) -> int:
     from solarcal.report.judgement import forecast_facts, verdict_blocks
     from solarcal.report.scales import Sheet
 
-    for warning in judged.warnings:
-        say(f"warning: {warning}")
+    warn(judged.warnings)
     width, height = shutil.get_terminal_size((80, 24))
     drawn = forecast_map(
         judgement.forecast,
@@ -123,8 +122,7 @@ def run_plan(args: argparse.Namespace) -> int:
         return 0
     from solarcal.report.judgement import plan_blocks
 
-    for warning in files.warnings:
-        say(f"warning: {warning}")
+    warn(files.warnings)
     print(text_of(*plan_blocks(judgement)))
     return 0
 
@@ -203,8 +201,7 @@ def run_report(args: argparse.Namespace) -> int:
             }
         )
         return 0
-    for warning in judged.warnings:
-        say(f"warning: {warning}")
+    warn(judged.warnings)
     state = "signed off" if after.signed_off else "not signed off"
     print("\n".join([*(f"wrote {path}" for path in issued.paths), f"{state}: {after.reason}"]))
     return 0

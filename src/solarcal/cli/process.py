@@ -18,7 +18,7 @@ import shutil
 import signal
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -194,6 +194,12 @@ def print_answer(answer: "Answer", as_json: bool) -> int:
 def say(sentence: str) -> None:
     """Progress for a person; stderr, so that stdout stays the result."""
     print(sentence, file=sys.stderr, flush=True)
+
+
+def warn(warnings: Iterable[str]) -> None:
+    """Each warning as a line of its own."""
+    for warning in warnings:
+        say(f"warning: {warning}")
 
 
 def terminal_size() -> tuple[int, bool]:

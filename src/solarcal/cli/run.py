@@ -5,6 +5,7 @@ see how it is done, and ``replay``, a saved session as it happened.
 import argparse
 import os
 import sys
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -214,13 +215,9 @@ def demo_headless(args: argparse.Namespace) -> int:
     with serve_here(emulator) as url:
         kind = "TCP" if url.startswith("socket://") else "a serial line"
         say(f"emulated tracker '{args.scenario}' on {kind}; a day passes in seconds")
-        tracker = open_tracker(url)
-        try:
-            calibration = run_calibration(
-                args, tracker, file_stem(args.scenario), emulator.noise_deg
-            )
-        finally:
-            tracker.close()
+        with closing(open_tracker(url)) as tracker:
+            name = file_stem(args.scenario)
+            calibration = run_calibration(args, tracker, name, emulator.noise_deg)
     return print_calibration(args, calibration)
 
 

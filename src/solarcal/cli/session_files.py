@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from solarcal.cli.fit import add_point_options, fill_in
-from solarcal.cli.process import add_json_option, print_json, say
+from solarcal.cli.process import add_json_option, print_json, warn
 from solarcal.decimals import counted, whole_option
 from solarcal.errors import ConfigurationError
 from solarcal.timescale import SystemClock, format_utc
@@ -57,10 +57,9 @@ def _told(
             }
         )
         return 0
-    for warning in warnings:
-        say(f"warning: {warning}")
+    warn(warnings)
     if unknown:
-        say(f"warning: the {' and '.join(unknown)} is not known (--lat, --lon)")
+        warn([f"the {' and '.join(unknown)} is not known (--lat, --lon)"])
     print(f"{counted(counts['total'], 'point')} ({counts['accepted']} accepted) in {args.target}")
     return 0
 

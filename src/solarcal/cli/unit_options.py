@@ -3,7 +3,7 @@
 import argparse
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -142,8 +142,8 @@ def named_profile(args: argparse.Namespace) -> "Profile | None":
     return load_profile(args.profile)
 
 
-def open_asked(args: argparse.Namespace) -> "Tracker":
-    """The tracker these options ask for, its line open.
+def asked_tracker(args: argparse.Namespace) -> "closing[Tracker]":
+    """The tracker these options ask for, its line open; closed again whatever happens.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def open_asked(args: argparse.Namespace) -> "Tracker":
 
         book = FieldBook(*book_lines(args.input), BookClock())
     told_baudrate = profile.baudrate if profile is not None else 9600
-    return open_tracker(
+    tracker = open_tracker(
         args.port or (profile.port if profile is not None else ""),
         asked_driver(args, profile),
         trace=args.trace,
@@ -167,16 +167,7 @@ def open_asked(args: argparse.Namespace) -> "Tracker":
         profile=profile,
         display=book,
     )
-
-
-@contextmanager
-def asked_tracker(args: argparse.Namespace) -> "Iterator[Tracker]":
-    """The same, closed again whatever happens."""
-    tracker = open_asked(args)
-    try:
-        yield tracker
-    finally:
-        tracker.close()
+    return closing(tracker)
 
 
 def book_lines(path: str) -> tuple[Iterable[str], str]:
