@@ -1,11 +1,15 @@
 """Time in a dialog: how long a drive still takes, and an emulator that is not faster than life."""
 
+from solarcal.station.jogging import JogView
 from solarcal.station.news import SpeedTold
 from solarcal.station.procedure import Station
 from solarcal.tui.dialogs.dialog import Dialog
 
 SPEED_KNOWN_FROM = 0.02
 """Share of the way; before it the axes still gather speed, and an hour is foretold for seconds."""
+
+FAR_DEG = 1.0
+"""From so far on the drive of a jog is shown, with the time it takes."""
 
 
 class DriveWatch:
@@ -30,6 +34,20 @@ class DriveWatch:
     def words(self) -> str:
         """``, about 40 s`` once the speed is known."""
         return "" if self.left_s is None else f", about {self.left_s:.0f} s"
+
+    def jog_words(self, view: JogView) -> str:
+        """How far and how long the axes still drive, nothing where they are near."""
+        status = view.status
+        to_go = max(map(abs, status.off_target_deg))
+        if to_go < FAR_DEG or status.moving == (0, 0):
+            self._first = None
+            return ""
+        self.at(status.unit_utc_s, to_go)
+        if view.aim is None:
+            where = "to the Sun"
+        else:
+            where = "behind the Sun" if any(view.aim.behind) else "to the aim"
+        return f"Driving {where}: {to_go:.0f} deg to go{self.words()}."
 
 
 BAR_CELLS = 30

@@ -18,7 +18,7 @@ MOST_WAITING = 3
 """Steps of a held arrow that may wait for the unit: what is more is not jogged after release."""
 
 ARROW_KEYS = (
-    DialogKey("adapt", "step adapts", "0", "0", button=False),
+    DialogKey("step(None)", "step adapts", "0", "0", button=False),
     DialogKey("jog(-1,0)", "axis 1 -", "left", "left", button=False),
     DialogKey("jog(1,0)", "axis 1 +", "right", "right", button=False),
     DialogKey("jog(0,-1)", "axis 2 -", "down", "down", button=False),
@@ -27,8 +27,8 @@ ARROW_KEYS = (
         DialogKey(f"step({index})", f"{step:g}", str(index + 1), str(index + 1), button=False)
         for index, step in enumerate(STEPS_DEG)
     ),
-    DialogKey("finer", "smaller step", "comma,left_square_bracket", ",", button=False),
-    DialogKey("coarser", "larger step", "right_square_bracket", "]", button=False),
+    DialogKey("resize_step(-1)", "smaller step", "comma,left_square_bracket", ",", button=False),
+    DialogKey("resize_step(1)", "larger step", "right_square_bracket", "]", button=False),
 )
 
 

@@ -3,9 +3,8 @@
 from collections.abc import Callable, Iterable
 from typing import Any, ClassVar
 
-from textual.containers import Horizontal, Vertical
+from textual.containers import Horizontal
 from textual.widget import Widget
-from textual.widgets import Digits, Static
 
 from solarcal.errors import UnitRefused
 from solarcal.model.fit import Solution
@@ -27,10 +26,10 @@ from solarcal.tui.dialogs.dialog import DialogKey, open_dialog
 from solarcal.tui.dialogs.paced import DriveWatch, PacedDialog
 from solarcal.tui.offset.arrows import ARROW_KEYS, ArrowSteps
 from solarcal.tui.offset.spot import (
+    BigDigits,
     SpotCalculator,
     Sunspot,
     TypedOffsetDialog,
-    big_numbers,
     calculated_jogs_deg,
     jog_table,
     jog_warning,
@@ -42,8 +41,6 @@ from solarcal.unit.tracker import Mode
 STEPS = (JogSeen, Jogged, OffsetSet, OffsetLeft)
 LOOK_EVERY_S = 0.25
 ROOMY = (112, 36)
-FAR_DEG = 1.0
-"""From so far on the drive is shown, with the time it takes."""
 
 
 def open_screen(app: Workstation) -> None:
@@ -76,10 +73,8 @@ class SunOffsetDialog(PacedDialog):
     SunOffsetDialog #sight { width: 33; height: 13; }
     SunOffsetDialog #axes { width: 1fr; height: 13; padding-left: 1; }
     SunOffsetDialog #steps { height: 1; }
-    SunOffsetDialog #big { height: 11; display: none; align-horizontal: center; }
-    SunOffsetDialog #big Digits { width: 40; height: 3; text-align: right; }
-    SunOffsetDialog #big Static { height: 1; text-align: center; }
-    SunOffsetDialog.-big #big { display: block; }
+    SunOffsetDialog BigDigits { display: none; }
+    SunOffsetDialog.-big BigDigits { display: block; }
     SunOffsetDialog.-big #plate { display: none; }
     SunOffsetDialog.-roomy > #dialog { width: 110; }
     SunOffsetDialog.-roomy #plate { height: 25; }
@@ -105,12 +100,7 @@ class SunOffsetDialog(PacedDialog):
         with Horizontal(id="plate"):
             yield Sunspot(id="sight") if self.emulated else SpotCalculator(id="sight")
             yield Words("", id="axes", markup=False)
-        with Vertical(id="big"):
-            yield Words("", id="big-words", markup=False)
-            yield Static("axis 1, deg", markup=False)
-            yield Digits("", id="big-1")
-            yield Static("axis 2, deg", markup=False)
-            yield Digits("", id="big-2")
+        yield BigDigits(id="big")
         yield Words("", id="steps", markup=False)
 
     def on_mount(self) -> None:
@@ -176,19 +166,12 @@ class SunOffsetDialog(PacedDialog):
         self._steps.jogging = True
         self._submit(Jogged, lambda station: self._jog.nudge(axis1_deg, axis2_deg))
 
-    def action_step(self, index: int) -> None:
+    def action_step(self, index: int | None) -> None:
         self._steps.choose(index)
         self._show_steps()
 
-    def action_adapt(self) -> None:
-        self._steps.choose(None)
-        self._show_steps()
-
-    def action_finer(self) -> None:
-        self.action_step(self._steps.nominal - 1)
-
-    def action_coarser(self) -> None:
-        self.action_step(self._steps.nominal + 1)
+    def action_resize_step(self, by: int) -> None:
+        self.action_step(self._steps.nominal + by)
 
     def _show_steps(self) -> None:
         self.query_one("#steps", Words).update(self._steps.words())
@@ -334,32 +317,12 @@ class SunOffsetDialog(PacedDialog):
         self.query_one("#axes", Words).update(
             jog_table(view, follows=self._jog.follows, words=words)
         )
-        self._show_big(view)
+        self.query_one(BigDigits).show(view)
         self._warn(view)
-
-    def _show_big(self, view: JogView) -> None:
-        words, numbers = big_numbers(view)
-        self.query_one("#big-words", Words).update(words)
-        for axis, number in enumerate(numbers, start=1):
-            self.query_one(f"#big-{axis}", Digits).update(f"{number:+.3f}")
-
-    def _driving_words(self, view: JogView) -> str:
-        """How far and how long the axes still drive, nothing where they are near."""
-        status = view.status
-        to_go = max(map(abs, status.off_target_deg))
-        if to_go < FAR_DEG or status.moving == (0, 0):
-            self._drive = DriveWatch()
-            return ""
-        self._drive.at(status.unit_utc_s, to_go)
-        if view.aim is None:
-            where = "to the Sun"
-        else:
-            where = "behind the Sun" if any(view.aim.behind) else "to the aim"
-        return f"Driving {where}: {to_go:.0f} deg to go{self._drive.words()}."
 
     def _warn(self, view: JogView) -> None:
         """Say once what the technician has to know of the side the axes came from."""
-        if driving := self._driving_words(view):
+        if driving := self._drive.jog_words(view):
             self.say(driving)
             self._warned = driving
             return

@@ -12,7 +12,7 @@ from textual.containers import Horizontal, Vertical
 from textual.content import Content
 from textual.strip import Strip
 from textual.widget import Widget
-from textual.widgets import Input, Label
+from textual.widgets import Digits, Input, Label, Static
 
 from solarcal.errors import ConfigurationError
 from solarcal.optics.sunspot import spot_error_deg
@@ -205,6 +205,28 @@ def jog_table(view: JogView, *, follows: bool, words: str) -> Content:
     rows.append(f"update cycle {100.0 * status.update_phase:.0f} %\n")
     rows.append(words)
     return Content.assemble(*rows)
+
+
+class BigDigits(Vertical):
+    """What is still to move, in characters three rows high."""
+
+    DEFAULT_CSS = """
+    BigDigits { height: 11; align-horizontal: center; }
+    BigDigits Digits { width: 40; height: 3; text-align: right; }
+    BigDigits Static { height: 1; text-align: center; }
+    """
+
+    def compose(self) -> ComposeResult:
+        yield Words("", markup=False)
+        for axis in (1, 2):
+            yield Static(f"axis {axis}, deg", markup=False)
+            yield Digits("", id=f"big-{axis}")
+
+    def show(self, view: JogView) -> None:
+        words, numbers = big_numbers(view)
+        self.query_one(Words).update(words)
+        for digits, number in zip(self.query(Digits), numbers, strict=True):
+            digits.update(f"{number:+.3f}")
 
 
 def big_numbers(view: JogView) -> tuple[str, tuple[float, float]]:
