@@ -9,7 +9,8 @@ from solarcal.model.fit import fit_linear
 from solarcal.model.methods import fit
 from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext
-from solarcal.model.terms import TERMS, LookedFor, Term, chosen_terms, harmonic, terms_tested
+from solarcal.model.term_names import chosen_terms, harmonic
+from solarcal.model.terms import TERMS, LookedFor, Term, terms_tested
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry
 from solarcal.mount.mechanism import Mechanism

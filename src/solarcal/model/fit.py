@@ -15,13 +15,8 @@ from solarcal.errors import FitError
 from solarcal.model.least_squares import solve
 from solarcal.model.points import Points
 from solarcal.model.solution import Solution
-from solarcal.model.terms import (
-    CONTROLLER_TERMS,
-    NativeAngles,
-    Term,
-    chosen_terms,
-    design_matrix,
-)
+from solarcal.model.term_names import chosen_terms
+from solarcal.model.terms import CONTROLLER_TERMS, NativeAngles, Term, design_matrix
 from solarcal.mount.limits import Limits
 from solarcal.units import RAD_PER_DEG, FloatArray
 

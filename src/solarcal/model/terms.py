@@ -19,8 +19,7 @@ References
 Wallace (2000), TPOINT Software: the terms and harmonics of that name.
 """
 
-import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
@@ -172,38 +171,6 @@ def terms_tested(geometry_name: str) -> tuple[Term, ...]:
     )
 
 
-def chosen_terms(names: Iterable[str], geometry: MountGeometry) -> tuple[Term, ...]:
-    """The terms of these names, in this order.
-
-    Raises
-    ------
-    FitError
-        No term, an unknown or repeated one, or one that this mount does not have.
-    """
-    terms: list[Term] = []
-    for name in names:
-        term = TERMS.get(name) or harmonic(name)
-        if term is None or term.rows is None:
-            known = ", ".join(known for known, one in TERMS.items() if one.rows is not None)
-            raise FitError(
-                f"there is no error term {name!r}; known are {known} and harmonics "
-                "such as HASA2 or HECE"
-            )
-        if term.only not in (None, geometry.name):
-            raise FitError(
-                f"term {name} is defined for {term.only} mounts only and this one is "
-                f"{geometry.name}; use P1..P6, C, N, SAG"
-            )
-        terms.append(term)
-    named = [term.name for term in terms]
-    if len(set(named)) < len(named):
-        twice = next(name for name in named if named.count(name) > 1)
-        raise FitError(f"term {twice} is named twice")
-    if not terms:
-        raise FitError("no error term was named; give at least one, for example P1,P2,P3")
-    return tuple(terms)
-
-
 def _sag(at: NativeAngles) -> tuple[Row, Row]:
     # The tube droops away from the zenith, so the axes must stand that much nearer to it: the
     # components of 'up' along the two axes' motions, whatever way the primary axis points.
@@ -213,7 +180,7 @@ def _sag(at: NativeAngles) -> tuple[Row, Row]:
     return towards1, towards2
 
 
-def _tpoint(
+def tpoint(
     name: str,
     meaning: str,
     prior_deg: float,
@@ -344,26 +311,26 @@ _ALL = (
         )
         for axis in (1, 2)
     ),
-    _tpoint("IA", "azimuth zero", ZERO_PRIOR_DEG, lambda a: (-1.0, 0.0), "zero"),
-    _tpoint("IE", "elevation zero", ZERO_PRIOR_DEG, lambda a: (0.0, 1.0), "zero"),
-    _tpoint(
+    tpoint("IA", "azimuth zero", ZERO_PRIOR_DEG, lambda a: (-1.0, 0.0), "zero"),
+    tpoint("IE", "elevation zero", ZERO_PRIOR_DEG, lambda a: (0.0, 1.0), "zero"),
+    tpoint(
         "AN",
         "north-south lean",
         LEAN_PRIOR_DEG,
         lambda a: (-a.sin1 * a.cos2 / a.sin2, a.cos1),
         "lean",
     ),
-    _tpoint(
+    tpoint(
         "AW",
         "east-west lean",
         LEAN_PRIOR_DEG,
         lambda a: (a.cos1 * a.cos2 / a.sin2, a.sin1),
         "lean",
     ),
-    _tpoint("CA", "collimation", CROSS_PRIOR_DEG, lambda a: (-1.0 / a.sin2, 0.0)),
-    _tpoint("NPAE", "axes not square", CROSS_PRIOR_DEG, lambda a: (-a.cos2 / a.sin2, 0.0)),
-    _tpoint("TF", "tube flexure", SAG_PRIOR_DEG, lambda a: (0.0, -a.sin2)),
-    _tpoint(
+    tpoint("CA", "collimation", CROSS_PRIOR_DEG, lambda a: (-1.0 / a.sin2, 0.0)),
+    tpoint("NPAE", "axes not square", CROSS_PRIOR_DEG, lambda a: (-a.cos2 / a.sin2, 0.0)),
+    tpoint("TF", "tube flexure", SAG_PRIOR_DEG, lambda a: (0.0, -a.sin2)),
+    tpoint(
         "TX",
         "tube flexure as the cotangent of elevation",
         SAG_PRIOR_DEG,
@@ -373,49 +340,3 @@ _ALL = (
 
 TERMS: dict[str, Term] = {term.name: term for term in _ALL}
 """Every error term by name."""
-
-
-_HARMONIC = re.compile(r"H([AESZ])([SC])([AEZ])([0-9]{0,2})(?:([SC])([AEZ])([0-9]{0,2}))?")
-_RESULTS = {
-    "A": "azimuth",
-    "E": "elevation",
-    "S": "left-right on the sky",
-    "Z": "zenith distance",
-}
-
-
-def harmonic(name: str) -> Term | None:
-    """The TPOINT harmonic of this name; None where the name is no harmonic.
-
-    ``H``, what is changed (A azimuth, E elevation, S left-right on the sky, Z zenith distance),
-    then one or two factors: S sine or C cosine, of A, E or Z, times a whole number (1 if none).
-    ``HASA2``: A - A_enc = HASA2 sin 2A. ``HSCA``: (A - A_enc) cos E = HSCA cos A.
-    """
-    parts = _HARMONIC.fullmatch(name)
-    if parts is None:
-        return None
-    result, *rest = parts.groups()
-    factors = [
-        (rest[at], rest[at + 1], int(rest[at + 2] or 1)) for at in (0, 3) if rest[at] is not None
-    ]
-    if any(function == "S" and times == 0 for function, _, times in factors):
-        return None
-
-    def rows(at: NativeAngles) -> tuple[Row, Row]:
-        value: Row = 1.0
-        for function, angle, times in factors:
-            # A = 180 - AX1, Z = AX2, E = 90 - AX2.
-            turn = {"A": 180.0 - at.ax1_deg, "E": 90.0 - at.ax2_deg, "Z": at.ax2_deg}[angle]
-            wave = np.sin if function == "S" else np.cos
-            value = value * wave(times * turn * RAD_PER_DEG)
-        if result == "A":
-            return value, 0.0
-        if result == "S":
-            return value / at.sin2, 0.0
-        return 0.0, value if result == "E" else -value
-
-    wording = " ".join(
-        f"{'sin' if function == 'S' else 'cos'} {times if times > 1 else ''}{angle}"
-        for function, angle, times in factors
-    )
-    return _tpoint(name, f"{_RESULTS[result]} harmonic, {wording}", SAG_PRIOR_DEG, rows)
