@@ -14,8 +14,8 @@ from solarcal.instruments.form import FormError
 from solarcal.profiles import Profile
 from solarcal.site import Site
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.calculators.form_rows import ChoiceBox, FormRow
-from solarcal.tui.calculators.screen import CalculatorScreen, CalculatorsScreen, open_calculator
+from solarcal.tui.calculators import CalculatorScreen, CalculatorsScreen, open_calculator
+from solarcal.tui.widgets.form_rows import ChoiceBox, FormRow
 
 TIJERAS = Profile(site=Site(35.05, -106.48, 1900.0, "Tijeras"))
 JUNE = "2026-06-10T17:00:00Z"

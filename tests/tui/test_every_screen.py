@@ -24,7 +24,7 @@ from typed_screens import workstation_by_hand
 from solarcal.config import Choice
 from solarcal.instruments.catalogue import INSTRUMENTS
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.calculators.screen import open_calculator
+from solarcal.tui.calculators import open_calculator
 from solarcal.tui.dialogs.dialog import Dialog
 from solarcal.tui.keys import ACTIONS
 from solarcal.tui.widgets.lines import HeadLine

@@ -119,7 +119,7 @@ async def test_too_small_a_terminal_is_said_and_can_still_be_stopped() -> None:
 @on_loop
 async def test_a_form_follows_the_keymap_and_page_down_scrolls_its_result() -> None:
     from solarcal.instruments.catalogue import BY_ID
-    from solarcal.tui.calculators.screen import CalculatorScreen, CalculatorsScreen
+    from solarcal.tui.calculators import CalculatorScreen, CalculatorsScreen
     from solarcal.tui.widgets.text_lines import TextLines
 
     app = SolarcalApp(keymap={"next_plot": "j", "calculators": "y"})

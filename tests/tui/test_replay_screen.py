@@ -14,7 +14,7 @@ from procedure_bench import (
 
 from solarcal.config import Choice
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.replay.screen import ReplayScreen
+from solarcal.tui.replay import ReplayScreen
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from solarcal.station.typed.unit import TypedUnit
 from solarcal.timescale import parse_utc
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.base import FormAsked, Told
-from solarcal.tui.typed_form.form_asked import ScreenDisplay
+from solarcal.tui.form_asked import ScreenDisplay
 from solarcal.tui.widgets.lines import Field
 from solarcal.tui.workstation.screen import WorkstationScreen
 

@@ -11,8 +11,9 @@ from solarcal.station import guards
 from solarcal.station.news import SpeedTold, TimeSkipped
 from solarcal.station.next_step import next_step
 from solarcal.station.state import Activity
+from solarcal.tui import recompute
 from solarcal.tui.base import Workstation
-from solarcal.tui.calculators.screen import open_list
+from solarcal.tui.calculators import open_list
 from solarcal.tui.dialogs import ref_check, report
 from solarcal.tui.dialogs.data_file import InitialiseDialog, LeaveDialog, NoteDialog, VoidDialog
 from solarcal.tui.dialogs.dialog import Dialog, open_dialog
@@ -22,7 +23,6 @@ from solarcal.tui.help import HelpScreen
 from solarcal.tui.offset import dialog as offset_dialog
 from solarcal.tui.plan import open_screen as open_plan
 from solarcal.tui.point.dialog import TakePointDialog
-from solarcal.tui.replay import recompute
 from solarcal.tui.workstation.view import PanesScreen
 
 if TYPE_CHECKING:

@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from solarcal.station.planning import PlanOptions
     from solarcal.station.state import StationState
     from solarcal.station.worker import StationWorker
+    from solarcal.tui.form_asked import AskedForm
     from solarcal.tui.keys import Action
     from solarcal.tui.start.menu_entries import MenuEntries
-    from solarcal.tui.typed_form.form_asked import AskedForm
 
 
 Result = TypeVar("Result")

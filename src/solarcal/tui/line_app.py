@@ -23,7 +23,7 @@ from solarcal.tui.station_app import StationApp
 
 if TYPE_CHECKING:
     from solarcal.station.opening import OpenLine
-    from solarcal.tui.typed_form.form_asked import AskedForm, ScreenDisplay
+    from solarcal.tui.form_asked import AskedForm, ScreenDisplay
 
 
 class LineApp(StationApp):
@@ -85,7 +85,7 @@ class LineApp(StationApp):
     def _open_replay(self, choice: Choice) -> None:
         with ONE_IMPORT:
             from solarcal.station.saved_sessions import Replay
-            from solarcal.tui.replay.screen import ReplayScreen
+            from solarcal.tui.replay import ReplayScreen
 
         try:
             replay = Replay.open(Path(choice.replay))
@@ -117,7 +117,7 @@ class LineApp(StationApp):
         """Where a person who reads a unit's display is asked."""
         if self._reader is None:
             with ONE_IMPORT:
-                from solarcal.tui.typed_form.form_asked import ScreenDisplay
+                from solarcal.tui.form_asked import ScreenDisplay
 
             self._reader = ScreenDisplay(lambda asked: self.post_message(Told(FormAsked(asked))))
         return self._reader
@@ -133,7 +133,7 @@ class LineApp(StationApp):
 
     def _form_asked(self, asked: "AskedForm") -> None:
         with ONE_IMPORT:
-            from solarcal.tui.typed_form.screen import DisplayFormScreen
+            from solarcal.tui.typed_form import DisplayFormScreen
 
         if self._leaving:
             asked.answer(None)

@@ -56,7 +56,7 @@ class ActionProvider(Provider):
     def _entries(self) -> Iterator[tuple[str, str, Callable[[], object]]]:
         with ONE_IMPORT:
             from solarcal.instruments.catalogue import INSTRUMENTS
-            from solarcal.tui.calculators.screen import open_calculator
+            from solarcal.tui.calculators import open_calculator
 
         app = workstation_of(self.screen)
         for action in app.actions:

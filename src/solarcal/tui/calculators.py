@@ -17,8 +17,8 @@ from solarcal.instruments.catalogue import BY_ID, INSTRUMENTS
 from solarcal.instruments.form import Answer, Drawing, FormError, Instrument
 from solarcal.timescale import SystemClock
 from solarcal.tui.base import StationScreen, Workstation
-from solarcal.tui.calculators.form_rows import ChoiceBox, FormRow, FormRows
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
+from solarcal.tui.widgets.form_rows import ChoiceBox, FormRow, FormRows
 from solarcal.tui.widgets.lines import HeadLine, LogLine
 from solarcal.tui.widgets.plot import AnsiPlot
 from solarcal.tui.widgets.text_lines import TextLines

@@ -19,7 +19,7 @@ from solarcal.station.typed.forms import (
 )
 from solarcal.timescale import format_utc
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey
-from solarcal.tui.typed_form.form_asked import AskedForm
+from solarcal.tui.form_asked import AskedForm
 from solarcal.tui.widgets.lines import Field, Words
 
 CLOCK_EVERY_S = 0.2

@@ -1,1 +1,0 @@
-"""Saved sessions: replay and recompute."""

@@ -1,1 +1,0 @@
-"""Forms for what a unit's display shows."""
