@@ -19,14 +19,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.site import Site
 from solarcal.unit.frames import Code, Refusal
-from solarcal.unit.tracker import (
-    Mode,
-    RefCheckResult,
-    Status,
-    Stored,
-    UnitParameters,
-    UnitSite,
-)
+from solarcal.unit.tracker import Mode, RefCheckResult, Status, Stored, UnitParameters, UnitSite
 
 JOG_EXPIRES_S: Final = 5.0
 UNLOCK_S: Final = 60.0

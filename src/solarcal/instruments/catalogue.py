@@ -152,11 +152,6 @@ _SUNSPOT = (
     ),
 )  # fmt: skip
 
-INSTRUMENTS: tuple[Instrument, ...] = (
-    *SUN_INSTRUMENTS,
-    *MIRROR_INSTRUMENTS,
-    _SCREWJACK,
-    *_SUNSPOT,
-)
+INSTRUMENTS: tuple[Instrument, ...] = (*SUN_INSTRUMENTS, *MIRROR_INSTRUMENTS, _SCREWJACK, *_SUNSPOT)
 
 BY_ID = {instrument.id: instrument for instrument in INSTRUMENTS}

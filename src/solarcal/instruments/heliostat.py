@@ -201,11 +201,7 @@ def aim(form: Form) -> Answer:
         "geometry": geometry.name,
         "ax1_deg": float(ax1),
         "ax2_deg": float(ax2),
-        "controller": {
-            "azimuth_deg": first[0],
-            "zenith_deg": first[1],
-            "apart_deg": float(apart),
-        },
+        "controller": {"azimuth_deg": first[0], "zenith_deg": first[1], "apart_deg": float(apart)},
         "front": _root_document(front),
         "back": _root_document(back) if back is not None and offset else None,
         "parameters": parameters if distance_known else None,

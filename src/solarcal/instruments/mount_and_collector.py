@@ -68,11 +68,7 @@ def _tilted(tilt_deg: float, facing_deg: float | None, latitude_deg: float) -> F
         facing_deg = 180.0 if latitude_deg >= 0.0 else 0.0
     tilt, facing = math.radians(tilt_deg), math.radians(facing_deg)
     return FixedCollector(
-        (
-            math.sin(tilt) * math.cos(facing),
-            math.sin(tilt) * math.sin(facing),
-            math.cos(tilt),
-        )
+        (math.sin(tilt) * math.cos(facing), math.sin(tilt) * math.sin(facing), math.cos(tilt))
     )
 
 

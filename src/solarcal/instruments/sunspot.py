@@ -11,19 +11,8 @@ from typing import TypeVar
 
 from solarcal.errors import InputFileError
 from solarcal.instruments.form import Answer, Drawing, Form, answered, labelled, paragraph
-from solarcal.optics.disc_image import (
-    Disc,
-    find_disc,
-    find_spot_and_hole,
-    newest_image,
-    read_image,
-)
-from solarcal.optics.sunspot import (
-    design_for,
-    design_from_size,
-    spot_error_deg,
-    two_position_check,
-)
+from solarcal.optics.disc_image import Disc, find_disc, find_spot_and_hole, newest_image, read_image
+from solarcal.optics.sunspot import design_for, design_from_size, spot_error_deg, two_position_check
 from solarcal.report.instrument_plots import plate_drawing
 from solarcal.report.scales import Sheet
 from solarcal.units import FloatArray, format_degrees

@@ -20,13 +20,7 @@ from solarcal.two_mirror.diode import (
     field_of_view,
     quadrant_errors,
 )
-from solarcal.two_mirror.mirrors import (
-    EulerBase,
-    axes_of,
-    ray_to_sky,
-    sun_axes_deg,
-    tracker_matrix,
-)
+from solarcal.two_mirror.mirrors import EulerBase, axes_of, ray_to_sky, sun_axes_deg, tracker_matrix
 from solarcal.units import RAD_PER_DEG
 
 

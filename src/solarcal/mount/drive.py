@@ -318,11 +318,7 @@ class JackHeliostat:
         y = east * np.sin(joint2) + north * np.cos(joint2) + self.second_joint[1]
         z = up + self.second_joint[2]
         turned = np.stack(
-            (
-                x,
-                y * np.cos(joint1) - z * np.sin(joint1),
-                y * np.sin(joint1) + z * np.cos(joint1),
-            ),
+            (x, y * np.cos(joint1) - z * np.sin(joint1), y * np.sin(joint1) + z * np.cos(joint1)),
             axis=-1,
         )
         return np.asarray(turned + np.add(self.position_enu, self.first_joint))

@@ -37,13 +37,7 @@ from solarcal.report.markup import html_text, markdown_text, svg_text
 from solarcal.session.interchange import FillIn
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header
-from solarcal.station.analysing import (
-    FileAnalysis,
-    Judging,
-    UnitFiles,
-    analyse_files,
-    read_files,
-)
+from solarcal.station.analysing import FileAnalysis, Judging, UnitFiles, analyse_files, read_files
 from solarcal.station.sign_off import SignOff, sign_off
 from solarcal.timescale import format_utc
 
@@ -132,9 +126,7 @@ def _origin_section(judged: FileAnalysis, sources: Sequence[SourceFile]) -> Sect
                 )
             ),
             Table(
-                ("file", "sha256"),
-                tuple((source.name, source.sha256) for source in sources),
-                "<<",
+                ("file", "sha256"), tuple((source.name, source.sha256) for source in sources), "<<"
             ),
         ),
     )

@@ -14,11 +14,7 @@ from solarcal.report.judgement import (
 )
 from solarcal.report.plots import error_plot, residual_plot
 from solarcal.report.scales import Sheet
-from solarcal.report.svg_figures import (
-    error_figure,
-    forecast_figure,
-    residual_figure,
-)
+from solarcal.report.svg_figures import error_figure, forecast_figure, residual_figure
 from solarcal.report.tables import checks_table, file_points_table, old_and_new_table
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header, UploadRecord
@@ -46,10 +42,7 @@ def subject_section(judged: FileAnalysis, header: Header | None) -> Section:
         rows += [
             ("operator", ", ".join(operators) or "not named"),
             ("pointing device", ", ".join(devices) or "not named"),
-            (
-                "air",
-                f"{header.weather.pressure_hpa:.0f} hPa, {header.weather.temperature_c:.0f} C",
-            ),
+            ("air", f"{header.weather.pressure_hpa:.0f} hPa, {header.weather.temperature_c:.0f} C"),
         ]
     rows.append(("laptop clock", _clock(judged)))
     rows.append(("tolerance", f"{judged.tolerance_deg:g} deg on the sky, 95 % of the year"))
@@ -146,10 +139,7 @@ def forecast_section(judgement: Analysis, tolerance_deg: float) -> Section:
 
 def evidence_section(judged: FileAnalysis) -> tuple[Section, ...]:
     """What clocks, reference checks and the readers of the files say; empty without any."""
-    said = (
-        *(finding.sentence for finding in judged.findings),
-        *judged.warnings,
-    )
+    said = (*(finding.sentence for finding in judged.findings), *judged.warnings)
     return (Section("Evidence", (Sentences(said),)),) if said else ()
 
 

@@ -74,10 +74,7 @@ def level_names(tolerance_deg: float) -> tuple[str, ...]:
 
 
 def forecast_map(
-    forecast: Forecast,
-    sheet: Sheet,
-    tolerance_deg: float = TOLERANCE_DEG,
-    fine: bool = False,
+    forecast: Forecast, sheet: Sheet, tolerance_deg: float = TOLERANCE_DEG, fine: bool = False
 ) -> str:
     """At most as many lines and columns as the sheet has; 40 x 10 is the least.
 
@@ -146,10 +143,7 @@ def _worst(rms_deg: FloatArray, down: int, across: int) -> FloatArray:
 
 
 def _legend(
-    width: int,
-    tolerance_deg: float,
-    tones: tuple[int, ...] | None,
-    glyphs: Sequence[str] = GLYPHS,
+    width: int, tolerance_deg: float, tones: tuple[int, ...] | None, glyphs: Sequence[str] = GLYPHS
 ) -> str:
     names = level_names(tolerance_deg)
     entries = [f"{glyph} {name}" for glyph, name in zip(glyphs, names, strict=True)]

@@ -100,11 +100,7 @@ class Ring:
     up: float = 0.0
 
 
-def rings_drawing(
-    title: str,
-    rings: Sequence[Ring],
-    sheet: Sheet,
-) -> str:
+def rings_drawing(title: str, rings: Sequence[Ring], sheet: Sheet) -> str:
     """Circles in one plane, all of one unit, round and in view."""
     canvas = Canvas(sheet, "")
     palette = canvas.palette

@@ -191,10 +191,7 @@ def hour_scale(hours: Sequence[FloatArray], cells: int) -> Scale:
         high = max(math.ceil(float(times.max()) - 1e-9), low + 2)
     else:
         low, high = 6, 18
-    step = next(
-        (s for s in (1, 2, 3, 6) if (high - low) / s * 5 <= cells),
-        12,
-    )
+    step = next((s for s in (1, 2, 3, 6) if (high - low) / s * 5 <= cells), 12)
     first = -(-low // step) * step
     ticks = tuple(float(h) for h in range(first, high + 1, step))
     return Scale(float(low), float(high), ticks, tuple(f"{int(h):02d}" for h in ticks))

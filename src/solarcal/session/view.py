@@ -148,10 +148,7 @@ def session_of(content: bytes, name: str) -> SessionView:
 
 
 def view_session(
-    header: Header,
-    records: tuple[Record, ...],
-    path: str = "",
-    warnings: tuple[str, ...] = (),
+    header: Header, records: tuple[Record, ...], path: str = "", warnings: tuple[str, ...] = ()
 ) -> SessionView:
     """Fold the records of a session into what they say."""
     kinds: dict[type, list[Record]] = {}

@@ -59,11 +59,7 @@ class DayEvents:
 # A year's table is asked for again with another collector, and has the same days.
 @functools.lru_cache(maxsize=256)
 def day_events(
-    utc_s: float,
-    site: Site,
-    *,
-    altitude_deg: float = SUNRISE_ALTITUDE_DEG,
-    dut1_s: float = 0.0,
+    utc_s: float, site: Site, *, altitude_deg: float = SUNRISE_ALTITUDE_DEG, dut1_s: float = 0.0
 ) -> DayEvents:
     """The solar day about the transit nearest to an instant, from the precise Sun.
 

@@ -19,14 +19,7 @@ from numpy.typing import NDArray
 from solarcal.site import Site
 from solarcal.sun.day import crossing_nearest_transit
 from solarcal.sun.position import require_supported_times
-from solarcal.sun.precise import (
-    EarthMotion,
-    Frame,
-    Instants,
-    TrueSun,
-    horizontal_deg,
-    observer_m,
-)
+from solarcal.sun.precise import EarthMotion, Frame, Instants, TrueSun, horizontal_deg, observer_m
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import RAD_PER_DEG, FloatArray
 

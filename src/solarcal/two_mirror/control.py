@@ -175,11 +175,7 @@ def beside(t1_deg: float, t2_deg: float, x_deg: float, y_deg: float) -> tuple[fl
         return px, py, pz
     c, s = math.cos(away * RAD_PER_DEG), math.sin(away * RAD_PER_DEG) / away
     x, y = s * x_deg, s * y_deg
-    return (
-        c * px + x * c2 * c1 - y * s1,
-        c * py + x * c2 * s1 + y * c1,
-        c * pz - x * s2,
-    )
+    return (c * px + x * c2 * c1 - y * s1, c * py + x * c2 * s1 + y * c1, c * pz - x * s2)
 
 
 def sense_of_turn(azimuths_deg: Sequence[float]) -> int:

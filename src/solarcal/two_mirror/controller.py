@@ -231,11 +231,7 @@ class MirrorController:
         return self._near
 
     def _near_zenith(
-        self,
-        utc_s: float,
-        errors: tuple[float, float] | None,
-        axis1_deg: float,
-        axis2_deg: float,
+        self, utc_s: float, errors: tuple[float, float] | None, axis1_deg: float, axis2_deg: float
     ) -> tuple[float, float]:
         """Azimuth calculated, in one sense only; the zenith angle goes on by the diode."""
         if self._passage is None:

@@ -179,10 +179,7 @@ def _run(
 
 
 def calculated_mode_mrad(
-    world: MirrorWorld,
-    base_model: BaseModel,
-    base: EulerBase,
-    between_utc_s: tuple[float, float],
+    world: MirrorWorld, base_model: BaseModel, base: EulerBase, between_utc_s: tuple[float, float]
 ) -> FloatArray:
     """The spot's distance, mrad, every minute, with both axes where the controller's Sun and a base
     put them: no diode, no lag."""

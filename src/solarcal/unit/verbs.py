@@ -186,9 +186,7 @@ def read(names: str, texts: Sequence[str]) -> list[Any]:
 
 
 def write(
-    names: str,
-    values: Sequence[Any],
-    decimals: tuple[int, int] = (TILT_DECIMALS, SCALE_DECIMALS),
+    names: str, values: Sequence[Any], decimals: tuple[int, int] = (TILT_DECIMALS, SCALE_DECIMALS)
 ) -> list[str]:
     """The texts of fields from their values, in the order of their names."""
     fields = zip(names.split(), values, strict=True)

@@ -72,11 +72,7 @@ class Head:
         return {name: getattr(self, name) for name in names}
 
 
-def read_head(
-    text: str,
-    path: str | Path,
-    fill_in: UnitFillIn,
-) -> Head:
+def read_head(text: str, path: str | Path, fill_in: UnitFillIn) -> Head:
     """The ``# key=value`` lines before the header line, completed by ``fill_in``.
 
     Raises

@@ -61,11 +61,7 @@ class EasyCommRotator:
         What messages call it: the port.
     """
 
-    def __init__(
-        self,
-        link_factory: Callable[[], Link],
-        where: str,
-    ) -> None:
+    def __init__(self, link_factory: Callable[[], Link], where: str) -> None:
         self.where = where
         self._link_factory = link_factory
         self._link: Link | None = None

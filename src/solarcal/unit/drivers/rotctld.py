@@ -11,12 +11,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from solarcal.errors import (
-    ConfigurationError,
-    LinkError,
-    ProtocolError,
-    UnitRefused,
-)
+from solarcal.errors import ConfigurationError, LinkError, ProtocolError, UnitRefused
 from solarcal.unit.drivers import rotctld_replies as replies
 from solarcal.unit.link import Link
 from solarcal.unit.rotator import Direction, RotatorIdentity, StopGuard
