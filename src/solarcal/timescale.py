@@ -71,9 +71,14 @@ def format_utc(utc_s: float, decimals: int = 3) -> str:
     return instant.isoformat(timespec=spec) + "Z"
 
 
+def time_of_day(utc_s: float) -> str:
+    """The time of day: ``15:30``."""
+    return format_utc(utc_s, 0)[11:16]
+
+
 def clock_utc(utc_s: float) -> str:
     """The time of day: ``15:30 UTC``."""
-    return f"{format_utc(utc_s, 0)[11:16]} UTC"
+    return f"{time_of_day(utc_s)} UTC"
 
 
 class Clock(Protocol):

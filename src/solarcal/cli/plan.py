@@ -170,13 +170,8 @@ def add_report_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run_report(args: argparse.Namespace) -> int:
-    from solarcal.report.certificate import WRITERS, issue
+    from solarcal.report.certificate import issue
 
-    for output in args.output:
-        if output.suffix.lower() not in WRITERS:
-            raise ConfigurationError(
-                f"{output}: a certificate is written as {', '.join(WRITERS)}; choose by the ending"
-            )
     issued = issue(
         args.files,
         fill_in(args),

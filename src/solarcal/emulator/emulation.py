@@ -263,7 +263,7 @@ class Emulator(VirtualTime):
 
     def talk(self, fault: str) -> None:
         """Replies leave the unit as ``mute``, ``garbage`` or (empty) as they are."""
-        self._faults.talk(fault)
+        self._faults.kind = fault
 
 
 def almanac(world: World) -> EmulatedSky:

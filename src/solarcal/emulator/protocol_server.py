@@ -25,9 +25,6 @@ class Faults:
         self._stream = stream
         self.kind = ""
 
-    def talk(self, kind: str) -> None:
-        self.kind = kind
-
     def sent(self, reply: bytes) -> list[bytes]:
         """What really goes out in place of a reply."""
         if self.kind == "mute":

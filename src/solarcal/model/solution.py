@@ -236,6 +236,10 @@ class Solution:
         """
         return self._controller_values(self.values)
 
+    def sigma_list(self) -> list[float | None]:
+        """One sigma of each term, None where there is none."""
+        return [None] * len(self.terms) if self.sigmas is None else list(self.sigmas.tolist())
+
     def sigma_coefficients(self) -> Coefficients | None:
         """One sigma of each of P1..P6, zero for one that was not fitted; None without sigmas."""
         return None if self.sigmas is None else self._controller_values(self.sigmas)
@@ -283,14 +287,13 @@ class Solution:
 
     def as_json(self) -> dict[str, Any]:
         """The fit's part of ``solarcal fit --json``; an infinite condition number is null."""
-        sigmas = [None] * len(self.terms) if self.sigmas is None else self.sigmas.tolist()
         return {
             "geometry": self.geometry.name,
             "method": self.method,
             "coefficients": {
                 term.name: {"value": value, "sigma": sigma, "unit": term.unit}
                 for term, value, sigma in zip(
-                    self.model_terms, self.values.tolist(), sigmas, strict=True
+                    self.model_terms, self.values.tolist(), self.sigma_list(), strict=True
                 )
             },
             "residuals": {

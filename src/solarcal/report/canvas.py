@@ -142,10 +142,6 @@ class Canvas:
         grid_x, grid_y = np.meshgrid(x, y)
         self.dots(grid_x.ravel(), grid_y.ravel(), scales.SHADE, self.palette.faint)
 
-    def text(self, x: float, y: float, text: str, colour: int) -> None:
-        label = self._plt.colorize(text).fill(self._plt.pixel(colour, "default"))
-        self._figure.draw(self._figure.text(x, y, label))
-
     def say(self, sentence: str) -> None:
         """A sentence in the middle of the empty frame."""
         lines = textwrap.wrap(sentence, max(8, self.columns - 4))[: self.rows]
@@ -154,7 +150,9 @@ class Canvas:
             share = (self.columns - len(line) - 2) // 2 / max(1, self.columns - 1)
             x = self._x.low + (self._x.high - self._x.low) * share
             y = self._y.low + (self._y.high - self._y.low) * (top - number) / max(1, self.rows - 1)
-            self.text(x, y, f" {line} ", self.palette.text)
+            pixel = self._plt.pixel(self.palette.text, "default")
+            label = self._plt.colorize(f" {line} ").fill(pixel)
+            self._figure.draw(self._figure.text(x, y, label))
 
     @property
     def cell_height(self) -> float:

@@ -133,20 +133,8 @@ def _origin_section(judged: FileAnalysis, sources: Sequence[SourceFile]) -> Sect
 
 
 def certificate_text(certificate: Certificate, ending: str) -> str:
-    """The certificate in the format of a file name's ending.
-
-    Raises
-    ------
-    ConfigurationError
-        Another ending.
-    """
-    writer = WRITERS.get(ending.lower())
-    if writer is None:
-        raise ConfigurationError(
-            f"a certificate is written as {', '.join(WRITERS)}; {ending or 'no ending'} is none "
-            "of them"
-        )
-    return writer(certificate)
+    """The certificate in the format of a file name's ending."""
+    return WRITERS[ending.lower()](certificate)
 
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -184,8 +172,14 @@ def issue(
     Raises
     ------
     SolarcalError
-        A file cannot be read or fitted, was written to meanwhile, or an output cannot be written.
+        A file cannot be read or fitted, was written to meanwhile, or an output cannot be written,
+        its ending being none of ``WRITERS`` among the reasons.
     """
+    for output in outputs:
+        if output.suffix.lower() not in WRITERS:
+            raise ConfigurationError(
+                f"{output}: a certificate is written as {', '.join(WRITERS)}; choose by the ending"
+            )
     sources = read_sources(files)
     read = read_files(files, fill_in)
     judged = analyse_files(read, **judging(read))

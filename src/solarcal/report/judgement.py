@@ -18,7 +18,7 @@ from solarcal.report.blocks import Block, Blocks, Facts, Prose, Sentences, Table
 from solarcal.station.published_model import ModelComparison
 from solarcal.station.uploading import UploadOffer
 from solarcal.stopping_rule import percent
-from solarcal.timescale import format_utc
+from solarcal.timescale import format_utc, time_of_day
 from solarcal.units import ARCSEC_PER_DEG
 
 _LEAN = {
@@ -72,7 +72,6 @@ def values_table(
 
 def coefficients_table(solution: Solution) -> Table:
     """Fitted terms: value, one sigma, unit, meaning."""
-    sigmas = [None] * len(solution.terms) if solution.sigmas is None else solution.sigmas.tolist()
     rows = tuple(
         (
             term.name,
@@ -82,7 +81,7 @@ def coefficients_table(solution: Solution) -> Table:
             meaning(term, solution.geometry.name),
         )
         for term, value, sigma in zip(
-            solution.model_terms, solution.values.tolist(), sigmas, strict=True
+            solution.model_terms, solution.values.tolist(), solution.sigma_list(), strict=True
         )
     )
     return Table(("", "value", "sigma", "unit", "meaning"), rows, "<>><<")
@@ -246,7 +245,7 @@ def shims_blocks(base: BaseTilt | None, shims: Sequence[Shim]) -> Blocks:
 def plan_table(plan: Plan) -> Table:
     """What stopping at each remaining half hour would give; the advised one is marked."""
     rows = [_stop_row("now", plan.now, plan)]
-    rows += [_stop_row(_time(stop.stop_utc_s), stop, plan) for stop in plan.stops]
+    rows += [_stop_row(time_of_day(stop.stop_utc_s), stop, plan) for stop in plan.stops]
     return Table(("stop, UTC", "points", "year rms", "95 %", "P", ""), tuple(rows), "<>>>><")
 
 
@@ -275,7 +274,7 @@ def plan_blocks(judgement: Analysis) -> Blocks:
         _sentence(plan.sentence),
     ]
     if plan.recommended.times_utc_s:
-        times = ", ".join(_time(time) for time in plan.recommended.times_utc_s)
+        times = ", ".join(time_of_day(time) for time in plan.recommended.times_utc_s)
         advice.append(f"Points at {times} UTC.")
     gap = Prose(("",))
     return Prose((*advice, "")), plan_table(plan), gap, *verdict_blocks(judgement.verdict)
@@ -307,10 +306,6 @@ def rounding_blocks(offer: UploadOffer) -> Blocks:
             )
         ),
     )
-
-
-def _time(utc_s: float) -> str:
-    return format_utc(utc_s, 0)[11:16]
 
 
 def _sentence(text: str) -> str:

@@ -166,21 +166,20 @@ def calibration_text(calibration: "Calibration") -> str:
 
 def fit_text(judged: FileAnalysis, *, plot: bool) -> str:
     """A fit of files: points, coefficients, what the fit says of itself, forecast, verdict."""
-    fitted = judged
-    parts = [text_of(Sentences(fitted.warnings))] if fitted.warnings else []
+    parts = [text_of(Sentences(judged.warnings))] if judged.warnings else []
     parts += [
-        section_text("Points", *file_points_table(fitted.table, fitted.solution)),
-        section_text("Coefficients", coefficients_table(fitted.solution)),
-        section_text("Fit", *fit_summary(fitted.solution)),
+        section_text("Points", *file_points_table(judged.table, judged.solution)),
+        section_text("Coefficients", coefficients_table(judged.solution)),
+        section_text("Fit", *fit_summary(judged.solution)),
     ]
     if judged.analysis is not None:
         parts += _judged(judged.analysis, judged.tolerance_deg)
     if plot:
-        data = table_plot_data(fitted.table, fitted.solution)
+        data = table_plot_data(judged.table, judged.solution)
         parts.append(error_plot(data, _sheet()))
-    if fitted.findings:
+    if judged.findings:
         nothing = NOTHING_FOUND if judged.analysis is not None else NOTHING_FOUND_OF_SIX
-        parts.append(diagnosis_section(fitted.findings, nothing))
+        parts.append(diagnosis_section(judged.findings, nothing))
     return "\n\n".join(parts)
 
 
@@ -212,7 +211,7 @@ def _what(record: Record) -> str:
         case FitRecord():
             # As much as a row of 80 columns holds behind time and number.
             values = " ".join(f"{p:+.3f}" for p in record.coefficients.as_tuple()[:4])
-            those = f"{counted(record.points, 'point')}"
+            those = counted(record.points, "point")
             return f"fit, {those}, rms {record.sky_rms_deg:.3f}: P1..4 {values}"
         case UploadRecord():
             kind = "rollback" if record.rollback else "upload"

@@ -17,7 +17,7 @@ from pathlib import Path
 from types import TracebackType
 
 from solarcal.errors import SessionFileError
-from solarcal.input_files import refuse_large
+from solarcal.input_files import reason_of, refuse_large
 from solarcal.session.lines import encode_record, encode_records, torn_marker
 from solarcal.session.parsing import parse_session
 from solarcal.session.records import Header, Record
@@ -203,7 +203,7 @@ class Journal:
                 f"{path} exists already and is never overwritten; choose another name"
             ) from None
         except (OSError, ValueError) as error:
-            raise SessionFileError(f"{path} cannot be created: {_reason(error)}") from error
+            raise SessionFileError(f"{path} cannot be created: {reason_of(error)}") from error
         journal = cls(header, [], path=path, descriptor=descriptor, disk=disk)
         try:
             disk.lock(descriptor, path)
@@ -216,7 +216,7 @@ class Journal:
                 disk.remove(path)
             if isinstance(error, SessionFileError):
                 raise
-            raise SessionFileError(f"{path} cannot be created: {_reason(error)}") from error
+            raise SessionFileError(f"{path} cannot be created: {reason_of(error)}") from error
         return journal
 
     @classmethod
@@ -233,14 +233,14 @@ class Journal:
             descriptor = disk.open(path)
         except (OSError, ValueError) as error:
             raise SessionFileError(
-                f"{path} cannot be opened for writing: {_reason(error)}"
+                f"{path} cannot be opened for writing: {reason_of(error)}"
             ) from error
         try:
             disk.lock(descriptor, path)
             text = parse_session(disk.read(descriptor), str(path))
         except OSError as error:
             disk.close(descriptor)
-            raise SessionFileError(f"{path} cannot be read: {_reason(error)}") from error
+            raise SessionFileError(f"{path} cannot be read: {reason_of(error)}") from error
         except SessionFileError:
             disk.close(descriptor)
             raise
@@ -299,7 +299,7 @@ class Journal:
                 self._write(lines)
             except OSError as error:
                 raise SessionFileError(
-                    f"{self.path} cannot be written: {_reason(error)}; "
+                    f"{self.path} cannot be written: {reason_of(error)}; "
                     f"record {self.next_seq} is not saved"
                 ) from error
         self.records.extend(records)
@@ -339,7 +339,3 @@ class Journal:
         disk.sync(self._descriptor)
         self._end += max(torn_bytes, 0) + len(line)
         self._ended = True
-
-
-def _reason(error: OSError | ValueError) -> str:
-    return getattr(error, "strerror", None) or str(error)

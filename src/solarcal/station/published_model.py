@@ -79,10 +79,11 @@ def compare_model(solution: Solution, model: TpointModel) -> ModelComparison:
     }
     values = zip(model.values, model.sigmas, strict=True)
     published = dict(zip(model.names, values, strict=True))
-    own_sigmas = [None] * len(solution.terms) if solution.sigmas is None else solution.sigmas
     fitted: dict[str, tuple[float, float | None]] = {
-        name: (float(value), None if sigma is None else float(sigma))
-        for name, value, sigma in zip(solution.terms, solution.values, own_sigmas, strict=True)
+        name: (value, sigma)
+        for name, value, sigma in zip(
+            solution.terms, solution.values.tolist(), solution.sigma_list(), strict=True
+        )
     }
     rows = tuple(
         (name, units[name], *published.get(name, (None, None)), *fitted.get(name, (None, None)))
@@ -121,7 +122,6 @@ def write_model(solution: Solution, files: Sequence[Path], path: Path) -> None:
             f"a TPOINT model cannot hold {', '.join(foreign)}; fit TPOINT terms, for example "
             "--terms IA,IE,AN,AW,CA"
         )
-    sigmas = [None] * len(solution.terms) if solution.sigmas is None else solution.sigmas.tolist()
     write_tpoint_model(
         TpointModel(
             caption=", ".join(file.name for file in files),
@@ -130,7 +130,7 @@ def write_model(solution: Solution, files: Sequence[Path], path: Path) -> None:
             sky_rms_arcsec=solution.sky_rms_deg * ARCSEC_PER_DEG,
             names=solution.terms,
             values=tuple(solution.values.tolist()),
-            sigmas=tuple(sigmas),
+            sigmas=tuple(solution.sigma_list()),
         ),
         path,
     )

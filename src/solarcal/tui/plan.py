@@ -19,7 +19,7 @@ from solarcal.station.guards import MIN_ELEVATION_DEG
 from solarcal.station.news import FitReady
 from solarcal.station.planning import DEFAULT_OPTIONS, HALF_HOUR_S, PlanOptions
 from solarcal.station.state import StationState
-from solarcal.timescale import format_utc
+from solarcal.timescale import time_of_day
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, NoticeLine, Words
@@ -28,10 +28,6 @@ from solarcal.tui.widgets.text_lines import TextLines
 HEADINGS = ("", "until", "local", "points at, UTC", "points", "rms", "95 %", "P", "")
 ALIGNMENT = "<<<<>>>><"
 HEADING_ROWS = 2
-
-
-def utc_clock(utc_s: float) -> str:
-    return format_utc(utc_s, 0)[11:16]
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,9 +60,9 @@ class HalfHour:
         stop = self.stop
         return [
             "▶" if chosen else " ",
-            utc_clock(self.end_utc_s),
+            time_of_day(self.end_utc_s),
             self.local,
-            " ".join(utc_clock(time) for time in self.planned_utc_s),
+            " ".join(time_of_day(time) for time in self.planned_utc_s),
             "" if stop is None else str(stop.points),
             number(None if stop is None else stop.year_rms_deg, 3),
             number(None if stop is None else stop.year_p95_deg, 3),
@@ -95,7 +91,7 @@ def half_hours(plan: Plan, plan_options: PlanOptions, zone_west_h: float) -> tup
             HalfHour(
                 begin_utc_s=begin,
                 end_utc_s=end_utc_s,
-                local=utc_clock(end_utc_s - 3600.0 * zone_west_h),
+                local=time_of_day(end_utc_s - 3600.0 * zone_west_h),
                 planned_utc_s=tuple(t for t in times if begin <= t < end_utc_s),
                 stop=stop,
                 advised=stop is not None and stop is plan.recommended,
@@ -292,7 +288,7 @@ class PlanScreen(StationScreen):
 
     def _show_title(self, planning: bool = False) -> None:
         now_utc_s = self.workstation.state.live.laptop_utc_s
-        clock = "" if now_utc_s is None else f"now {utc_clock(now_utc_s)} UTC"
+        clock = "" if now_utc_s is None else f"now {time_of_day(now_utc_s)} UTC"
         self.query_one("#title", HeadLine).show(
             ["PLAN  the rest of the day"], ["planning ...  " if planning else "", clock]
         )
@@ -303,10 +299,10 @@ def advice(judgement: Analysis, plan_options: PlanOptions) -> Content:
     plan = judgement.plan
     assert plan is not None  # asked for with a plan only
     sentence = plan.sentence[:1].upper() + plan.sentence[1:] + "."
-    times = "  ".join(utc_clock(time) for time in plan.recommended.times_utc_s)
+    times = "  ".join(time_of_day(time) for time in plan.recommended.times_utc_s)
     asked = []
     if plan_options.until_utc_s is not None:
-        asked.append(f"leave at {utc_clock(plan_options.until_utc_s)}")
+        asked.append(f"leave at {time_of_day(plan_options.until_utc_s)}")
     if plan_options.points is not None:
         asked.append(f"{plan_options.points} points in all")
     if plan_options.struck:

@@ -39,14 +39,10 @@ def menu_entries(settings: Settings) -> MenuEntries:
 
 def _ports() -> list[Entry]:
     ports = [describe(port) for port in list_ports.comports()]
-    ports.sort(key=lambda port: (not port["likely"], port["port"]))
     entries = []
-    for port in ports:
-        access = (
-            ""
-            if port["readable"] is not False and port["writable"] is not False
-            else ("  NO ACCESS: see solarcal doctor")
-        )
+    for port in sorted(ports, key=lambda port: (not port["likely"], port["port"])):
+        shut = port["readable"] is False or port["writable"] is False
+        access = "  NO ACCESS: see solarcal doctor" if shut else ""
         words = f"{port['port']:16} {port['looks_like']}{access}"
         entries.append((words, Choice(port=port["port"])))
     return entries
