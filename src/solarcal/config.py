@@ -154,7 +154,11 @@ def load_settings() -> Settings:
 
 
 def save_settings(settings: Settings) -> None:
-    write_toml(config_dir() / "settings.toml", settings)
+    """Write them; the lines that another workstation on this laptop has added meanwhile stay."""
+    ours = settings.lines
+    others = {name: line for name, line in load_settings().lines.items() if name not in ours}
+    lines = dict([*others.items(), *ours.items()][-REMEMBERED_LINES:])
+    write_toml(config_dir() / "settings.toml", msgspec.structs.replace(settings, lines=lines))
 
 
 def load_keymap() -> dict[str, str]:

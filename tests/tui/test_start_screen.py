@@ -1,10 +1,19 @@
 """The start screen: what it offers, in which order, and what opening something leaves behind."""
 
+from pathlib import Path
+
 import pytest
 from procedure_bench import screen_words, shows, until
 from textual.widgets import Input, OptionList
 
-from solarcal.config import Choice, Settings, load_settings, sessions_dir
+from solarcal.config import (
+    REMEMBERED_LINES,
+    Choice,
+    Settings,
+    load_settings,
+    save_settings,
+    sessions_dir,
+)
 from solarcal.emulated_units import open_choice
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
@@ -75,6 +84,19 @@ async def test_opening_creates_the_session_at_once_and_remembers_its_line():
         assert settings.last == Choice(scenario="tilted-tower", seed=3)
         assert settings.lines == {app.session_name: Choice(scenario="tilted-tower", seed=3)}
         await app.leave()
+
+
+def test_two_workstations_on_one_laptop_remember_the_lines_of_both():
+    begun = load_settings()
+    one = begun.with_line(Path("one.jsonl"), Choice(port="/dev/ttyUSB0"))
+    save_settings(one)
+    save_settings(begun.with_line(Path("other.jsonl"), Choice(port="/dev/ttyUSB1")))
+    save_settings(one)
+    assert set(load_settings().lines) == {"one.jsonl", "other.jsonl"}
+    for number in range(2 * REMEMBERED_LINES):
+        one = one.with_line(Path(f"{number}.jsonl"), Choice(port="/dev/ttyUSB0"))
+    save_settings(one)
+    assert list(load_settings().lines) == list(one.lines)
 
 
 async def test_an_unfinished_session_comes_before_everything_and_goes_on():
