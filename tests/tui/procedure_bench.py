@@ -7,7 +7,8 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
-from textual.geometry import Region
+from textual.events import MouseDown, MouseUp
+from textual.geometry import Offset, Region
 from textual.pilot import Pilot
 from textual.screen import Screen
 
@@ -204,6 +205,16 @@ async def settled_text(pilot: Pilot[int], turns: int = 10) -> str:
         if same == turns:
             return screen_text(app)
     raise AssertionError(f"never at rest:\n{screen_text(app)}")
+
+
+async def mouse_click(pilot: Pilot[int], place: Offset) -> None:
+    """A click as the terminal sends it: the app finds out what is under it, and what it follows.
+
+    Two of them are a double click within ``CLICK_CHAIN_TIME_THRESHOLD``.
+    """
+    for kind in (MouseDown, MouseUp):
+        pilot.app.post_message(kind(None, *place, 0, 0, 1, False, False, False, *place))
+        await pilot.pause()
 
 
 def target(app: SolarcalApp, label: str) -> Region:

@@ -2,9 +2,11 @@
 
 from pathlib import Path
 
+import pytest
 from procedure_bench import (
     SMALL,
     bench,
+    mouse_click,
     on_loop,
     screen_text,
     screen_words,
@@ -17,6 +19,7 @@ from textual.widgets import Input
 
 from solarcal.session.journal import Journal
 from solarcal.tui.app import SolarcalApp
+from solarcal.tui.help import HelpScreen
 from solarcal.tui.palette import Palette
 from solarcal.tui.themes import SUNLIGHT
 from solarcal.tui.widgets.footer import StopKey
@@ -73,6 +76,28 @@ async def test_a_double_click_on_words_is_as_good_as_none() -> None:
                 await pilot.click(widget, times=2)
         await shows(pilot, "e Report")
         assert not app.screen.selections
+
+
+@on_loop
+async def test_a_double_click_on_help_opens_it_and_does_not_close_it_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from solarcal.tui.workstation.screen import WorkstationScreen
+
+    station, _ = bench()
+    async with workstation(station, SMALL) as (app, pilot):
+        await app.push_screen(WorkstationScreen())
+        await shows(pilot, "F1 Help")
+        place = target(app, "Help").offset
+        monkeypatch.setattr(SolarcalApp, "CLICK_CHAIN_TIME_THRESHOLD", 60.0)
+        await mouse_click(pilot, place)
+        await until(pilot, lambda: isinstance(app.screen, HelpScreen))
+        await mouse_click(pilot, place)
+        await shows(pilot, "Esc Back")
+        assert isinstance(app.screen, HelpScreen)
+        monkeypatch.setattr(SolarcalApp, "CLICK_CHAIN_TIME_THRESHOLD", 0.0)
+        await mouse_click(pilot, place)
+        await until(pilot, lambda: isinstance(app.screen, WorkstationScreen))
 
 
 @on_loop

@@ -1,10 +1,12 @@
 """Taking points by the keys: questions, gathering, result, and what happens when it goes wrong."""
 
+import threading
 from pathlib import Path
 
 import pytest
 from procedure_bench import (
     bench,
+    mouse_click,
     offset_set,
     on_loop,
     screen_words,
@@ -13,10 +15,14 @@ from procedure_bench import (
     until,
     workstation,
 )
+from textual.geometry import Offset
 
 from solarcal.session.records import CheckRecord, LinkLost, Override, PointRecord
 from solarcal.session.view import read_session
+from solarcal.station.news import StatusRead
 from solarcal.station.state import Activity
+from solarcal.tui.app import SolarcalApp
+from solarcal.tui.point.dialog import TakePointDialog
 from solarcal.unit.tracker import Mode
 
 
@@ -90,6 +96,27 @@ async def test_the_buttons_do_what_the_keys_do() -> None:
             await pilot.click("#key-yes")
         await until(pilot, lambda: len(app.screen_stack) == 1)
     assert len(station.session.accepted) == 1
+
+
+@on_loop
+async def test_a_double_click_answers_one_question_and_leaves_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(SolarcalApp, "CLICK_CHAIN_TIME_THRESHOLD", 60.0)
+    station, _ = bench()
+    station.initialise(confirmed=True)
+    offset_set(station)
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f7")
+        await shows(pilot, "1. Did")
+        busy = threading.Event()
+        app.station_worker().submit(StatusRead, lambda station: busy.wait(10.0) and None)
+        yes = app.screen.query_one("#key-yes").region.offset + Offset(2, 1)
+        for _ in range(2):
+            await mouse_click(pilot, yes)
+        busy.set()
+        await shows(pilot, "2. Did")
+        assert isinstance(app.screen, TakePointDialog)
 
 
 @on_loop

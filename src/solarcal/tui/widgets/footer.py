@@ -1,5 +1,6 @@
 """Keys as targets for mouse or finger: the footer with every action, and STOP; a dialog's keys."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -42,6 +43,7 @@ class Keys(Widget):
         super().__init__(id=id)
         self.entries = tuple(entries)
         self._pointed_at: FooterEntry | None = None
+        self._clicked_at = -math.inf
 
     def places(self) -> Iterator[tuple[FooterEntry, Region]]:
         """The targets that are shown, row by row, and where in this widget each stands."""
@@ -77,6 +79,10 @@ class Keys(Widget):
         self.refresh()
 
     async def on_click(self, event: Click) -> None:
+        if event.chain > 1 and event.time - self._clicked_at > self.app.CLICK_CHAIN_TIME_THRESHOLD:
+            # The rest of a double click that opened the screen this stands on.
+            return
+        self._clicked_at = event.time
         if entry := self.target_at(event.offset):
             await self.run_action(entry.action)
 
@@ -166,7 +172,10 @@ class ActionFooter(Horizontal):
 
 
 class KeyButton(Static):
-    """Shows a key and what it does; a click does it too. Never takes the focus from a field."""
+    """Shows a key and what it does; a click does it too. Never takes the focus from a field.
+
+    A double click does it once: the second was aimed at what stood here before the first.
+    """
 
     DEFAULT_CSS = """
     KeyButton {
@@ -187,5 +196,6 @@ class KeyButton(Static):
         self.runs = action
         self.set_class(stop, "-stop")
 
-    async def on_click(self) -> None:
-        await self.app.run_action(self.runs, default_namespace=self.screen)
+    async def on_click(self, event: Click) -> None:
+        if event.chain == 1 or self.has_class("-stop"):
+            await self.app.run_action(self.runs, default_namespace=self.screen)
