@@ -103,6 +103,18 @@ def test_an_old_sun_offset_speaks_for_no() -> None:
     assert "half an hour" in against(facts(station, 1))
 
 
+def test_an_offset_that_no_tracker_has_speaks_for_no() -> None:
+    station, _ = emulated_station()
+    record = station.set_sun_offset()
+    station.poll()
+    for off_deg, told in ((14.0, False), (16.0, True)):
+        reading = (record.ideal_deg[0], record.ideal_deg[1] + off_deg)
+        far = msgspec.structs.replace(record, reading_deg=reading)
+        session = replace(station.session, sun_offsets=(far,))
+        said = against(question_evidence(1, session, station.state.live))
+        assert said == ("Set 16 deg from the ideal Sun: is the collector on the Sun?" * told)
+
+
 def test_the_wrong_side_is_named() -> None:
     station, _ = emulated_station()
     record = station.set_sun_offset()

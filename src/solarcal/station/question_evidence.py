@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from solarcal.model.evidence.clocks import CLOCK_TOLERANCE_S
 from solarcal.model.evidence.read_outs import FEWEST_COUNTS
+from solarcal.model.parameter_checks import CORRECTION_LIMIT_DEG
 from solarcal.session.records import RefCheck
 from solarcal.station.gathering import MAX_OFFSET_AGE_S
 from solarcal.station.state import LiveView, SessionView
@@ -115,6 +116,11 @@ def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fa
             f"O2 {fresh.offsets.O2:+.4f} deg."
         )
     ]
+    off_deg = float(session.geometry.sky_separation_deg(*fresh.ideal_deg, *fresh.reading_deg))
+    if off_deg > CORRECTION_LIMIT_DEG:
+        facts.append(
+            Fact(f"Set {off_deg:.0f} deg from the ideal Sun: is the collector on the Sun?", True)
+        )
     if age_s > MAX_OFFSET_AGE_S:
         facts.append(Fact("That is more than half an hour: set it again.", against=True))
     if status is not None and status.offsets != fresh.offsets:
