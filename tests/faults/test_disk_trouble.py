@@ -199,6 +199,45 @@ def test_a_sessions_folder_that_cannot_be_made_is_one_line(tmp_path, monkeypatch
     assert "SOLARCAL_SESSIONS" in said
 
 
+def test_a_session_file_that_is_removed_or_moved_away_is_written_again(tmp_path):
+    path, moved = tmp_path / "day.jsonl", tmp_path / "moved.jsonl"
+    disk = FillingDisk()
+    with Journal.create(path, HEADER, disk=disk) as journal:
+        journal.append(short(1))
+        path.unlink()
+        journal.append(short(2))
+        path.rename(moved)
+        disk.room = 100
+        with pytest.raises(SessionFileError, match="record 3 is not saved"):
+            journal.append(short(3))
+        assert not path.exists()
+        disk.room = None
+        journal.append(short(3))
+        with pytest.raises(SessionFileError, match="is being written by"):
+            Journal.resume(path)
+    assert [record.seq for record in read_session(path).records] == [1, 2, 3]
+    assert [record.seq for record in read_session(moved).records] == [1, 2]
+
+
+def test_nothing_is_recorded_into_a_file_that_has_lost_its_name_or_its_end(tmp_path):
+    path = tmp_path / "day.jsonl"
+    with Journal.create(path, HEADER) as journal:
+        journal.append(short(1))
+        saved = path.read_bytes()
+        # An editor writes a file of its own and puts it there.
+        edited = tmp_path / "edited"
+        edited.write_bytes(saved)
+        edited.replace(path)
+        with pytest.raises(SessionFileError, match="another file has taken the place"):
+            journal.append(short(2))
+        path.rename(edited)
+        journal.append(short(2))
+        assert [record.seq for record in read_session(path).records] == [1, 2]
+        os.truncate(path, len(saved) - 10)
+        with pytest.raises(SessionFileError, match="was cut short by another program"):
+            journal.append(short(3))
+
+
 def test_two_programs_never_write_one_session(tmp_path, capsys):
     path = tmp_path / "s.jsonl"
     with Journal.create(path, HEADER) as journal:

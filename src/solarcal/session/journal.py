@@ -53,6 +53,19 @@ class Disk:
     def size(self, descriptor: int) -> int:
         return os.fstat(descriptor).st_size
 
+    def has_name(self, descriptor: int, path: Path) -> bool:
+        """Whether ``path`` names this open file; an error where it names another one."""
+        try:
+            there = path.stat()
+        except FileNotFoundError:
+            return False
+        if not os.path.samestat(os.fstat(descriptor), there):
+            raise SessionFileError(
+                f"another file has taken the place of {path}: move it away and try again, the "
+                "session is written there anew"
+            )
+        return True
+
     def sync(self, descriptor: int) -> None:
         """Return when the file's content is on the medium."""
         os.fsync(descriptor)
@@ -321,10 +334,36 @@ class Journal:
     ) -> None:
         self.close()
 
+    def _restore(self, disk: Disk, path: Path) -> None:
+        """Removed or moved away by another program: write what we hold there again, and go on."""
+        content = memoryview(disk.read(self._descriptor))
+        descriptor = disk.create(path)
+        try:
+            disk.lock(descriptor, path)
+            while content:
+                content = content[disk.write(descriptor, bytes(content)) :]
+            disk.sync(descriptor)
+            disk.sync_folder(path.parent)
+        except (OSError, SessionFileError):
+            disk.close(descriptor)
+            with suppress(OSError):
+                disk.remove(path)
+            raise
+        disk.close(self._descriptor)
+        self._descriptor = descriptor
+
     def _write(self, line: bytes) -> None:
-        disk = self._disk
+        disk, path = self._disk, self.path
         assert disk is not None
+        assert path is not None
         torn_bytes = disk.size(self._descriptor) - self._end
+        if torn_bytes < 0:
+            raise SessionFileError(
+                f"{path} was cut short by another program: {-torn_bytes} bytes are missing; "
+                "restore the file, or begin a new session"
+            )
+        if not disk.has_name(self._descriptor, path):
+            self._restore(disk, path)
         if torn_bytes > 0 and not self._ended:
             # The newline the last good line lacked did get there.
             torn_bytes, self._end, self._ended = torn_bytes - 1, self._end + 1, True
