@@ -15,6 +15,7 @@ from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Offsets
 from solarcal.session.journal import Journal
 from solarcal.station.analysing import analyse_session
+from solarcal.station.centring import MIN_POINT_ELEVATION_DEG, spread_every_min, spread_min
 from solarcal.station.connect import open_tracker
 from solarcal.station.documents import fit_document
 from solarcal.station.fitting import solve
@@ -23,7 +24,6 @@ from solarcal.station.saved_sessions import Replay
 from solarcal.station.technician import (
     Schedule,
 )
-from solarcal.station.waiting import MIN_POINT_ELEVATION_DEG, spread_every_min, spread_min
 from solarcal.sun.day import daylight
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 

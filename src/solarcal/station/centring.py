@@ -1,12 +1,21 @@
-"""Bringing the collector onto the Sun by what the sunspot device shows, and watching it track."""
+"""What a technician does with hand and eye: wait for the Sun, bring the collector onto it by what
+the sunspot device shows, watch it track.
+"""
 
 from collections.abc import Callable
 
 import numpy as np
 
+from solarcal.errors import ProcedureRefused
+from solarcal.mount.controller import ideal_axes_deg
 from solarcal.station.procedure import Station
 from solarcal.station.sun_path import forward_sense, sun_moves_deg, sun_rates_deg_per_s
+from solarcal.sun.day import daylight
+from solarcal.timescale import format_utc
 from solarcal.unit.tracker import Spot, Status
+
+MIN_POINT_ELEVATION_DEG = 10.0
+TRACKED_ELEVATION_DEG = 0.5
 
 FINE_MOVE_S = 2.0
 """Every jog aims at where the Sun will be this much later, and is renewed at this interval."""
@@ -24,6 +33,51 @@ WATCH_STEP_S = 5.0
 LONGEST_WATCH_S = 420.0
 CLOUD_WAIT_S = 300.0
 CLOUD_WAITS = 6
+
+
+def wait_until(station: Station, utc_s: float) -> None:
+    station.clock.wait(max(0.0, round(utc_s - station.clock.utc_s(), 3)))
+
+
+def sun_up(station: Station) -> bool:
+    """High enough that the unit, with its own Sun, does not refuse to track it."""
+    return station.sun_elevation_deg() >= TRACKED_ELEVATION_DEG
+
+
+def sun_usable(station: Station) -> bool:
+    """High enough, and the place it would send the axes to is within the limits."""
+    if station.sun_elevation_deg() < MIN_POINT_ELEVATION_DEG:
+        return False
+    header = station.session.header
+    ax1, ax2 = ideal_axes_deg(
+        station.geometry, header.site, station.clock.utc_s(), header.unit.heliostat
+    )
+    return float(header.unit.limits.distance_deg(ax1, ax2)) > 1.0
+
+
+def wait_for_sun(station: Station) -> None:
+    """Wait, in quarter hours, until the Sun is usable; polar nights have an end too."""
+    for _ in range(4 * 24 * 2):
+        if sun_usable(station):
+            return
+        station.clock.wait(900.0)
+    raise ProcedureRefused(
+        "the Sun did not come within reach for two days; check site, date and limits "
+        f"({format_utc(station.clock.utc_s(), 0)})"
+    )
+
+
+def spread_min(station: Station, points: int) -> float:
+    """Minutes between so many points from now to the evening."""
+    now = station.clock.utc_s()
+    interval = daylight(station.session.header.site, now, MIN_POINT_ELEVATION_DEG)
+    left_min = (interval[1] - now) / 60.0 if interval is not None else 0.0
+    return spread_every_min(points, left_min - 10.0)
+
+
+def spread_every_min(points: int, daylight_left_min: float) -> float:
+    """Minutes between points that use the daylight left: 20 at least, 60 at most."""
+    return float(np.clip(daylight_left_min / max(points - 1, 1), 20.0, 60.0))
 
 
 class SunCentring:
@@ -62,11 +116,7 @@ class SunCentring:
         # Decided once: going behind the Sun must not turn the sense it is then approached in.
         senses = [
             forward_sense(rate, approach)
-            for rate, approach in zip(
-                self._rates(status),
-                status.approach,
-                strict=True,
-            )
+            for rate, approach in zip(self._rates(status), status.approach, strict=True)
         ]
         adjusted = False
         for _ in range(MOST_MOVES):
@@ -90,12 +140,7 @@ class SunCentring:
             target1, target2 = (
                 reading + error + move - (0.0 if late_s <= CATCH_UP_S else sense * BEHIND_DEG)
                 for reading, error, move, late_s, sense in zip(
-                    status.reading_deg,
-                    errors,
-                    moves,
-                    past_s,
-                    senses,
-                    strict=True,
+                    status.reading_deg, errors, moves, past_s, senses, strict=True
                 )
             )
             self._move(target1, target2, aim_s)

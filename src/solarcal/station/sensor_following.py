@@ -12,12 +12,11 @@ from dataclasses import dataclass
 
 from solarcal.errors import ProcedureRefused
 from solarcal.session.records import PointRecord
-from solarcal.station.centring import SunCentring
+from solarcal.station.centring import SunCentring, wait_until
 from solarcal.station.fitting import solve
 from solarcal.station.jogging import JogView, SunOffsetJog
 from solarcal.station.point_judgement import judge_point
 from solarcal.station.procedure import Station
-from solarcal.station.waiting import wait_until
 from solarcal.two_mirror.control import REVERSED, GrowthWatch
 from solarcal.unit.tracker import Mode, Spot
 

@@ -13,12 +13,11 @@ from typing import TypeVar
 from solarcal.errors import LinkError, ProcedureRefused, UnitRefused
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.session.records import CheckRecord, PointRecord, UploadRecord
-from solarcal.station.centring import SunCentring
+from solarcal.station import centring
 from solarcal.station.fitting import solve
 from solarcal.station.point_judgement import counts_doubt
 from solarcal.station.procedure import Station
 from solarcal.station.uploading import propose_upload, refuse_doubtful
-from solarcal.station.waiting import spread_min, sun_up, sun_usable, wait_for_sun, wait_until
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.unit.frames import Code
 from solarcal.unit.tracker import Mode, Spot
@@ -72,7 +71,7 @@ class AutomaticTechnician:
         self.refused = ""
         self._given_up = 0
         self._force = force
-        self.sight = SunCentring(station, look, eye_sigma_deg=eye_sigma_deg, say=say)
+        self.sight = centring.SunCentring(station, look, eye_sigma_deg=eye_sigma_deg, say=say)
         self._say = say
 
     # -- the day -----------------------------------------------------------------------------
@@ -102,11 +101,11 @@ class AutomaticTechnician:
         if station.tracker.capabilities.has_clock:
             self._persist(self._set_clock)
         self._persist(self._check_reference)
-        if not sun_up(station):
+        if not centring.sun_up(station):
             self._say("the Sun is down; waiting for the morning")
-            self._persist(partial(wait_for_sun, station))
+            self._persist(partial(centring.wait_for_sun, station))
             self._persist(self._track)
-        self._persist(partial(wait_for_sun, station))
+        self._persist(partial(centring.wait_for_sun, station))
         if station.session.initialised is None:
             self._persist(self._initialise)
 
@@ -135,15 +134,17 @@ class AutomaticTechnician:
         station = self.station
         if self._uploaded is not None:
             return
-        interval_s = 60.0 * (self.schedule.every_min or spread_min(station, self.schedule.points))
+        interval_s = 60.0 * (
+            self.schedule.every_min or centring.spread_min(station, self.schedule.points)
+        )
         taken, slot_utc_s = len(station.session.accepted), station.clock.utc_s()
         start_utc_s = slot_utc_s
         recheck_after = max(self.schedule.points // 2, 1)
         while taken < self.schedule.points:
-            self._persist(partial(wait_until, station, slot_utc_s))
-            if not sun_usable(station):
+            self._persist(partial(centring.wait_until, station, slot_utc_s))
+            if not centring.sun_usable(station):
                 self._say("the Sun is too low or beyond the limits; waiting for the next morning")
-                self._persist(partial(wait_for_sun, station))
+                self._persist(partial(centring.wait_for_sun, station))
                 slot_utc_s = station.clock.utc_s()
                 if slot_utc_s - start_utc_s > 5 * SECONDS_PER_DAY:
                     break
@@ -229,10 +230,10 @@ class AutomaticTechnician:
         for index in range(self._checks_taken(), self.schedule.checks):
             if index:
                 wait_s = 60.0 * self.schedule.check_every_min
-                self._persist(partial(wait_until, station, station.clock.utc_s() + wait_s))
-            if not sun_usable(station):
+                self._persist(partial(centring.wait_until, station, station.clock.utc_s() + wait_s))
+            if not centring.sun_usable(station):
                 self._say("the Sun is too low for a check point; waiting for the next morning")
-                self._persist(partial(wait_for_sun, station))
+                self._persist(partial(centring.wait_for_sun, station))
             self._persist(partial(self.take_point, check=True))
             self._persist(self._track)
 
@@ -283,7 +284,7 @@ class AutomaticTechnician:
         try:
             while (status := self.station.poll()).mode is Mode.REF:
                 self.station.clock.wait(10.0)
-            if status.referenced and sun_up(self.station):
+            if status.referenced and centring.sun_up(self.station):
                 self.station.track()
         except LinkError as error:
             # The step itself meets it again.
@@ -321,7 +322,7 @@ class AutomaticTechnician:
         for _ in range(MAX_TRIES):
             record = self.station.ref_check()
             self._say(f"reference check {record.number}: {record.found_words}")
-            if record.complete and (not sun_up(self.station) or self._tracks()):
+            if record.complete and (not centring.sun_up(self.station) or self._tracks()):
                 return
             self._say("the reference check does not count; once more")
         raise ProcedureRefused(
