@@ -54,6 +54,7 @@ from solarcal.session.records import (
 )
 from solarcal.station.analysing import FileAnalysis, analyse_session
 from solarcal.station.curves import session_plot_data, table_plot_data
+from solarcal.station.question_evidence import found_words
 from solarcal.station.state import SessionView
 
 if TYPE_CHECKING:
@@ -196,7 +197,7 @@ def _what(record: Record) -> str:
             return f"unit clock set: {record.before_s:+.1f} s before, {record.after_s:+.3f} s after"
         case RefCheck():
             done = "" if record.complete else " (broken off)"
-            return f"reference check {record.number}{done}: {record.found_words}"
+            return f"reference check {record.number}{done}: {found_words(record)}"
         case SunOffset():
             return f"Set Sun Offset: O = {record.offsets.O1:+.4f}, {record.offsets.O2:+.4f} deg"
         case PointRecord():

@@ -144,14 +144,6 @@ class RefCheck(_Record, frozen=True, kw_only=True, tag="ref_check"):
     difference_counts: tuple[int, int] | None
     at_switches: bool = True
 
-    @property
-    def found_words(self) -> str:
-        """The counts in words."""
-        if self.difference_counts is None:
-            return "counts not shown by the unit"
-        what = "counts found" if self.at_switches else "no switches; read-outs off by counts"
-        return "{} {:+d}, {:+d}".format(what, *self.difference_counts)
-
 
 class SunOffset(_Record, frozen=True, kw_only=True, tag="sun_offset", omit_defaults=True):
     """Set Sun Offset: the axes stood on the Sun at this instant.

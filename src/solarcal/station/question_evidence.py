@@ -63,6 +63,14 @@ def counts_missed(checks: Sequence[RefCheck], check: RefCheck) -> bool:
     return before and max(abs(found) for found in check.difference_counts) >= FEWEST_COUNTS
 
 
+def found_words(check: RefCheck) -> str:
+    """The counts a check found, in words."""
+    if check.difference_counts is None:
+        return "counts not shown by the unit"
+    what = "counts found" if check.at_switches else "no switches; read-outs off by counts"
+    return "{} {:+d}, {:+d}".format(what, *check.difference_counts)
+
+
 def _since_s(utc: str, live: LiveView) -> float:
     return (live.laptop_utc_s or parse_utc(utc)) - parse_utc(utc)
 

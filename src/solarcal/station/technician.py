@@ -17,6 +17,7 @@ from solarcal.station import centring
 from solarcal.station.fitting import solve
 from solarcal.station.point_judgement import counts_doubt
 from solarcal.station.procedure import Station
+from solarcal.station.question_evidence import found_words
 from solarcal.station.uploading import propose_upload, refuse_doubtful
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.unit.frames import Code
@@ -134,9 +135,8 @@ class AutomaticTechnician:
         station = self.station
         if self._uploaded is not None:
             return
-        interval_s = 60.0 * (
-            self.schedule.every_min or centring.spread_min(station, self.schedule.points)
-        )
+        every_min = self.schedule.every_min or centring.spread_min(station, self.schedule.points)
+        interval_s = 60.0 * every_min
         taken, slot_utc_s = len(station.session.accepted), station.clock.utc_s()
         start_utc_s = slot_utc_s
         recheck_after = max(self.schedule.points // 2, 1)
@@ -321,7 +321,7 @@ class AutomaticTechnician:
     def _check_reference(self) -> None:
         for _ in range(MAX_TRIES):
             record = self.station.ref_check()
-            self._say(f"reference check {record.number}: {record.found_words}")
+            self._say(f"reference check {record.number}: {found_words(record)}")
             if record.complete and (not centring.sun_up(self.station) or self._tracks()):
                 return
             self._say("the reference check does not count; once more")

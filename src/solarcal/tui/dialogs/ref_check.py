@@ -11,7 +11,7 @@ from solarcal.report.blocks import text_of
 from solarcal.report.tables import ref_checks_table
 from solarcal.session.records import RefCheck
 from solarcal.station.news import Done, ReferenceChecked, Tracking
-from solarcal.station.question_evidence import counts_missed
+from solarcal.station.question_evidence import counts_missed, found_words
 from solarcal.station.state import Activity, StationState
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, Tone, open_dialog
@@ -158,7 +158,7 @@ def ref_check_words(check: RefCheck, checks: Sequence[RefCheck]) -> tuple[str, T
             "not, correct the rotator's zero and begin again.",
             "good",
         )
-    return f"Check no. {check.number} complete, recorded: {check.found_words}.", "good"
+    return f"Check no. {check.number} complete, recorded: {found_words(check)}.", "good"
 
 
 def _motion(sense: int) -> str:

@@ -20,6 +20,7 @@ from solarcal.report.session_report import record_line
 from solarcal.session.records import PointRecord
 from solarcal.station.news import Done, PointStruck, StepFailed
 from solarcal.station.point_judgement import PointInfluence, point_evidence, point_influence
+from solarcal.station.question_evidence import found_words
 from solarcal.station.state import SessionView, StationState
 from solarcal.tui.base import StationScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
@@ -286,7 +287,7 @@ def _evidence_lines(session: SessionView, point: PointRecord) -> Sequence[str]:
     lines.append(
         "Reference check: none before it"
         if check is None
-        else f"Reference check no. {check.number}, {check.utc[11:19]} UTC: {check.found_words}"
+        else f"Reference check no. {check.number}, {check.utc[11:19]} UTC: {found_words(check)}"
     )
     if found.sun_offset is not None:
         offset = found.sun_offset
