@@ -99,6 +99,10 @@ class SessionView:
         newest = self.fits[-1]
         return newest.points == len(accepted) and newest.seq > accepted[-1].seq
 
+    def checks_after(self, upload: UploadRecord) -> list[CheckRecord]:
+        """The check points stored since an upload."""
+        return [c for c in self.checks if c.status == "accepted" and c.seq > upload.seq]
+
     @property
     def holds_upload(self) -> bool:
         """Whether the unit held the newest upload when the two were compared last."""

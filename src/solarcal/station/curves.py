@@ -280,8 +280,7 @@ def before_and_after(
         points=replace(points, err1_deg=points.err1_deg - c1, err2_deg=points.err2_deg - c2),
         model=_left(measured.model, found),
     )
-    checks = [c for c in session.checks if c.status == "accepted" and c.seq > upload.seq]
-    left = session_plot_data(header, checks, solution)
+    left = session_plot_data(header, session.checks_after(upload), solution)
     given = held(upload.new_coefficients, upload.new_offsets)
     return before, replace(left, model=_left(left.model, given))
 

@@ -214,7 +214,7 @@ def _after_upload(session: SessionView) -> NextStep:
         )
     if upload.rollback:
         return NextStep("Rolled back: the unit is as it was. Upload again when ready.", "upload")
-    since = [c for c in session.checks if c.status == "accepted" and c.seq > upload.seq]
+    since = session.checks_after(upload)
     if len(since) >= CHECK_POINTS:
         proof = sign_off([session], session.header.tolerance_deg)
         if not proof.signed_off:

@@ -227,7 +227,9 @@ class AutomaticTechnician:
 
     def take_checks(self) -> None:
         station = self.station
-        for index in range(self._checks_taken(), self.schedule.checks):
+        upload = self._uploaded
+        taken = 0 if upload is None else len(station.session.checks_after(upload))
+        for index in range(taken, self.schedule.checks):
             if index:
                 wait_s = 60.0 * self.schedule.check_every_min
                 self._persist(partial(centring.wait_until, station, station.clock.utc_s() + wait_s))
@@ -244,16 +246,6 @@ class AutomaticTechnician:
         if not uploads or uploads[-1].rollback or not uploads[-1].verified:
             return None
         return uploads[-1]
-
-    def _checks_taken(self) -> int:
-        upload = self._uploaded
-        return sum(
-            isinstance(record, CheckRecord)
-            and record.status == "accepted"
-            and upload is not None
-            and record.seq > upload.seq
-            for record in self.station.session.records
-        )
 
     # -- a line that is lost -----------------------------------------------------------------
 
