@@ -12,6 +12,7 @@ from solarcal.model.mixture_climb import Linearised
 from solarcal.model.noise_mixture import solve_mixtures
 from solarcal.model.points import Points
 from solarcal.model.prior import PLAIN, Prior, sigmas_of
+from solarcal.model.terms import CONTROLLER_TERMS, TERMS
 from solarcal.model.year_grid import controller_coefficients
 from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import GEOMETRIES
@@ -357,3 +358,11 @@ def test_scales_climbed_a_few_at_a_time_give_the_same_answer(monkeypatch):
     one_by_one = fit(points, context).posterior
     assert one_by_one.means == pytest.approx(together.means, rel=1e-9)
     assert one_by_one.weights == pytest.approx(together.weights, rel=1e-9)
+
+
+def test_the_prior_is_what_towers_zeros_and_gears_are_like():
+    """Lean 2 deg a component, zeros 5 deg, scales 0.002, one sigma: for the robust fit, and as the
+    units in which a linear fit without enough points takes the smallest answer."""
+    widths = (2.0, 5.0, 2.0, 5.0, 0.002, 0.002)
+    assert Prior().sigmas == widths
+    assert tuple(TERMS[name].prior_sigma for name in CONTROLLER_TERMS) == widths

@@ -3,7 +3,7 @@
 import msgspec
 import pytest
 
-from solarcal.errors import LinkError, ProcedureRefused, SolarcalError
+from solarcal.errors import LinkError, ProcedureRefused, SolarcalError, UnitRefused
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.journal import Journal
 from solarcal.session.records import (
@@ -18,6 +18,7 @@ from solarcal.session.view import read_session
 from solarcal.station.gathering import READINGS
 from solarcal.station.question_evidence import question_evidence
 from solarcal.station.state import Activity, LinkState
+from solarcal.unit.frames import Code
 from solarcal.unit.tracker import Mode
 
 
@@ -462,3 +463,18 @@ def test_a_no_opens_no_further_question(bench, no_at):
     for number in range(1, no_at + 1):
         b.station.answer(number < no_at)
     assert max(asked, default=0) < no_at
+
+
+@pytest.mark.parametrize("code", [Code.BUSY, Code.SUN_DOWN, Code.LOCKED])
+def test_only_a_lost_reference_sends_the_technician_to_a_reference_check(bench, monkeypatch, code):
+    b = bench()
+    b.technician.prepare()
+    checks = len(b.station.session.ref_checks)
+
+    def refused():
+        raise UnitRefused(code, "not now", "TRACK")
+
+    monkeypatch.setattr(b.station, "track", refused)
+    with pytest.raises(UnitRefused, match="not now"):
+        b.technician.take_points()
+    assert len(b.station.session.ref_checks) == checks

@@ -157,6 +157,22 @@ def test_silence_anywhere_in_a_reply_ends_the_connection(lines):
         rotator.position_deg()
 
 
+def test_a_line_lost_while_an_answer_is_waited_for_stays_lost(monkeypatch):
+    rotator, link = opened(("+\\get_pos", *AT_REST))
+
+    def lost(timeout_s):
+        if not timeout_s:
+            # Looked at before the request goes out: nothing stray is there.
+            return None
+        raise LinkError("roof:4533: connection reset")
+
+    monkeypatch.setattr(link, "read_line", lost)
+    for _ in range(2):
+        with pytest.raises(LinkError, match="roof:4533: connection reset"):
+            rotator.position_deg()
+        assert link.closed
+
+
 @pytest.mark.parametrize(
     "lines",
     [
