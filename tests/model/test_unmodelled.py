@@ -1,5 +1,6 @@
 """What a day cannot exclude widens the posterior; the coefficients stay those of the fit."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -132,6 +133,43 @@ def test_a_day_that_shows_collimation_moves_the_posterior_there():
     # The rest goes to axes not square: one day hardly tells them apart.
     assert wide.mean[6] > 0.03
     assert abs(wide.mean[6] - 0.3) < 4.0 * sigma
+
+
+SAID = "not excluded: collimation, or axes not square, above 0.1 deg ("
+
+
+def test_what_a_large_collimation_would_make_of_done_is_said_where_it_cannot_be_excluded():
+    """Counted among other draws, at every moment of the year's grid."""
+    session = read_session(SESSION.with_name("ns-tiltroll-two-days.jsonl"))
+    analysis = analyse_session(session)
+    assert analysis.verdict.state == "done"
+    expected = analysis.forecast
+    other = expected.posterior.samples(4096, seed=99)
+    away = replace(expected.errors, away=other - expected.posterior.mean)
+    within = np.concatenate(
+        [
+            np.mean(np.hypot(*np.swapaxes(away.of(slice(k, k + 64)), 0, 1)) <= 0.1, axis=1) >= 0.95
+            for k in range(0, len(other), 64)
+        ]
+    )
+    large = (np.abs(other[:, 6:8]) > 0.1).any(axis=1)
+    found = expected.large_cross_axis
+    assert found.share == pytest.approx(np.mean(large), abs=0.01)
+    assert found.within == pytest.approx(np.mean(within[large]), abs=0.2)
+    assert found.within < expected.probability_within_tolerance - 0.2
+    (sentence,) = (reason for reason in analysis.verdict.reasons if reason.startswith(SAID))
+    assert f"({100 * found.share:.0f} %)" in sentence
+    assert sentence.endswith(f"about {round(10 * found.within)}0 % sure")
+
+
+def test_nothing_is_said_of_a_large_collimation_that_the_points_exclude_or_nobody_expects():
+    clear = analyse_session(read_session(SESSION))
+    context, points = day_of("tiltroll-ns", 14, JUNE)
+    rule = StoppingRule(unmodelled=Unmodelled(large_chance=0.0))
+    nobody = analyse(points, context, rule=rule)
+    for analysis in (clear, nobody):
+        assert analysis.verdict.state == "done"
+        assert not any("not excluded" in reason for reason in analysis.verdict.reasons)
 
 
 def test_sessions_between_which_something_moved_are_widened_too():

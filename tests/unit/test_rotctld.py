@@ -161,10 +161,9 @@ def test_a_line_lost_while_an_answer_is_waited_for_stays_lost(monkeypatch):
     rotator, link = opened(("+\\get_pos", *AT_REST))
 
     def lost(timeout_s):
-        if not timeout_s:
-            # Looked at before the request goes out: nothing stray is there.
-            return None
-        raise LinkError("roof:4533: connection reset")
+        # Before the request goes out nothing stray is there.
+        if timeout_s:
+            raise LinkError("roof:4533: connection reset")
 
     monkeypatch.setattr(link, "read_line", lost)
     for _ in range(2):

@@ -10,13 +10,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import posterior_without_prior
 from solarcal.model.prior import SAMPLES, SEED, MechanismPosterior
 from solarcal.model.sky_context import SkyContext
 from solarcal.model.solution import Solution
-from solarcal.model.unmodelled import widened, year_columns
+from solarcal.model.unmodelled import CROSS_AXIS, widened, year_columns
 from solarcal.model.year_grid import SLOTS, SunGrid, year_grid
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, correction_deg
 from solarcal.mount.mechanism import Linearised
@@ -57,6 +58,19 @@ class SkyErrors:
         return errors.reshape(len(errors), 2, -1)
 
 
+@dataclass(frozen=True, slots=True)
+class LargeCrossAxis:
+    """The draws with a collimation or squareness error above ``above_deg``.
+
+    ``draws`` are ``share`` of the posterior; ``within`` of them are within the tolerance.
+    """
+
+    above_deg: float
+    draws: int
+    share: float
+    within: float
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Forecast:
     """Expected error on sky, degrees.
@@ -81,6 +95,9 @@ class Forecast:
     probability_within_tolerance
         Posterior probability that this tracker's own 95th percentile over the grid is within the
         tolerance: what ``done`` is decided on.
+    large_cross_axis
+        What a large collimation or squareness error would make of that probability; None where
+        the fit holds no such errors.
     posterior
         What is known of the mechanism, for a ``robust`` fit with what may be there beside it.
     errors
@@ -97,6 +114,7 @@ class Forecast:
     sample_rms_deg: FloatArray
     rule: StoppingRule
     probability_within_tolerance: float
+    large_cross_axis: LargeCrossAxis | None
     posterior: MechanismPosterior = field(repr=False)
     errors: "SkyErrors" = field(repr=False)
     grid: SunGrid = field(repr=False)
@@ -214,6 +232,8 @@ def forecast_of(
     of_moment = square.mean(axis=0)
     of_draw = square.mean(axis=1)
     known_square = float(np.mean(np.sum(known**2, axis=0)))
+    drawn = posterior.samples(_SURE_DRAWS, seed)
+    within = _within(known, slopes, drawn - posterior.mean, rule.tolerance_deg)
     day_by_hour = np.full((len(grid.days_utc_s), SLOTS), np.nan)
     day_by_hour[grid.day, grid.slot] = np.sqrt(of_moment)
     return Forecast(
@@ -226,39 +246,44 @@ def forecast_of(
         days_utc_s=grid.days_utc_s,
         sample_rms_deg=np.sqrt(of_draw),
         rule=rule,
-        probability_within_tolerance=_probability_within(
-            known, slopes, posterior, rule.tolerance_deg, seed
-        ),
+        probability_within_tolerance=float(np.mean(within)),
+        large_cross_axis=_with_large_cross_axis(drawn, within, rule.unmodelled),
         posterior=posterior,
         errors=errors,
         grid=grid,
     )
 
 
-def _probability_within(
-    known: FloatArray,
-    slopes: FloatArray,
-    posterior: MechanismPosterior,
-    tolerance_deg: float,
-    seed: int,
-) -> float:
-    """Share of the posterior whose own 95th percentile over the grid is within the tolerance.
+def _within(
+    known: FloatArray, slopes: FloatArray, away: FloatArray, tolerance_deg: float
+) -> NDArray[np.bool_]:
+    """Which draws have their own 95th percentile over the grid within the tolerance, (m,).
 
     A percentile is below a limit where enough of the moments are: counting needs no sorting.
     """
     step = thinning(known.shape[1], _SURE_MOMENTS)
-    part = SkyErrors(
-        known[:, ::step].copy(),
-        slopes[:, :, ::step].reshape(len(slopes), -1),
-        posterior.samples(_SURE_DRAWS, seed) - posterior.mean,
-    )
-    held = 0
-    for low in range(0, _SURE_DRAWS, 4 * _DRAWS_AT_ONCE):
-        errors = part.of(slice(low, low + 4 * _DRAWS_AT_ONCE))
+    part = SkyErrors(known[:, ::step].copy(), slopes[:, :, ::step].reshape(len(slopes), -1), away)
+    held = np.empty(len(away), dtype=np.bool_)
+    for low in range(0, len(away), 4 * _DRAWS_AT_ONCE):
+        some = slice(low, low + 4 * _DRAWS_AT_ONCE)
+        errors = part.of(some)
         square = np.einsum("mag,mag->mg", errors, errors)
         share = np.count_nonzero(square <= tolerance_deg**2, axis=1) / square.shape[1]
-        held += int(np.count_nonzero(share >= SHARE_WITHIN))
-    return held / _SURE_DRAWS
+        held[some] = share >= SHARE_WITHIN
+    return held
+
+
+def _with_large_cross_axis(
+    drawn: FloatArray, within: NDArray[np.bool_], unmodelled: Unmodelled
+) -> LargeCrossAxis | None:
+    if drawn.shape[1] == len(COEFFICIENT_NAMES):
+        return None
+    above_deg = 0.5 * unmodelled.large_cross_axis_deg
+    large = (np.abs(drawn[:, CROSS_AXIS]) > above_deg).any(axis=1)
+    count = int(np.count_nonzero(large))
+    return LargeCrossAxis(
+        above_deg, count, count / len(drawn), float(np.mean(within[large])) if count else 1.0
+    )
 
 
 def thinning(moments: int, wanted: int) -> int:

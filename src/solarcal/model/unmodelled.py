@@ -23,6 +23,8 @@ from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray, wrap_deg
 
 NAMES = ("collimation", "squareness", "sag", "air", "clock")
+CROSS_AXIS = slice(6, 8)
+"""Collimation and squareness among the columns of a widened posterior."""
 _BENT = ("collimation_deg", "nonperpendicularity_deg", "sag_deg")
 _SUN_DEG_PER_S = 360.0 / SECONDS_PER_DAY
 _LEAST_WEIGHT = 1e-5

@@ -39,6 +39,10 @@ SIGMA_FACTOR_LIMIT = 3.0
 BLUNDER_SHARE_LIMIT = 0.25
 LEFT_OUT_FACTOR = 3.0
 FEWEST_TO_STOP = 4
+FEWEST_DRAWS = 10
+"""Of the posterior: fewer are no share of it worth a sentence."""
+STILL_SURE = 0.8
+"""With an error that the points do not exclude; less is said."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +135,8 @@ def conclude(assessment: Assessment, expected: Forecast, planned: Plan | None = 
         reasons = [*assessment.wrong, *assessment.doubts, sure, *assessment.remarks]
     elif expected.sure:
         state = "continue" if assessment.reservations else "done"
-        reasons = [*assessment.reservations, sure, *assessment.remarks]
+        reasons = [*assessment.reservations, sure, *_large_cross_axis(expected)]
+        reasons += assessment.remarks
     elif planned is not None and planned.hopeless:
         state = "not_today"
         reasons = [planned.sentence, sure, *assessment.remarks]
@@ -150,6 +155,17 @@ def sure_sentence(expected: Forecast) -> str:
         f"95 % of the year's pointing is within {rule.tolerance_deg:g} deg; expected: 95 % within "
         f"{rule.within_deg(expected.year_p95_deg)} deg"
     )
+
+
+def _large_cross_axis(expected: Forecast) -> list[str]:
+    """What the probability does not say: it is smaller where such an error is really there."""
+    large = expected.large_cross_axis
+    if large is None or large.draws < FEWEST_DRAWS or large.within > STILL_SURE:
+        return []
+    return [
+        f"not excluded: collimation, or axes not square, above {large.above_deg:g} deg "
+        f"({100 * large.share:.0f} %); with it only about {10 * round(10 * large.within)} % sure"
+    ]
 
 
 def _lean(
