@@ -42,7 +42,7 @@ FEWEST_TO_STOP = 4
 FEWEST_DRAWS = 10
 """Of the posterior: fewer are no share of it worth a sentence."""
 STILL_SURE = 0.8
-"""With an error that the points do not exclude; less is said."""
+"""With an error that the points do not exclude: below it the verdict names the error."""
 
 
 @dataclass(frozen=True, slots=True)
