@@ -8,6 +8,7 @@ import numpy as np
 
 from solarcal.errors import ProcedureRefused
 from solarcal.mount.controller import ideal_axes_deg
+from solarcal.station.jogging import BEHIND_DEG
 from solarcal.station.procedure import Station
 from solarcal.station.sun_path import forward_sense, sun_moves_deg, sun_rates_deg_per_s
 from solarcal.sun.day import daylight
@@ -19,9 +20,6 @@ TRACKED_ELEVATION_DEG = 0.5
 
 FINE_MOVE_S = 2.0
 """Every jog aims at where the Sun will be this much later, and is renewed at this interval."""
-
-BEHIND_DEG = 0.4
-"""How far to go behind the Sun before coming forward: more than any backlash worth the name."""
 
 CATCH_UP_S = 60.0
 """An axis past the Sun by less than this waits for it; by more, it goes behind."""

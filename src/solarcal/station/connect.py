@@ -152,13 +152,7 @@ def disagreements(station: StationCore) -> Iterator[str]:
         return
     site = station.session.header.site
     yield from check_unit_settings(station.unit_site, site, status.unit_utc_s - laptop_utc_s)
-    sun = check_unit_sun(
-        station.unit_site,
-        site,
-        status.unit_utc_s,
-        status.ideal_deg,
-        laptop_utc_s,
-    )
+    sun = check_unit_sun(station.unit_site, site, status.unit_utc_s, status.ideal_deg, laptop_utc_s)
     if not station.tracker.capabilities.has_link:
         yield from _typed_otherwise(station)
     if not sun.agrees:

@@ -117,9 +117,7 @@ def sky_context(
 
 
 def solve_table(
-    table: PointTable,
-    method: str = DEFAULT_METHOD,
-    header: Header | None = None,
+    table: PointTable, method: str = DEFAULT_METHOD, header: Header | None = None
 ) -> Solution:
     """Fit the accepted points of a table; ``header`` is that of the session they come from."""
     points = point_set(table)

@@ -54,9 +54,7 @@ Group = tuple[list[PlainSession], ManyPoints, FloatArray, list[tuple[int, ...]]]
 """Sessions of the same number of points, these, the sine of ideal AX2 (s, n), and their labels."""
 
 
-def seen_points(
-    sessions: Sequence[PlainSession],
-) -> tuple[list[Group], list[PlainSession]]:
+def seen_points(sessions: Sequence[PlainSession]) -> tuple[list[Group], list[PlainSession]]:
     """Groups ready to be fitted, and the sessions with a point that no fit takes."""
     if not sessions:
         return [], []

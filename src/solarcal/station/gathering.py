@@ -88,11 +88,7 @@ def gather(station: "StationCore", progress: Callable[[float], None] | None = No
         raise ProcedureRefused("the unit has not reported its site; connect again")
     last = statuses[-1]
     sun = check_unit_sun(
-        station.unit_site,
-        station.session.header.site,
-        last.unit_utc_s,
-        last.ideal_deg,
-        times[-1],
+        station.unit_site, station.session.header.site, last.unit_utc_s, last.ideal_deg, times[-1]
     )
     if not sun.agrees:
         raise ProcedureRefused(

@@ -18,11 +18,7 @@ from solarcal.station import guards
 from solarcal.station.jogging import SunOffsetJog
 from solarcal.station.point_judgement import judge_point
 from solarcal.station.procedure import Station
-from solarcal.station.sensor_following import (
-    LONGEST_SLEW_S,
-    SensorDoubt,
-    SensorFollower,
-)
+from solarcal.station.sensor_following import LONGEST_SLEW_S, SensorDoubt, SensorFollower
 from solarcal.sun.moon import MoonLight
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY, format_utc

@@ -226,9 +226,7 @@ def point_influence(session: SessionView, point: PointRecord) -> PointInfluence:
 
 
 def _leverage(
-    point: PointRecord,
-    residual: tuple[float, float] | None,
-    judged: PointJudgement | None,
+    point: PointRecord, residual: tuple[float, float] | None, judged: PointJudgement | None
 ) -> float | None:
     """1 minus the residual with the point over the one without it, both on the sky."""
     if residual is None or judged is None or point.ideal_deg is None:

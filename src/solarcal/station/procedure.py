@@ -27,11 +27,7 @@ from solarcal.session.view import refuse_void
 from solarcal.station import guards
 from solarcal.station.attempts import PointSteps, Progress
 from solarcal.station.recording import CreateJournal
-from solarcal.station.state import (
-    Activity,
-    held_before_upload,
-    newest_upload,
-)
+from solarcal.station.state import Activity, held_before_upload, newest_upload
 from solarcal.timescale import format_utc
 from solarcal.unit.tracker import Mode
 
@@ -101,7 +97,7 @@ class Station(PointSteps):
             self._let_go()
             self.tracker.start_ref_check()
             waited = 0.0
-            while (status := self.poll()).mode is Mode.REF:
+            while self.poll().mode is Mode.REF:
                 if waited >= REF_CHECK_LIMIT_S:
                     self.tracker.stop()
                     raise ProcedureRefused(
@@ -113,7 +109,6 @@ class Station(PointSteps):
                 self.clock.wait(REF_CHECK_POLL_S)
                 waited += REF_CHECK_POLL_S
             result = self.tracker.ref_check_result()
-            del status
         finally:
             self._become(activity=Activity.IDLE)
         number = self._check_number(result.number)
@@ -284,10 +279,7 @@ class Station(PointSteps):
         if newest is None:
             raise ProcedureRefused("there is no upload in this session to roll back")
         return self.upload(
-            newest.old_coefficients,
-            method=newest.method,
-            rollback=True,
-            offsets=newest.old_offsets,
+            newest.old_coefficients, method=newest.method, rollback=True, offsets=newest.old_offsets
         )
 
     # -- remarks -----------------------------------------------------------------------------

@@ -335,7 +335,6 @@ def day_table(day: MirrorDay) -> PointTable:
         ax2_deg=sun2,
         err1_deg=wrap_deg(axis1 - sun1),
         err2_deg=axis2 - sun2,
-        sigma_deg=None,
         status=("accepted",) * n,
         approach=((0, 0),) * n,
         note=("",) * n,

@@ -67,7 +67,7 @@ def point_format(path: str | Path) -> Format:
     """
     ending = Path(path).suffix.lower()
     asked = [known for known in POINT_FORMATS if ending in known.endings]
-    found = recognised(beginning_of(path))
+    found = recognised(read_beginning(path, _LOOKED_AT).decode("utf-8-sig", errors="replace"))
     if found in asked:
         return found
     if found is not None:
@@ -79,17 +79,6 @@ def point_format(path: str | Path) -> Format:
             "(docs/formats.md describes them)"
         )
     return asked[0]
-
-
-def beginning_of(path: str | Path) -> str:
-    """The first part of a file as text, whatever its bytes.
-
-    Raises
-    ------
-    InputFileError
-        It is missing, a folder, or cannot be read.
-    """
-    return read_beginning(path, _LOOKED_AT).decode("utf-8-sig", errors="replace")
 
 
 def recognised(text: str) -> Format | None:

@@ -248,7 +248,6 @@ def altaz_table(
         ax2_deg=90.0 - elevation,
         err1_deg=wrap_deg(azimuth - azimuth_encoder),
         err2_deg=elevation - elevation_encoder,
-        sigma_deg=None,
         status=tuple("rejected" if mask else "accepted" for mask in masked),
         approach=((0, 0),) * n,
         note=("",) * n,

@@ -197,7 +197,6 @@ def paint_table(files: PaintFiles, *, unit: str | None = None) -> PointTable:
         ax2_deg=ideal2,
         err1_deg=wrap_deg(ax1 - ideal1),
         err2_deg=ax2 - ideal2,
-        sigma_deg=None,
         status=("accepted",) * n,
         approach=((0, 0),) * n,
         note=tuple(one_line(record.target_name) for _, record in files.records),

@@ -91,7 +91,6 @@ def read_solar_offsets(
         ax2_deg=90.0 - elevation,
         err1_deg=-plain_az,
         err2_deg=-offset_el,
-        sigma_deg=None,
         status=tuple("accepted" if good else "rejected" for good in whole.tolist()),
         approach=((0, 0),) * n,
         note=tuple(sheet.column("map_id")),
