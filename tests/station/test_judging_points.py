@@ -135,7 +135,7 @@ def test_a_check_point_is_measured_against_the_tolerance(
 def test_an_upload_is_proposed_rounded_with_its_change_in_sigmas(taken: SessionView) -> None:
     proposal = propose_upload(taken, Coefficients(P2=0.1))
     assert proposal is not None
-    assert proposal.coefficients == proposal.solution.coefficients().rounded(4, 6)
+    assert proposal.rounded == proposal.judgement.solution.coefficients().rounded(4, 6)
     change = proposal.changes[1]
     assert (change.name, change.old) == ("P2", 0.1)
     assert change.sigma is not None
@@ -166,7 +166,7 @@ def test_absurd_coefficients_are_doubted(taken: SessionView) -> None:
     points = tuple(r for r in absurd if isinstance(r, PointRecord))
     proposal = propose_upload(replace(taken, records=absurd, points=points), Coefficients())
     assert proposal is not None
-    assert any("unrealistic" in doubt for doubt in proposal.doubts)
+    assert any("unrealistic" in doubt for doubt in proposal.against)
 
 
 def test_only_a_guard_may_be_overruled() -> None:

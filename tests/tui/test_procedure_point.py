@@ -211,7 +211,7 @@ async def test_after_an_upload_a_check_point_is_asked_for_and_judged() -> None:
 
     proposal = propose_upload(station.session, station.coefficients_in_force)
     assert proposal is not None
-    station.upload(proposal.coefficients, method="linear")
+    station.upload(proposal.rounded, method="linear")
     station.track()
     station.clock.wait(120.0)
     offset_set(station)

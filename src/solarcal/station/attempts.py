@@ -8,10 +8,12 @@ import msgspec
 
 from solarcal.errors import LinkError, ProcedureRefused
 from solarcal.model.fit import Solution
+from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.mount.formula import Offsets
 from solarcal.session.records import CheckRecord, FitRecord, Override, PointRecord
 from solarcal.station import guards
 from solarcal.station.core import StationCore
+from solarcal.station.fitting import solve
 from solarcal.station.gathering import check_candidate, demand_plausible, gather, point_candidate
 from solarcal.station.state import Activity, Attempt
 
@@ -127,6 +129,12 @@ class PointSteps(StationCore):
                 f"this belongs to '{expected}', but the station is '{self._state.activity}'"
             )
         return attempt
+
+    def record_newest_fit(self, method: str = DEFAULT_METHOD) -> None:
+        """Keep what the fit says now, where there are points enough for one."""
+        solution = solve(self.session, method)
+        if solution is not None:
+            self.record_fit(solution)
 
     def record_fit(self, solution: Solution) -> FitRecord:
         """Keep what the fit said after a point, for the history of the coefficients."""

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from solarcal.errors import ProcedureRefused
 from solarcal.session.records import PointRecord
 from solarcal.station.centring import SunCentring, wait_until
-from solarcal.station.fitting import solve
 from solarcal.station.jogging import JogView, SunOffsetJog
 from solarcal.station.point_judgement import judge_point
 from solarcal.station.procedure import Station
@@ -179,9 +178,7 @@ class SensorFollower:
 
     def _stored(self, stored: PointRecord) -> PointRecord:
         """Record what the fit says with it."""
-        solution = solve(self._station.session)
-        if solution is not None:
-            self._station.record_fit(solution)
+        self._station.record_newest_fit()
         self._say(f"point {stored.seq} stored")
         return stored
 

@@ -14,7 +14,6 @@ from solarcal.errors import LinkError, ProcedureRefused, UnitRefused
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.session.records import CheckRecord, PointRecord, UploadRecord
 from solarcal.station import centring
-from solarcal.station.fitting import solve
 from solarcal.station.point_judgement import counts_doubt
 from solarcal.station.procedure import Station
 from solarcal.station.question_evidence import found_words
@@ -187,7 +186,7 @@ class AutomaticTechnician:
                     self.station.abort_attempt(str(refusal))
                 continue
             stored = self.station.store(True)
-            self._record_fit()
+            self.station.record_newest_fit(self.method)
             return stored
         return None
 
@@ -204,12 +203,12 @@ class AutomaticTechnician:
                 f"needed to compute coefficients worth uploading{self._without_spot()}"
             )
         try:
-            forced = refuse_doubtful(proposal.offer, self._force)
+            forced = refuse_doubtful(proposal, self._force)
         except ProcedureRefused as refusal:
             self.refused = str(refusal)
             self._say(self.refused)
             return None
-        record = station.upload(proposal.coefficients, method=self.method, forced=forced)
+        record = station.upload(proposal.rounded, method=self.method, forced=forced)
         self._say(
             "coefficients uploaded and read back " + ("equal" if record.verified else "DIFFERENT")
         )
@@ -304,11 +303,6 @@ class AutomaticTechnician:
         except ProcedureRefused as refusal:
             self._say(str(refusal))
             return None
-
-    def _record_fit(self) -> None:
-        solution = solve(self.station.session, self.method)
-        if solution is not None:
-            self.station.record_fit(solution)
 
     def _check_reference(self) -> None:
         for _ in range(MAX_TRIES):

@@ -2,7 +2,7 @@
 
 import contextlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from solarcal.decimals import counted
 from solarcal.errors import InputFileError, LinkError, ProcedureRefused
 from solarcal.model.analysis import Analysis
-from solarcal.model.fit import FEWEST_POINTS, Solution
+from solarcal.model.fit import FEWEST_POINTS
 from solarcal.model.forecast import Forecast
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients, Offsets
@@ -27,17 +27,39 @@ BETTER_PROBABILITY = 0.95
 
 
 @dataclass(frozen=True, slots=True)
+class CoefficientChange:
+    """One coefficient as it is and as it would be, in its unit.
+
+    ``sigmas``: the change over the new value's sigma, ``None`` without one.
+    """
+
+    name: str
+    unit: str
+    old: float
+    new: float
+    sigma: float | None
+
+    @property
+    def sigmas(self) -> float | None:
+        return (self.new - self.old) / self.sigma if self.sigma else None
+
+
+@dataclass(frozen=True, slots=True)
 class UploadOffer:
     """What a judged session would write, and what the unit's resolution makes of it.
 
     Attributes
     ----------
+    rounded
+        The coefficients as the unit keeps them.
     held
         The year with what the unit holds now; None where that is not known.
     better
         Probability that the new coefficients point better over the year than those held.
     against
         The reasons that forbid it unless they are overruled.
+    in_force
+        What the unit corrects by now, where it is asked what changes.
     """
 
     judgement: Analysis
@@ -47,6 +69,16 @@ class UploadOffer:
     held: Forecast | None
     better: float | None
     against: tuple[str, ...]
+    in_force: Coefficients = field(default_factory=Coefficients)
+
+    @property
+    def changes(self) -> tuple[CoefficientChange, ...]:
+        """What it changes of the coefficients in force."""
+        sigma = self.judgement.solution.sigma_coefficients()
+        sigmas = sigma.as_tuple() if sigma is not None else (None,) * 6
+        old, new = self.in_force.as_tuple(), self.rounded.as_tuple()
+        rows = zip(COEFFICIENT_NAMES, COEFFICIENT_UNITS, old, new, sigmas, strict=True)
+        return tuple(CoefficientChange(*row) for row in rows)
 
 
 def offer_upload(
@@ -132,50 +164,6 @@ def find_upload(folder: Path, identity: UnitIdentity) -> tuple[Path, tuple[str, 
     return best[1], tuple(unreadable)
 
 
-@dataclass(frozen=True, slots=True)
-class CoefficientChange:
-    """One coefficient as it is and as it would be, in its unit.
-
-    ``sigmas``: the change over the new value's sigma, ``None`` without one.
-    """
-
-    name: str
-    unit: str
-    old: float
-    new: float
-    sigma: float | None
-
-    @property
-    def sigmas(self) -> float | None:
-        return (self.new - self.old) / self.sigma if self.sigma else None
-
-
-@dataclass(frozen=True, slots=True)
-class UploadProposal:
-    """The offer, and what it changes in the unit on the line."""
-
-    offer: UploadOffer
-    changes: tuple[CoefficientChange, ...]
-
-    @property
-    def solution(self) -> Solution:
-        return self.offer.judgement.solution
-
-    @property
-    def judgement(self) -> Analysis:
-        return self.offer.judgement
-
-    @property
-    def coefficients(self) -> Coefficients:
-        """Rounded as the unit keeps them."""
-        return self.offer.rounded
-
-    @property
-    def doubts(self) -> tuple[str, ...]:
-        """What forbids the upload unless a reason is given."""
-        return self.offer.against
-
-
 def propose_upload(
     session: SessionView,
     in_force: Coefficients,
@@ -183,7 +171,7 @@ def propose_upload(
     *,
     offsets: Offsets | None = None,
     judgement: Analysis | None = None,
-) -> UploadProposal | None:
+) -> UploadOffer | None:
     """The upload this session's points ask for; ``None`` while there are too few.
 
     ``judgement``: their analysis, where it is on the screen already.
@@ -194,21 +182,7 @@ def propose_upload(
     if judgement is None:
         return None
     held = None if offsets is None else (in_force, offsets)
-    offer = offer_upload(judgement, session.header.unit, held)
-    sigma = judgement.solution.sigma_coefficients()
-    sigmas = sigma.as_tuple() if sigma is not None else (None,) * 6
-    changes = tuple(
-        CoefficientChange(*row)
-        for row in zip(
-            COEFFICIENT_NAMES,
-            COEFFICIENT_UNITS,
-            in_force.as_tuple(),
-            offer.rounded.as_tuple(),
-            sigmas,
-            strict=True,
-        )
-    )
-    return UploadProposal(offer, changes)
+    return replace(offer_upload(judgement, session.header.unit, held), in_force=in_force)
 
 
 def too_few_points(session: SessionView) -> str:

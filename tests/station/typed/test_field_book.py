@@ -160,7 +160,7 @@ class Day:
         self.unfinished_path = folder / "unfinished.jsonl"
         self.unfinished = self.calibrate(self.before_upload, self.unfinished_path)
         assert self.unfinished.proposal is not None
-        self.truth = self.reader.upload_and_check(self.unfinished.proposal.coefficients)
+        self.truth = self.reader.upload_and_check(self.unfinished.proposal.rounded)
         self.text = self.reader.book.text()
         self.path = folder / "day.jsonl"
         self.done = self.calibrate(self.text, self.path)

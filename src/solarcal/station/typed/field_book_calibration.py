@@ -11,13 +11,12 @@ from solarcal.profiles import Profile
 from solarcal.session.journal import Journal
 from solarcal.session.records import Header, Record, Typed, UploadRecord
 from solarcal.station.connect import open_tracker
-from solarcal.station.fitting import solve
 from solarcal.station.procedure import Station
 from solarcal.station.session_header import profile_settings
 from solarcal.station.state import SessionView
 from solarcal.station.typed.entry_forms import key_in_texts
 from solarcal.station.typed.field_book import BookClock, Entry, FieldBook
-from solarcal.station.uploading import UploadProposal, propose_upload, refuse_doubtful
+from solarcal.station.uploading import UploadOffer, propose_upload, refuse_doubtful
 from solarcal.stopping_rule import UNSYNCHRONISED_S
 
 Tell = Callable[[Record], None]
@@ -35,7 +34,7 @@ class HandCalibration:
 
     session: SessionView
     path: Path
-    proposal: UploadProposal | None
+    proposal: UploadOffer | None
     upload: UploadRecord | None
     method: str = DEFAULT_METHOD
 
@@ -51,7 +50,7 @@ class HandCalibration:
             return ()
         unit = self.session.header.unit
         return key_in_texts(
-            self.proposal.coefficients, Offsets(), (unit.tilt_decimals, unit.scale_decimals)
+            self.proposal.rounded, Offsets(), (unit.tilt_decimals, unit.scale_decimals)
         )
 
 
@@ -133,9 +132,8 @@ def _point(station: Station, entry: Entry, method: str, *, check: bool = False) 
         raise entry.error("store it or not? End the line with `store`, or `reject` and why")
     station.gather_point()
     station.store(entry.stores, "" if entry.stores else entry.reason)
-    solution = solve(station.session, method)
-    if entry.stores and not check and solution is not None:
-        station.record_fit(solution)
+    if entry.stores and not check:
+        station.record_newest_fit(method)
 
 
 def _check(station: Station, entry: Entry, method: str) -> None:
@@ -146,8 +144,8 @@ def _upload(station: Station, entry: Entry, method: str) -> None:
     proposal = propose_upload(station.session, station.coefficients_in_force, method)
     if proposal is None:
         raise ProcedureRefused("too few points to compute coefficients worth keying in")
-    forced = refuse_doubtful(proposal.offer, entry.reason or None)
-    station.upload(proposal.coefficients, method=method, forced=forced)
+    forced = refuse_doubtful(proposal, entry.reason or None)
+    station.upload(proposal.rounded, method=method, forced=forced)
 
 
 def _void(station: Station, entry: Entry, method: str) -> None:

@@ -23,12 +23,7 @@ from solarcal.station.news import (
 from solarcal.station.procedure import Station
 from solarcal.station.sign_off import sign_off
 from solarcal.station.state import SessionView
-from solarcal.station.uploading import (
-    UploadProposal,
-    propose_upload,
-    refuse_doubtful,
-    too_few_points,
-)
+from solarcal.station.uploading import UploadOffer, propose_upload, refuse_doubtful, too_few_points
 from solarcal.stopping_rule import percent
 from solarcal.tui.base import is_typed
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, reason_field
@@ -56,7 +51,7 @@ class UploadDialog(Dialog):
 
     def __init__(self) -> None:
         super().__init__()
-        self._proposal: UploadProposal | None = None
+        self._proposal: UploadOffer | None = None
         self._sure = False
 
     def body(self) -> Iterable[Widget]:
@@ -74,7 +69,7 @@ class UploadDialog(Dialog):
         self.say("Reading what the unit holds ...")
         self.submit(UploadProposed, self._look())
 
-    def _look(self) -> Callable[[Station], UploadProposal | None]:
+    def _look(self) -> Callable[[Station], UploadOffer | None]:
         """Offers what the header's analysis says; one of its own while newer points are fitted."""
         judgement = self.workstation.judgement
         return lambda station: _propose(station, judgement)
@@ -85,7 +80,7 @@ class UploadDialog(Dialog):
         proposal = self._proposal
         if proposal is None:
             return
-        if proposal.doubts:
+        if proposal.against:
             self.ask_reason()
             return
         if proposal.judgement.verdict.state != "done" and not self._sure:
@@ -113,7 +108,7 @@ class UploadDialog(Dialog):
         self.offer()
         self.submit(Tracking, lambda station: station.track(), moves=True)
 
-    def _upload(self, proposal: UploadProposal, reason: str) -> None:
+    def _upload(self, proposal: UploadOffer, reason: str) -> None:
         self.offer()
         self.say(
             "Key them in at the unit, then type what it shows."
@@ -123,9 +118,9 @@ class UploadDialog(Dialog):
         self.submit(
             Uploaded,
             lambda station: station.upload(
-                proposal.coefficients,
-                method=proposal.solution.method,
-                forced=refuse_doubtful(proposal.offer, reason or None),
+                proposal.rounded,
+                method=proposal.judgement.solution.method,
+                forced=refuse_doubtful(proposal, reason or None),
             ),
         )
 
@@ -171,11 +166,8 @@ class UploadDialog(Dialog):
         proposal = self._proposal
         if proposal is None:
             self.say(too_few_points(session), "warning")
-        elif proposal.doubts:
-            self.say(
-                f"REFUSED: {'; '.join(proposal.doubts)}. Only with a reason.",
-                "warning",
-            )
+        elif proposal.against:
+            self.say(f"REFUSED: {'; '.join(proposal.against)}. Only with a reason.", "warning")
         else:
             self.say(
                 "Key in P1..P6 with O = 0, store, and type them back. Upload?"
@@ -228,7 +220,7 @@ def _to_repeat(session: SessionView | None) -> bool:
     return session is not None and not (session.holds_upload and session.uploads[-1].verified)
 
 
-def _propose(station: Station, judgement: Analysis | None) -> UploadProposal | None:
+def _propose(station: Station, judgement: Analysis | None) -> UploadOffer | None:
     status = station.state.live.status
     return propose_upload(
         station.session,
@@ -238,17 +230,17 @@ def _propose(station: Station, judgement: Analysis | None) -> UploadProposal | N
     )
 
 
-def _sure(proposal: UploadProposal) -> str:
+def _sure(proposal: UploadOffer) -> str:
     """The question where the verdict is not done."""
     state = STATE_WORDS[proposal.judgement.verdict.state].split(":")[0]
     return (
         f"The verdict is {state}, not DONE: 95 % of the year is expected within "
-        f"{proposal.offer.kept.year_p95_deg:.3f} deg only. Press y once more to write the "
+        f"{proposal.kept.year_p95_deg:.3f} deg only. Press y once more to write the "
         "coefficients now."
     )
 
 
-def proposal_table(proposal: UploadProposal) -> str:
+def proposal_table(proposal: UploadOffer) -> str:
     """Old, new, difference and its size in sigmas; what rounding does to the year; the verdict."""
     rows = []
     for change in proposal.changes:
@@ -264,24 +256,24 @@ def proposal_table(proposal: UploadProposal) -> str:
                 change.unit,
             ]
         )
-    solution = proposal.solution
+    solution = proposal.judgement.solution
     headings = ("", "in force", "new", "change", "sigma", "in sigmas", "unit")
     lines = columns(headings, rows, "<>>>>><")
     lines.append(
         f"{solution.n_points} points, residual on the sky {solution.sky_rms_deg:.4f} deg rms, "
         f"largest {solution.sky_max_deg:.4f}"
     )
-    fitted, kept = proposal.judgement.forecast, proposal.offer.kept
+    fitted, kept = proposal.judgement.forecast, proposal.kept
     lines.append(
         f"over the year, 95 %: {fitted.year_p95_deg:.4f} deg as fitted, "
         f"{kept.year_p95_deg:.4f} as the unit stores it, "
         f"{percent(kept.probability_within_tolerance, kept.rule.probability)} sure of "
         f"{kept.rule.tolerance_deg:g}"
     )
-    if proposal.offer.held is not None and proposal.offer.better is not None:
+    if proposal.held is not None and proposal.better is not None:
         lines.append(
-            f"in force now, 95 %: {proposal.offer.held.year_p95_deg:.4f} deg; the new ones are "
-            f"better (P {100.0 * proposal.offer.better:.0f} %)"
+            f"in force now, 95 %: {proposal.held.year_p95_deg:.4f} deg; the new ones are "
+            f"better (P {100.0 * proposal.better:.0f} %)"
         )
     lines.append(STATE_WORDS[proposal.judgement.verdict.state])
     return "\n".join(lines)
