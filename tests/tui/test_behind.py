@@ -125,3 +125,16 @@ async def test_a_textual_without_what_is_used_of_it_draws_by_itself(monkeypatch)
         await alike(pilot)
         importlib.reload(behind_module)
         assert behind_module.draw_behind(app.screen)
+
+
+@pytest.mark.parametrize("size", [(80, 30), (40, 10), (200, 60)])
+async def test_a_terminal_without_colour_may_be_resized_under_a_dialog(monkeypatch, size):
+    monkeypatch.setenv("NO_COLOR", "1")
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await app.push_screen(WorkstationScreen())
+        await app.push_screen(LinkDialog())
+        for new in (size, SMALL):
+            await pilot.resize_terminal(*new)
+            await pilot.pause()
+        await until(pilot, lambda: "SOLARTRAK-EMU" in words(app.screen))

@@ -44,13 +44,15 @@ def _draw_changed(screen: Screen[Any]) -> bool:
     at = stack.index(screen) - 1
     behind = stack[at]
     width, height = screen.size
+    base = screen.visual_style.rich_style
     before = screen._render_cache
     if before.size == screen.size and len(before.lines) == height:
         lines = list(before.lines)
         changed = {y for region in screen._dirty_regions for y in region.line_range}
         changed.intersection_update(range(height))
     else:
-        lines = [Strip.blank(width)] * height
+        # With a style: one without has no colour to take away where the terminal shall have none.
+        lines = [Strip.blank(width, base)] * height
         changed = set(range(height))
     if changed:
         top, bottom = min(changed), max(changed) + 1
@@ -58,7 +60,6 @@ def _draw_changed(screen: Screen[Any]) -> bool:
         # What Textual draws of that screen itself may have others behind it.
         visible_screen_stack.set(list(stack[:at]))
         chops = behind._compositor._render_chops(crop, changed.__contains__)
-        base = screen.visual_style.rich_style
         for y in changed.intersection(range(len(chops))):
             lines[y] = Strip(
                 Segment(text, base + seen_through(style or Style.null(), tint))
