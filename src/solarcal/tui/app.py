@@ -5,7 +5,7 @@ import threading
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import msgspec
 from textual import events
@@ -18,12 +18,7 @@ from solarcal.config import Choice, Settings
 from solarcal.errors import SolarcalError, harmless
 from solarcal.profiles import Profile
 from solarcal.station.news import StepFailed
-from solarcal.tui.base import (
-    ONE_IMPORT,
-    ShowsNotices,
-    StationModal,
-    is_typed,
-)
+from solarcal.tui.base import ONE_IMPORT, ShowsNotices, StationModal, is_typed
 from solarcal.tui.keys import (
     ACTIONS,
     QUIT_EVERYWHERE,
@@ -36,9 +31,6 @@ from solarcal.tui.line_app import LineApp
 from solarcal.tui.palette import ActionProvider, OwnThemesFirst, Palette
 from solarcal.tui.start.screen import StartScreen
 from solarcal.tui.themes import DEFAULT_THEME, SUNLIGHT, axis_colours, begin_with_theme
-
-if TYPE_CHECKING:
-    pass
 
 PRESS_STOP_S = 8.0
 """How long the notice stays that STOP is at the unit."""

@@ -208,10 +208,7 @@ class ClockDialog(PacedDialog):
         self.say(f"Signal - laptop {tick_s:+.2f} s. {how}")
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        tick, sigma = (
-            self.query_one("#tick-minus-laptop", Field),
-            self.query_one("#tick-sigma", Field),
-        )
+        tick, sigma = self.query(Field)
         if event.input is tick.input and tick.value:
             sigma.input.focus()
         else:
@@ -243,10 +240,7 @@ class ClockDialog(PacedDialog):
         self.submit(ClockAdjusted, lambda station: station.set_unit_clock(tick_s, sigma_s))
 
     def _tick(self) -> tuple[float | None, float | None]:
-        tick, sigma = (
-            self.query_one("#tick-minus-laptop", Field),
-            self.query_one("#tick-sigma", Field),
-        )
+        tick, sigma = self.query(Field)
         if not tick.value:
             return None, None
         if not sigma.value:

@@ -31,7 +31,13 @@ def open_screen(app: Workstation) -> None:
 
 
 class _CheckTeller(Dialog):
-    """Says what a check that has ended found; a complete one is a step done."""
+    """Lists the checks, and says what one that has ended found; a complete one is a step done."""
+
+    def state_changed(self, state: StationState) -> None:
+        if state.session is not None:
+            self.query_one("#checks", Words).update(
+                text_of(*ref_checks_table(state.session.ref_checks[-SHOWN_CHECKS:]))
+            )
 
     def tell(self, check: RefCheck) -> None:
         session = self.workstation.state.session
@@ -89,8 +95,8 @@ class RefCheckDialog(_CheckTeller):
             )
 
     def state_changed(self, state: StationState) -> None:
-        status, session = state.live.status, state.session
-        if status is not None:
+        super().state_changed(state)
+        if (status := state.live.status) is not None:
             self.query_one("#axes", Words).update(
                 f"Axis 1 at {status.reading1_deg:9.3f} deg, register {status.counts1:8d}   "
                 f"{_motion(status.moving[0])}\n"
@@ -99,10 +105,6 @@ class RefCheckDialog(_CheckTeller):
             )
             if state.activity is Activity.REF_CHECK:
                 self._tell_progress(state, status)
-        if session is not None:
-            self.query_one("#checks", Words).update(
-                text_of(*ref_checks_table(session.ref_checks[-SHOWN_CHECKS:]))
-            )
 
     def _tell_progress(self, state: StationState, status: Status) -> None:
         """By the read-outs: how far from the reference position, and how long from there."""
@@ -188,12 +190,6 @@ class TypedRefCheckDialog(_CheckTeller):
             markup=False,
         )
         yield Words("", id="checks")
-
-    def state_changed(self, state: StationState) -> None:
-        if state.session is not None:
-            self.query_one("#checks", Words).update(
-                text_of(*ref_checks_table(state.session.ref_checks[-SHOWN_CHECKS:]))
-            )
 
     def action_type(self) -> None:
         self.offer()

@@ -220,9 +220,6 @@ class ExploredPlot(AnsiPlot, can_focus=True):
             self.view = replace(self.view, cursor=None, follows=False)
         self.show(lambda sheet: draw(sheet, replace(self.view, fine=fine, shades=shades)), what)
 
-    def watch_view(self) -> None:
-        self.refresh()
-
     def _drawn_of(self) -> object:
         return self.view
 
