@@ -27,11 +27,7 @@ from solarcal.model.sky_context import SkyContext
 from solarcal.model.solution import Solution
 from solarcal.model.verdict import Verdict, assess, conclude
 from solarcal.site import BoltCircle
-from solarcal.stopping_rule import (
-    DEFAULT_RULE,
-    TOLERANCE_DEG,
-    StoppingRule,
-)
+from solarcal.stopping_rule import DEFAULT_RULE, TOLERANCE_DEG, StoppingRule
 
 
 @dataclass(frozen=True, slots=True)

@@ -75,11 +75,7 @@ class DayStops:
     def meets(self, stop: PlannedStop) -> bool:
         return stop.points > 0 and stop.probability >= self.rule.probability
 
-    def earliest(
-        self,
-        begin_s: float,
-        found: Candidate,
-    ) -> PlannedStop:
+    def earliest(self, begin_s: float, found: Candidate) -> PlannedStop:
         """The first slot of the last half hour that will do, with as few points as will do."""
         last_s = found[0].stop_utc_s
         inside = [time for time in self.slots.utc_s.tolist() if begin_s < time < last_s]

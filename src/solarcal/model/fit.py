@@ -28,10 +28,7 @@ LARGEST_EFFECT = 1e3
 
 
 def fit_linear(
-    points: Points,
-    terms: Iterable[str] = CONTROLLER_TERMS,
-    *,
-    limits: Limits | None = None,
+    points: Points, terms: Iterable[str] = CONTROLLER_TERMS, *, limits: Limits | None = None
 ) -> Solution:
     """Weighted linear least squares of the points' axis errors.
 

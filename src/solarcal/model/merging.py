@@ -174,11 +174,7 @@ def _moved(
 
 
 def _fit_shifted(
-    points: Points,
-    session: SessionIndex,
-    context: SkyContext,
-    prior: Prior,
-    allowed: Sequence[int],
+    points: Points, session: SessionIndex, context: SkyContext, prior: Prior, allowed: Sequence[int]
 ) -> tuple[MechanismSolution, FloatArray, FloatArray]:
     """With shifts of these numbers for every session but the last; solution, shifts, sigmas."""
     s = int(session.max())

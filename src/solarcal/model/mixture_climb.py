@@ -81,11 +81,7 @@ class Climbed:
 
 
 def climb(
-    at: Linearised,
-    log_scales: FloatArray,
-    widths: FloatArray,
-    blunder: FloatArray,
-    iterations: int,
+    at: Linearised, log_scales: FloatArray, widths: FloatArray, blunder: FloatArray, iterations: int
 ) -> Climbed:
     """Expectation-maximisation of r starts (n, s, r) in each session.
 

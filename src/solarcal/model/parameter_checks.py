@@ -149,10 +149,7 @@ def _largest_correction_deg(
 
 
 def _around(angles_deg: FloatArray) -> tuple[float, float]:
-    return (
-        float(angles_deg.min()) - SURROUNDINGS_DEG,
-        float(angles_deg.max()) + SURROUNDINGS_DEG,
-    )
+    return (float(angles_deg.min()) - SURROUNDINGS_DEG, float(angles_deg.max()) + SURROUNDINGS_DEG)
 
 
 def _steps(low_deg: float, high_deg: float) -> FloatArray:

@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 from solarcal.errors import ConfigurationError
 from solarcal.model.prior import MechanismPosterior
 from solarcal.model.sky_context import SkyContext, sun_directions
-from solarcal.model.year_grid import (
-    LOWEST_FORECAST_DEG,
-)
+from solarcal.model.year_grid import LOWEST_FORECAST_DEG
 from solarcal.mount.mechanism import Mechanism
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray
@@ -226,12 +224,7 @@ def after(slots: Slots, covariance: FloatArray, schedule: Sequence[int]) -> Floa
 
 
 def best_schedule(
-    slots: Slots,
-    covariance: FloatArray,
-    weight: FloatArray,
-    count: int,
-    *,
-    until_s: float = np.inf,
+    slots: Slots, covariance: FloatArray, weight: FloatArray, count: int, *, until_s: float = np.inf
 ) -> list[int]:
     """The best of the greedy and the equally spaced schedule, each after exchanges.
 

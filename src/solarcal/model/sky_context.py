@@ -234,11 +234,7 @@ def true_points(points: Points, context: SkyContext) -> TruePoints:
     # Both angles may straddle the end of the branch; the difference is a small one.
     step1 = (ideal1 - true1 + 180.0) % 360.0 - 180.0
     return TruePoints(
-        true1,
-        true2,
-        points.err1_deg + step1,
-        points.err2_deg + (ideal2 - true2),
-        90.0 - zenith,
+        true1, true2, points.err1_deg + step1, points.err2_deg + (ideal2 - true2), 90.0 - zenith
     )
 
 
@@ -313,8 +309,5 @@ def _sun_deg(
         min((last_block + 1.0) * BLOCK_S, LAST_UTC_S - 1.0),
     )
     return sun.horizontal_elsewhere_deg(
-        times,
-        points.latitude_deg[chosen],
-        points.longitude_deg[chosen],
-        points.elevation_m[chosen],
+        times, points.latitude_deg[chosen], points.longitude_deg[chosen], points.elevation_m[chosen]
     )

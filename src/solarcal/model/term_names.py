@@ -11,12 +11,7 @@ from solarcal.mount.geometry import MountGeometry
 from solarcal.units import RAD_PER_DEG
 
 _HARMONIC = re.compile(r"H([AESZ])([SC])([AEZ])([0-9]{0,2})(?:([SC])([AEZ])([0-9]{0,2}))?")
-_RESULTS = {
-    "A": "azimuth",
-    "E": "elevation",
-    "S": "left-right on the sky",
-    "Z": "zenith distance",
-}
+_RESULTS = {"A": "azimuth", "E": "elevation", "S": "left-right on the sky", "Z": "zenith distance"}
 
 
 def harmonic(name: str) -> Term | None:

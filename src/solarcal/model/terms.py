@@ -321,11 +321,7 @@ _ALL = (
         "lean",
     ),
     tpoint(
-        "AW",
-        "east-west lean",
-        LEAN_PRIOR_DEG,
-        lambda a: (a.cos1 * a.cos2 / a.sin2, a.sin1),
-        "lean",
+        "AW", "east-west lean", LEAN_PRIOR_DEG, lambda a: (a.cos1 * a.cos2 / a.sin2, a.sin1), "lean"
     ),
     tpoint("CA", "collimation", CROSS_PRIOR_DEG, lambda a: (-1.0 / a.sin2, 0.0)),
     tpoint("NPAE", "axes not square", CROSS_PRIOR_DEG, lambda a: (-a.cos2 / a.sin2, 0.0)),

@@ -91,8 +91,7 @@ def laptop_clock(ask: Ask | None = None) -> LaptopClock:
         if answer is not None:
             return answer
     return LaptopClock(
-        None,
-        "It is not known whether the laptop's clock is right; compare it with a time signal.",
+        None, "It is not known whether the laptop's clock is right; compare it with a time signal."
     )
 
 

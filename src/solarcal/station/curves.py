@@ -292,9 +292,7 @@ def _left(model: ModelDots, given: Coefficients) -> ModelDots:
 
 
 def session_plot_data(
-    header: Header,
-    points: Sequence[PointRecord | CheckRecord],
-    solution: Solution | None = None,
+    header: Header, points: Sequence[PointRecord | CheckRecord], solution: Solution | None = None
 ) -> ErrorPlotData:
     """For a session: its live points (voided ones left out by the caller) and a solution.
 

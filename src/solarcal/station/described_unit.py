@@ -26,9 +26,7 @@ def unit_site(description: MountDescription, site: Site) -> UnitSite:
 
 
 def unit_parameters(
-    description: MountDescription,
-    site: Site,
-    unit_limits: Limits | None = None,
+    description: MountDescription, site: Site, unit_limits: Limits | None = None
 ) -> UnitParameters:
     """Drives, limits and reference position.
 

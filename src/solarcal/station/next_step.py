@@ -52,9 +52,7 @@ def countdown_text(seconds: float) -> str:
 
 
 def next_step(
-    state: StationState,
-    sun_elevation_deg: float | None = None,
-    judgement: Analysis | None = None,
+    state: StationState, sun_elevation_deg: float | None = None, judgement: Analysis | None = None
 ) -> NextStep:
     """What the technician does next.
 

@@ -68,9 +68,7 @@ DEFAULT_OPTIONS = PlanOptions()
 
 
 def analyse_with_options(
-    session: SessionView,
-    plan_options: PlanOptions = DEFAULT_OPTIONS,
-    at_utc_s: float | None = None,
+    session: SessionView, plan_options: PlanOptions = DEFAULT_OPTIONS, at_utc_s: float | None = None
 ) -> Analysis | None:
     """The analysis of a session, planned from ``at_utc_s`` (else from the newest point).
 

@@ -76,11 +76,7 @@ class StationWorker:
         return self._busy.is_set() or not self._steps.empty()
 
     def submit(
-        self,
-        kind: type[Done[Result]],
-        step: Callable[["Station"], Result],
-        *,
-        moves: bool = False,
+        self, kind: type[Done[Result]], step: Callable[["Station"], Result], *, moves: bool = False
     ) -> None:
         """Run ``step`` after those submitted before it; a ``kind`` or ``StepFailed`` follows.
 

@@ -267,9 +267,7 @@ class CalculatorsScreen(StationScreen):
     CalculatorsScreen OptionList, CalculatorsScreen OptionList:focus { border: none; }
     CalculatorsScreen OptionList > .option-list--option-highlighted { text-style: bold reverse; }
     """
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,q", "back", "Back", show=False),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,q", "back", "Back", show=False)]
 
     def compose(self) -> ComposeResult:
         yield HeadLine(id="title")

@@ -83,7 +83,7 @@ class HelpScreen(StationScreen):
     """Scrolls; any of F1, ? and Escape leaves it."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("escape,f1,question_mark,q", "back", "Back", show=False),
+        Binding("escape,f1,question_mark,q", "back", "Back", show=False)
     ]
 
     def compose(self) -> ComposeResult:

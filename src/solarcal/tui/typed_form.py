@@ -10,13 +10,7 @@ from textual.widget import Widget
 from textual.widgets import Input, Static
 
 from solarcal.station.news import StepFailed, Stopped
-from solarcal.station.typed.forms import (
-    Doubt,
-    Moment,
-    TypedAnswer,
-    TypedWrong,
-    looked_again,
-)
+from solarcal.station.typed.forms import Doubt, Moment, TypedAnswer, TypedWrong, looked_again
 from solarcal.timescale import format_utc
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey
 from solarcal.tui.form_asked import AskedForm

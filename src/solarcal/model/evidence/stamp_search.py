@@ -75,9 +75,7 @@ class StampSearch:
         self.context = context
         self.site = context.site
         self.sun = SiteEphemeris(
-            Site(0.0, 0.0),
-            float(rows.utc_s.min()) - MARGIN_S,
-            float(rows.utc_s.max()) + MARGIN_S,
+            Site(0.0, 0.0), float(rows.utc_s.min()) - MARGIN_S, float(rows.utc_s.max()) + MARGIN_S
         )
 
     def left(self, change: _Change) -> FloatArray:

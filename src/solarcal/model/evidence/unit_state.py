@@ -49,10 +49,7 @@ class UnitSunCheck:
 
 
 def sun_difference_deg(
-    unit_site: UnitSite,
-    ideal_deg: tuple[Value, Value],
-    utc_s: Angles,
-    site: Site | None = None,
+    unit_site: UnitSite, ideal_deg: tuple[Value, Value], utc_s: Angles, site: Site | None = None
 ) -> Angles:
     """Ideal angles from those of the unit's own Sun at its site (or another), degrees on sky.
 
@@ -206,11 +203,7 @@ def unit_evidence(session: SessionView) -> list[Finding]:
     if header.sun_model != "solartrak":
         return said
     told_unit = UnitSite(
-        told,
-        header.unit.zone_west_h,
-        header.geometry,
-        header.ax1_centre_deg,
-        header.unit.heliostat,
+        told, header.unit.zone_west_h, header.geometry, header.ax1_centre_deg, header.unit.heliostat
     )
     strange: dict[str, list[tuple[int, float]]] = {}
     for point, read_utc_s, unit_utc_s, ideal_deg in _strange_suns(session, told_unit):

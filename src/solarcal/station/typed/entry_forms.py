@@ -3,14 +3,7 @@
 from collections.abc import Mapping
 
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Offsets
-from solarcal.station.typed.forms import (
-    DisplayField,
-    DisplayForm,
-    Doubt,
-    Doubting,
-    Kind,
-    Moment,
-)
+from solarcal.station.typed.forms import DisplayField, DisplayForm, Doubt, Doubting, Kind, Moment
 
 LARGEST_OFFSET_DEG = 30.0
 OFFSET_NAMES = ("O1", "O2")

@@ -7,11 +7,7 @@ import numpy as np
 
 from solarcal.decimals import Pair
 from solarcal.errors import ConfigurationError
-from solarcal.model.evidence.unit_state import (
-    AGREEMENT_DEG,
-    check_unit_sun,
-    sun_difference_deg,
-)
+from solarcal.model.evidence.unit_state import AGREEMENT_DEG, check_unit_sun, sun_difference_deg
 from solarcal.mount.formula import Offsets
 from solarcal.station.typed.controller_model import TypedControllerModel
 from solarcal.station.typed.forms import Doubt, decimals, number, plain_text, time_of_day_s

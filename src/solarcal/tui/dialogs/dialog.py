@@ -169,8 +169,7 @@ class Dialog(StationModal[None]):
         app.notify(sentence, severity=severity)
 
     def ask_reason(
-        self,
-        sentence: str = "Type the reason and press Enter; it is written to the session file.",
+        self, sentence: str = "Type the reason and press Enter; it is written to the session file."
     ) -> None:
         field = self.query_one("#reason", Field)
         field.display = True

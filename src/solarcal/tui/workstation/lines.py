@@ -185,10 +185,7 @@ class CoefficientsPane(TextLines):
         super().__init__(id=id, wrap=True, classes=classes)
 
     def show_fit(
-        self,
-        session: SessionView,
-        solution: Solution | None,
-        judgement: Analysis | None = None,
+        self, session: SessionView, solution: Solution | None, judgement: Analysis | None = None
     ) -> None:
         lines = coefficient_lines(session, solution) + reason_lines(judgement)
         self.show([Content.assemble(*line) for line in lines])

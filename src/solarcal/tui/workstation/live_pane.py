@@ -63,11 +63,7 @@ def live_lines(state: StationState) -> list[list[Part]]:
     if session is None:
         return _blank(15)
     sun = sun_now(session, live)
-    return [
-        *_clocks(session.header, live, sun),
-        *_suns(sun),
-        *_unit(session, live),
-    ]
+    return [*_clocks(session.header, live, sun), *_suns(sun), *_unit(session, live)]
 
 
 def _unit(session: SessionView, live: LiveView) -> list[list[Part]]:

@@ -72,7 +72,7 @@ class WorkstationScreen(PanesScreen):
     """
     AUTO_FOCUS = ""
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("shift+tab", "next_tab(-1)", "Previous pane", show=False, priority=True),
+        Binding("shift+tab", "next_tab(-1)", "Previous pane", show=False, priority=True)
     ]
 
     def __init__(self, noticed: Sequence[str] = ()) -> None:
