@@ -15,6 +15,7 @@ are right-handed and turn vectors, not frames.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -166,7 +167,7 @@ def sun_axes_deg(azimuth_deg: float, zenith_deg: float) -> tuple[float, float]:
     return 180.0 - azimuth_deg, zenith_deg
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class EulerBase:
     """How the tracker's base is turned: s_tracker = Rx(gamma) Ry(beta) Rz(alpha) s."""
 
@@ -193,13 +194,22 @@ class EulerBase:
 
     def axes_deg(self, sun1_deg: float, sun2_deg: float) -> tuple[float, float]:
         """Calculated mode: the axis angles (t1 in (-180, 180], t2) that look at the Sun."""
-        x, y, z = direction_components(sun1_deg, sun2_deg)
-        c, s = _cos_sin(self.alpha_deg)
-        x, y = c * x - s * y, s * x + c * y
-        c, s = _cos_sin(self.beta_deg)
-        x, z = c * x + s * z, c * z - s * x
-        c, s = _cos_sin(self.gamma_deg)
-        return axes_of((x, c * y - s * z, s * y + c * z))
+        return axes_of(self.of_tracker(direction_components(sun1_deg, sun2_deg)))
+
+    def of_tracker(self, of_earth: Components) -> Components:
+        """A vector of the Earth's frame in the tracker's."""
+        x, y, z = of_earth
+        a, b, c = self._rows
+        return (
+            a[0] * x + a[1] * y + a[2] * z,
+            b[0] * x + b[1] * y + b[2] * z,
+            c[0] * x + c[1] * y + c[2] * z,
+        )
+
+    @cached_property
+    def _rows(self) -> list[list[float]]:
+        rows: list[list[float]] = self.matrix().tolist()
+        return rows
 
 
 def _cos_sin(angle_deg: float) -> tuple[float, float]:

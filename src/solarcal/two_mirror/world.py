@@ -99,8 +99,8 @@ class MirrorWorld:
     def spot_from(self, utc_s: float, t1_deg: float, t2_deg: float) -> tuple[float, float]:
         """The same if the axes stood there."""
         if utc_s != self._ray_at[0]:
-            sun1, sun2 = self.base.axes_deg(*self.sun_deg(utc_s))
-            self._ray_at = utc_s, direction_components(sun1, sun2)
+            of_earth = direction_components(*self.sun_deg(utc_s))
+            self._ray_at = utc_s, self.base.of_tracker(of_earth)
         x, y, z = ray_from_sky(self._ray_at[1], t1_deg, t2_deg)
         if self.truth.fixed_mirrors:
             x, y, z = self._through_fixed((x, y, z))
