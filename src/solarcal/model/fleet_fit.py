@@ -30,6 +30,7 @@ LEAN_TRUSTED_DEG = 10.0
 """A lean step no linearisation is believed beyond."""
 _ANY_MOUNT = MountGeometry("azel", 0.0)
 """Without sag a mechanism sees all mounts alike: native angles, on a branch that is theirs."""
+_WIDTHS = Prior().widths
 _AT_ONCE, _OF_POINTS = 160, 12
 """So many sessions of so many points a batch: its arrays stay in the processor's cache."""
 
@@ -88,17 +89,15 @@ class ManyMechanisms:
     blunder: FloatArray
 
 
-def fit_many(
-    points: ManyPoints, widths: tuple[tuple[float, float], ...] = Prior().widths
-) -> ManyMechanisms:
+def fit_many(points: ManyPoints) -> ManyMechanisms:
     """Fit sessions of the same number of points, at least one; best ``at_once`` of them a call.
 
-    ``widths`` are the prior's. Agrees with ``methods.fit(method="robust")`` but for rounding.
+    Agrees with ``methods.fit(method="robust")`` but for rounding.
     """
     s, n = points.ax1_deg.shape
     even = np.full((s, n), alone.FIRST_NOISE_DEG**-2.0)
-    values = _nearest(points, points.prior_mean, even, np.ones(s), widths)
-    at, left, sky = _linearised(points, values, widths)
+    values = _nearest(points, points.prior_mean, even, np.ones(s))
+    at, left, sky = _linearised(points, values)
     mixture = solve_mixtures(at)
     for turn in range(alone.MOST_STEPS):
         mean_step = mixture.mean_step
@@ -110,10 +109,10 @@ def fit_many(
             found = mixture.take(active)
             weighted = found.mean_of_points(found.point_weights)
             pull = np.einsum("sq,sq->s", found.weights, found.widths**-2.0)
-            values[active] = _nearest(here, values[active], weighted, pull, widths)
+            values[active] = _nearest(here, values[active], weighted, pull)
         else:
             values[active] += mean_step[active] * here.prior_sigma
-        moved, left[active], sky[active] = _linearised(here, values[active], widths)
+        moved, left[active], sky[active] = _linearised(here, values[active])
         mixture = mixture.replaced(active, solve_mixtures(moved, mixture.take(active)))
         at.residuals[active], at.slopes[active] = moved.residuals, moved.slopes
         at.offset[active] = moved.offset
@@ -121,11 +120,7 @@ def fit_many(
 
 
 def _nearest(
-    points: ManyPoints,
-    start: FloatArray,
-    weights: FloatArray,
-    pull: FloatArray,
-    widths: tuple[tuple[float, float], ...],
+    points: ManyPoints, start: FloatArray, weights: FloatArray, pull: FloatArray
 ) -> FloatArray:
     """Least squares of weighted points (s, n) and priors of precision ``pull`` (s,), from (s, 6).
 
@@ -133,10 +128,10 @@ def _nearest(
     """
     values = start.copy()
     active: Indices = np.arange(len(points))
-    _, _, sky = _linearised(points, start, widths)
+    _, _, sky = _linearised(points, start)
     for _ in range(MOST_STEPS):
         here = points.take(active)
-        at, _, _ = _linearised(here, values[active], widths, sky[active])
+        at, _, _ = _linearised(here, values[active], sky[active])
         s, _, n, k = at.slopes.shape
         rows = at.slopes.reshape(s, 2 * n, k)
         turned = rows.swapaxes(1, 2) * np.tile(weights[active], 2)[:, np.newaxis]
@@ -154,10 +149,7 @@ def _nearest(
 
 
 def _linearised(
-    points: ManyPoints,
-    values: FloatArray,
-    widths: tuple[tuple[float, float], ...],
-    sky: FloatArray | None = None,
+    points: ManyPoints, values: FloatArray, sky: FloatArray | None = None
 ) -> tuple[Linearised, FloatArray, FloatArray]:
     """Each session about its place (s, 6); what is left (s, 2, n) and axis to sky (s, 2, n).
 
@@ -176,7 +168,7 @@ def _linearised(
         * sky[..., np.newaxis]
         * unit[:, np.newaxis, np.newaxis, :],
         offset=(points.prior_mean - values) / unit,
-        widths=widths,
+        widths=_WIDTHS,
         sigma_deg=np.where(given[:, np.newaxis], points.sigma_deg, 1.0),
         log_scale_mean=np.where(given, 0.0, np.log(TYPICAL_NOISE_DEG)),
         log_scale_sd=np.where(given, GIVEN_NOISE_LOG_SD, NOISE_LOG_SD),
