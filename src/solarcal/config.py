@@ -7,7 +7,6 @@ profile form; ``keymap.toml`` is the user's alone and only read.
 import json
 import os
 import re
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -17,7 +16,7 @@ import platformdirs
 
 from solarcal.decimals import Six
 from solarcal.errors import ConfigurationError
-from solarcal.input_files import parse_toml, read_utf8
+from solarcal.input_files import parse_toml, read_utf8, write_whole
 from solarcal.timescale import parse_utc
 from solarcal.unit.drivers import DEFAULT_DRIVER, has_line
 
@@ -31,19 +30,18 @@ Kind = TypeVar("Kind")
 def sessions_dir() -> Path:
     """Folder of saved sessions; ``SOLARCAL_SESSIONS`` names another."""
     named = os.environ.get("SOLARCAL_SESSIONS")
-    return Path(named) if named else Path(platformdirs.user_data_dir(APP, False)) / "sessions"
+    return Path(named or os.path.join(platformdirs.user_data_dir(APP, False), "sessions"))
 
 
 def units_dir() -> Path:
     """Folder of what is kept for units that cannot keep it; ``SOLARCAL_UNITS`` names another."""
     named = os.environ.get("SOLARCAL_UNITS")
-    return Path(named) if named else Path(platformdirs.user_data_dir(APP, False)) / "units"
+    return Path(named or os.path.join(platformdirs.user_data_dir(APP, False), "units"))
 
 
 def config_dir() -> Path:
     """Folder of profiles, settings and keymap; ``SOLARCAL_CONFIG`` names another."""
-    named = os.environ.get("SOLARCAL_CONFIG")
-    return Path(named) if named else Path(platformdirs.user_config_dir(APP, False))
+    return Path(os.environ.get("SOLARCAL_CONFIG") or platformdirs.user_config_dir(APP, False))
 
 
 def file_stem(text: str) -> str:
@@ -178,33 +176,16 @@ def load_keymap() -> dict[str, str]:
 
 def read_toml(path: Path, kind: type[Kind]) -> Kind:
     """A TOML file as ``kind``; errors name the file, and the line or the field."""
+    text = read_utf8(path)
     try:
-        document = parse_toml(read_utf8(path))
-    except ValueError as error:
-        raise ConfigurationError(f"{path}: {error}; correct it or remove the file") from None
-    try:
-        return msgspec.convert(document, kind)
-    except (msgspec.ValidationError, ConfigurationError) as error:
+        return msgspec.convert(parse_toml(text), kind)
+    except (ValueError, ConfigurationError) as error:
         raise ConfigurationError(f"{path}: {error}; correct it or remove the file") from None
 
 
 def write_toml(path: Path, value: msgspec.Struct) -> None:
-    """Write a struct as TOML, whole or not at all: a power cut leaves the old file or the new."""
-    text = toml_text(msgspec.to_builtins(value))
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}-")
-        try:
-            with os.fdopen(descriptor, "w", encoding="utf-8") as file:
-                file.write(text)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(name, path)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
-    except OSError as error:
-        raise ConfigurationError(f"{path} cannot be written: {error.strerror}") from None
+    """Write a struct as TOML, whole or not at all."""
+    write_whole(path, toml_text(msgspec.to_builtins(value)), make_folder=True)
 
 
 def toml_text(document: Mapping[str, Any], prefix: str = "") -> str:

@@ -6,6 +6,7 @@ byte is read.
 
 import os
 import stat
+import threading
 import tomllib
 from contextlib import suppress
 from pathlib import Path
@@ -151,8 +152,8 @@ def read_text(path: str | Path) -> str:
     return "\r".join(map(harmless, text.split("\r")))
 
 
-def write_text(path: str | Path, text: str) -> None:
-    """Put the text in place in one step, so that no half-written file is ever met.
+def write_whole(path: str | Path, content: str | bytes, *, make_folder: bool = False) -> None:
+    """Put the content in place in one step: after a power cut there is the old file or the new.
 
     Raises
     ------
@@ -161,9 +162,14 @@ def write_text(path: str | Path, text: str) -> None:
     """
     try:
         path = Path(path)
-        unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
+        if make_folder:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        unfinished = path.with_name(f".{path.name}.{os.getpid()}-{threading.get_ident()}.part")
         try:
-            unfinished.write_bytes(text.encode("utf-8"))
+            with unfinished.open("wb") as file:
+                file.write(content.encode() if isinstance(content, str) else content)
+                file.flush()
+                os.fsync(file.fileno())
             unfinished.replace(path)
         except BaseException:
             with suppress(OSError):

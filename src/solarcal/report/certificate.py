@@ -20,7 +20,7 @@ import numpy as np
 from solarcal import __version__
 from solarcal.config import toml_text
 from solarcal.errors import ConfigurationError
-from solarcal.input_files import read_bytes
+from solarcal.input_files import read_bytes, write_whole
 from solarcal.profiles import Profile
 from solarcal.report.blocks import Certificate, Facts, Section, Signatures, Table, plain_text
 from solarcal.report.certificate_sections import (
@@ -198,22 +198,10 @@ def issue(
         archive = office_zip(written[0], sources, judged.header)
         contents.append((outputs[0].with_suffix(".zip"), archive))
     for path, content in contents:
-        _write(path, content)
+        write_whole(path, content, make_folder=True)
     return Issued(
         tuple(path for path, _ in contents), written[0].sha256, judged, signed_off(judged)
     )
-
-
-def _write(path: Path, content: bytes) -> None:
-    """Whole or not at all; an older certificate of the name is replaced."""
-    beside = path.with_name(f".{path.name}.part")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        beside.write_bytes(content)
-        beside.replace(path)
-    except OSError as error:
-        beside.unlink(missing_ok=True)
-        raise ConfigurationError(f"{path} cannot be written: {error.strerror}") from None
 
 
 def office_zip(

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError, InputFileError, harmless
-from solarcal.input_files import read_text, write_text
+from solarcal.input_files import read_text, write_whole
 from solarcal.session.interchange.csv_head import (
     UnitFillIn,
     head_lines,
@@ -117,7 +117,7 @@ def write_points_csv(table: PointTable, path: str | Path) -> None:
         columns["note"] = (_quoted(note) for note in table.note)
     rows = map(",".join, zip(*columns.values(), strict=True))
     head = [*(f"# {line}" for line in head_lines(table)), ",".join(columns)]
-    write_text(path, "\n".join([*head, *rows, ""]))
+    write_whole(path, "\n".join([*head, *rows, ""]))
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ from typing import Unpack
 import numpy as np
 
 from solarcal.errors import ConfigurationError, InputFileError
-from solarcal.input_files import read_text, write_text
+from solarcal.input_files import read_text, write_whole
 from solarcal.session.interchange.altaz import (
     DECIMAL,
     Row,
@@ -114,7 +114,7 @@ def write_tpoint(table: PointTable, path: str | Path) -> None:
     for status, *cells in zip(table.status, *columns, strict=True):
         if "" not in cells:
             lines.append(" ".join(cells) if status == "accepted" else "! " + " ".join(cells))
-    write_text(path, "\n".join([*lines, "END", ""]))
+    write_whole(path, "\n".join([*lines, "END", ""]))
 
 
 @dataclass(slots=True)

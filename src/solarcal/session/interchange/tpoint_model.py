@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from solarcal.errors import ConfigurationError, InputFileError
-from solarcal.input_files import read_text, write_text
+from solarcal.input_files import read_text, write_whole
 from solarcal.session.interchange.altaz import plain_numbers
 
 _FLAGS = "=&"
@@ -103,4 +103,4 @@ def write_tpoint_model(model: TpointModel, path: str | Path) -> None:
         flag = "=" if sigma is None else " "
         spread = "" if sigma is None else f" {sigma:12.5f}"
         lines.append(f"{flag} {name:<8s} {value:+14.4f}{spread}")
-    write_text(path, "\n".join([*lines, "END", ""]))
+    write_whole(path, "\n".join([*lines, "END", ""]))
