@@ -30,6 +30,11 @@ class Site(msgspec.Struct, frozen=True):
                 raise ConfigurationError(f"{what} {value:g} is not between {low:g} and {high:g}")
 
 
+def longitude_apart_deg(one_deg: float, other_deg: float) -> float:
+    """How far east of the other the one is, -180 to 180: 253.5 is -106.5, and -180 is 180."""
+    return math.remainder(one_deg - other_deg, 360.0)
+
+
 def day_utc_s(text: str, site: Site) -> float:
     """An instant of the day meant, POSIX UTC seconds: a date alone is the site's own day, at its
     noon; else the instant itself.

@@ -139,6 +139,11 @@ def test_the_site_is_taken_from_whoever_knows_it() -> None:
     assert (merged.latitude_deg, merged.longitude_deg) == (35.05, -106.48)
 
 
+def test_a_longitude_counted_to_360_is_of_the_same_place() -> None:
+    assert len(merge_tables([table(), other(longitude_deg=253.52)])) == 5
+    assert len(merge_tables([table(longitude_deg=180.0), other(longitude_deg=-180.0)])) == 5
+
+
 def test_sigmas_of_some_files_only_are_dropped_and_said() -> None:
     merged = merge_tables([table(), other(sigma_deg=np.array([0.1, 0.2]))])
     assert merged.sigma_deg is None

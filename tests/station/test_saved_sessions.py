@@ -76,6 +76,7 @@ def test_the_two_day_one_has_two_days():
     ("setting", "what"),
     [
         (None, None),
+        ("site.longitude_deg=253.52", None),
         ("unit.ax1_centre_deg=10", "centre of the branch of axis 1"),
         ("site.latitude_deg=35.2", "latitude"),
     ],

@@ -41,6 +41,13 @@ def test_what_is_wrong_is_named(site, utc_s, words):
     assert words in check.explanation
 
 
+def test_a_longitude_counted_to_360_is_the_same_place():
+    told = msgspec.structs.replace(UNIT, site=Site(35.05, 253.52, 1830.0))
+    assert check_unit_settings(told, SITE, 0.0) == ()
+    wrong = check_unit_sun(told, SITE, NOW, shown_by(Site(35.05, 106.48), NOW), NOW)
+    assert "wrong sign" in wrong.explanation
+
+
 def test_settings_that_are_not_ours_are_said_with_their_size():
     told = msgspec.structs.replace(UNIT, site=Site(-35.05, -106.0))
     said = check_unit_settings(told, SITE, 3600.5)

@@ -14,7 +14,7 @@ from solarcal.decimals import Pair
 from solarcal.errors import InputFileError
 from solarcal.optics.offset_mirror import Heliostat
 from solarcal.session.records import Header, PointStatus
-from solarcal.site import Site
+from solarcal.site import Site, longitude_apart_deg
 from solarcal.timescale import parse_many_utc
 from solarcal.units import FloatArray
 
@@ -281,7 +281,10 @@ def _require_same_unit(first: PointTable, other: PointTable) -> None:
         ("latitude", first.latitude_deg, other.latitude_deg),
         ("longitude", first.longitude_deg, other.longitude_deg),
     ):
-        if here is not None and there is not None and abs(here - there) > SITE_TOLERANCE_DEG:
+        if here is None or there is None:
+            continue
+        # Latitudes are never so far apart that it matters.
+        if abs(longitude_apart_deg(here, there)) > SITE_TOLERANCE_DEG:
             raise InputFileError(
                 f"{name(other)} is of another {what} than {name(first)} ({there:g}, not "
                 f"{here:g} deg); only files of one unit in one place are merged"

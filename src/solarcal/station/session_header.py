@@ -12,7 +12,14 @@ from solarcal.mount.formula import Coefficients
 from solarcal.profiles import Profile
 from solarcal.session.points import SITE_TOLERANCE_DEG
 from solarcal.session.records import Header, UnitRecord
-from solarcal.site import BoltCircle, Inclinometer, Site, Weather, standard_pressure_hpa
+from solarcal.site import (
+    BoltCircle,
+    Inclinometer,
+    Site,
+    Weather,
+    longitude_apart_deg,
+    standard_pressure_hpa,
+)
 from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule
 from solarcal.timescale import format_utc
 from solarcal.unit.tracker import Tracker, UnitIdentity, UnitParameters, UnitSite
@@ -87,7 +94,8 @@ def refuse_another_unit(
         ("latitude", site.site.latitude_deg, ours.site.latitude_deg),
         ("longitude", site.site.longitude_deg, ours.site.longitude_deg),
     ):
-        if abs(here - there) > SITE_TOLERANCE_DEG:
+        # Latitudes are never so far apart that it matters.
+        if abs(longitude_apart_deg(here, there)) > SITE_TOLERANCE_DEG:
             raise ProcedureRefused(
                 f"{name} has been given another {what} ({here:g} deg) than it had in this "
                 f"session ({there:g} deg); set it back, or calibrate again"

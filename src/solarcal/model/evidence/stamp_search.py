@@ -14,7 +14,7 @@ from solarcal.model.finding import Kind
 from solarcal.model.sky_context import Ideal, SkyContext
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry
 from solarcal.session.points import PointTable
-from solarcal.site import Site
+from solarcal.site import Site, longitude_apart_deg
 from solarcal.sun.ephemeris import SiteEphemeris
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY
@@ -190,7 +190,7 @@ class StampSearch:
         longitudes = np.arange(-180.0, 181.0)
         squares = self._squares(_Change(longitude_deg=longitudes[:, np.newaxis]))
         longitude = self._best(lambda x: _Change(longitude_deg=x), longitudes, squares)
-        off = self.site.longitude_deg - longitude
+        off = longitude_apart_deg(self.site.longitude_deg, longitude)
         yield self._explained(
             _Change(longitude_deg=longitude), "site",
             f"the longitude is {off:+.3f} deg off ({self.site.longitude_deg:.4f}, the angles are "

@@ -18,7 +18,7 @@ from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.geometry import MountGeometry, Value
 from solarcal.session.records import PointRecord
 from solarcal.session.view import SessionView
-from solarcal.site import Site
+from solarcal.site import Site, longitude_apart_deg
 from solarcal.timescale import SECONDS_PER_DAY, SECONDS_PER_SUN_DEG, parse_many_utc
 from solarcal.unit.tracker import UnitSite
 from solarcal.units import Angles
@@ -81,7 +81,7 @@ def _hypotheses(
     )
     yield (
         "it takes the longitude with the wrong sign (east for west)",
-        moved(told.latitude_deg, -told.longitude_deg),
+        moved(told.latitude_deg, longitude_apart_deg(0.0, told.longitude_deg)),
         utc_s,
     )
     yield "it uses our site, not the one it reports", ours, utc_s
@@ -130,7 +130,7 @@ def check_unit_settings(
         said.append(
             f"the unit's latitude is {told.latitude_deg:.4f}, ours {ours.latitude_deg:.4f}: {word}"
         )
-    if abs(told.longitude_deg - ours.longitude_deg) > 0.005:
+    if abs(longitude_apart_deg(told.longitude_deg, ours.longitude_deg)) > 0.005:
         said.append(
             f"the unit's longitude is {told.longitude_deg:.4f}, ours {ours.longitude_deg:.4f} "
             "(positive east)"
