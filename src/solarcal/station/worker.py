@@ -126,19 +126,14 @@ class StationWorker:
     def _on_state(self, state: StationState) -> None:
         self._post(StateChanged(state))
 
-    def _stop_now(self) -> None:
+    def _stop_now(self, *, again: bool = False) -> None:
         try:
             self.station.stop()
         except SolarcalError as error:
             self._post(StepFailed(Stopped, error))
         else:
-            self._post(Stopped(None))
-
-    def _stop_again(self) -> None:
-        try:
-            self.station.stop()
-        except SolarcalError as error:
-            self._post(StepFailed(Stopped, error))
+            if not again:
+                self._post(Stopped(None))
 
     def _run(self) -> None:
         pause_s = FIRST_RETRY_S
@@ -169,7 +164,7 @@ class StationWorker:
         self._perform(kind, submitted.step)
         if submitted.stops not in (None, self._stops):
             # The two may have passed each other on the line: STOP has the last word.
-            self._stop_again()
+            self._stop_now(again=True)
 
     def _perform(
         self, kind: Kind, step: Callable[["Station"], Any], *, quiet: bool = False

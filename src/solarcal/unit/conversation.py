@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import msgspec
 
-from solarcal.errors import LinkError, ProcedureRefused, ProtocolError, UnitRefused
+from solarcal.errors import LinkError, ProtocolError, UnitRefused
 from solarcal.unit.frames import (
     SEQUENCE_NUMBERS,
     Code,
@@ -23,6 +23,7 @@ from solarcal.unit.frames import (
     encode_request,
 )
 from solarcal.unit.link import Link
+from solarcal.unit.rotator import StopGuard
 
 FRAMES_REMEMBERED = 100
 
@@ -72,8 +73,7 @@ class Conversation:
         self._someone_reads = False
         self._understood = False
         self._echoes = False
-        self._sending = threading.Lock()
-        self._stops = 0
+        self._guard = StopGuard()
         self.recent: deque[str] = deque(maxlen=FRAMES_REMEMBERED)
         """The last frames as they went over the line, their own ``>`` and ``<`` in front."""
 
@@ -99,7 +99,7 @@ class Conversation:
         the request: one that was waiting, or was lost on the way, must not set the axes moving
         after a STOP.
         """
-        stops = self._stops if moves else None
+        stops = self._guard.stops if moves else None
         with self.turn:
             try:
                 return self._ask(verb, arguments, stops=stops)
@@ -190,15 +190,8 @@ class Conversation:
             self._send(frame, waiting.request, stops, False)
 
     def _send(self, frame: bytes, request: Request, stops: int | None, interrupts: bool) -> None:
-        # One lock over the look and the write: no command slips out behind a STOP it did not see.
-        with self._sending:
-            if interrupts:
-                self._stops += 1
-            elif stops is not None and stops != self._stops:
-                raise ProcedureRefused(
-                    f"{request.text} was given up: the unit was stopped or stowed meanwhile; "
-                    "set its mode again before moving it"
-                )
+        given_up = f"{request.text} was given up: the unit was stopped or stowed"
+        with self._guard.sending(stops, interrupts=interrupts, given_up=given_up):
             self.recent.append(_readable(frame))
             try:
                 self._link.write(frame)

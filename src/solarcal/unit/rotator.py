@@ -8,18 +8,22 @@ uncorrected.
 
 import contextlib
 import threading
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Callable, Iterator
 from typing import Protocol
 
 import msgspec
 
 from solarcal.errors import ProcedureRefused
 from solarcal.mount.limits import AxisLimits
+from solarcal.unit.link import Link
 
 Direction = tuple[float, float]
 
 READ_OUT_DEG = 0.01
 """The last digit of most read-outs."""
+
+LINES_REMEMBERED = 100
 
 
 class RotatorIdentity(msgspec.Struct, frozen=True):
@@ -38,27 +42,54 @@ class StopGuard:
 
     def __init__(self) -> None:
         self.stops = 0
-        """How often the rotator was stopped or parked."""
+        """How often the unit was stopped, stowed or parked."""
         self._lock = threading.Lock()
 
     @contextlib.contextmanager
-    def sending(self, stops: int | None = None, *, interrupts: bool = False) -> Iterator[None]:
+    def sending(
+        self,
+        stops: int | None = None,
+        *,
+        interrupts: bool = False,
+        given_up: str = "the motion was given up: the rotator was stopped or parked",
+    ) -> Iterator[None]:
         """One lock over the look and the write; ``stops`` as of ``go_to``.
 
         Raises
         ------
         ProcedureRefused
-            The rotator was stopped since.
+            It was stopped since: ``given_up``.
         """
         with self._lock:
             if interrupts:
                 self.stops += 1
             elif stops is not None and stops != self.stops:
-                raise ProcedureRefused(
-                    "the motion was given up: the rotator was stopped or parked meanwhile; set "
-                    "its mode again before moving it"
-                )
+                raise ProcedureRefused(f"{given_up} meanwhile; set its mode again before moving it")
             yield
+
+
+class RotatorOnALine:
+    """What the drivers of a rotator's text line share.
+
+    Parameters
+    ----------
+    link_factory : opens the line; called by every ``open``.
+    where : what messages call it: port or address.
+    """
+
+    def __init__(self, link_factory: Callable[[], Link], where: str) -> None:
+        self.where = where
+        self._link_factory = link_factory
+        self._link: Link | None = None
+        self._turn = threading.RLock()
+        self._guard = StopGuard()
+        self._recent: deque[str] = deque(maxlen=LINES_REMEMBERED)
+
+    def stops(self) -> int:
+        return self._guard.stops
+
+    def recent_traffic(self) -> tuple[str, ...]:
+        return tuple(self._recent.copy())
 
 
 class Rotator(Protocol):

@@ -11,15 +11,12 @@ C. Jackson (G7UPN), EasyComm II, in Hamlib, rotators/easycomm/easycomm.txt.
 """
 
 import re
-import threading
 import time
-from collections import deque
-from collections.abc import Callable
 
 from solarcal.errors import LinkError, ProtocolError
 from solarcal.mount.limits import AxisLimits
 from solarcal.unit.link import Link
-from solarcal.unit.rotator import Direction, RotatorIdentity, StopGuard
+from solarcal.unit.rotator import Direction, RotatorIdentity, RotatorOnALine
 
 ANSWER_S = 1.0
 """Firmware answers within some milliseconds; a reply takes 20 ms at 9600 baud."""
@@ -40,7 +37,6 @@ Damage to one digit that is smaller than this shows as an axis that moves, and m
 """
 
 MOST_DECIMALS = 4
-LINES_REMEMBERED = 100
 
 AZIMUTH = AxisLimits(0.0, 360.0)
 ELEVATION = AxisLimits(0.0, 180.0)
@@ -50,26 +46,11 @@ _POSITION = re.compile(r"(AZ|EL)([-+]?[0-9]{1,3}(?:\.([0-9]{1,6}))?)")
 _VERSION = re.compile(r"VE(\S{1,40})")
 
 
-class EasyCommRotator:
-    """A ``Rotator`` on an EasyComm II line.
+class EasyCommRotator(RotatorOnALine):
+    """A ``Rotator`` on an EasyComm II line."""
 
-    Parameters
-    ----------
-    link_factory : callable
-        Opens the line; called by every ``open``.
-    where : str
-        What messages call it: the port.
-    """
-
-    def __init__(self, link_factory: Callable[[], Link], where: str) -> None:
-        self.where = where
-        self._link_factory = link_factory
-        self._link: Link | None = None
-        self._turn = threading.RLock()
-        self._guard = StopGuard()
-        self._decimals = 1
-        self._last: Direction | None = None
-        self._recent: deque[str] = deque(maxlen=LINES_REMEMBERED)
+    _decimals = 1
+    _last: Direction | None = None
 
     # -- the line ------------------------------------------------------------------------------
 
@@ -94,9 +75,6 @@ class EasyCommRotator:
         if link is not None:
             link.close()
 
-    def recent_traffic(self) -> tuple[str, ...]:
-        return tuple(self._recent.copy())
-
     # -- what a rotator does -------------------------------------------------------------------
 
     def position_deg(self) -> Direction:
@@ -115,9 +93,6 @@ class EasyCommRotator:
                 found = again
             self._last = found
             return found
-
-    def stops(self) -> int:
-        return self._guard.stops
 
     def go_to(self, azimuth_deg: float, elevation_deg: float, stops: int) -> None:
         places = self._decimals

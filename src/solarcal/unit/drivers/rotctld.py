@@ -14,7 +14,7 @@ from collections.abc import Callable
 from solarcal.errors import ConfigurationError, LinkError, ProtocolError, UnitRefused
 from solarcal.unit.drivers import rotctld_replies as replies
 from solarcal.unit.link import Link
-from solarcal.unit.rotator import Direction, RotatorIdentity, StopGuard
+from solarcal.unit.rotator import Direction, RotatorIdentity, RotatorOnALine
 
 DEFAULT_PORT = 4533
 
@@ -23,8 +23,6 @@ ANSWER_S = 5.0
 
 LINES_KEPT = 400
 """``dump_caps`` arrives at once; more than a line's usual share of unread ones."""
-
-LINES_REMEMBERED = 100
 
 CANNOT = (-4, -11)
 """Hamlib's numbers for what a rotator has no command for."""
@@ -60,28 +58,15 @@ class _Waiting:
         self.done = False
 
 
-class RotctldRotator:
-    """A ``Rotator`` behind rotctld.
-
-    Parameters
-    ----------
-    link_factory : callable
-        Opens the connection; called by every ``open``.
-    where : str
-        What messages call it: the address.
-    """
+class RotctldRotator(RotatorOnALine):
+    """A ``Rotator`` behind rotctld."""
 
     def __init__(self, link_factory: Callable[[], Link], where: str) -> None:
-        self.where = where
-        self._link_factory = link_factory
-        self._link: Link | None = None
+        super().__init__(link_factory, where)
         self._broken = f"the line to {where} is not open; connect first"
-        self._turn = threading.RLock()
         self._state = threading.Condition()
         self._waiting: deque[_Waiting] = deque()
         self._someone_reads = False
-        self._guard = StopGuard()
-        self._recent: deque[str] = deque(maxlen=LINES_REMEMBERED)
 
     # -- the line ------------------------------------------------------------------------------
 
@@ -102,17 +87,10 @@ class RotctldRotator:
     def close(self) -> None:
         self._give_up(f"the line to {self.where} is closed")
 
-    def recent_traffic(self) -> tuple[str, ...]:
-        """The last lines both ways."""
-        return tuple(self._recent.copy())
-
     # -- what it is asked and told -------------------------------------------------------------
 
     def position_deg(self) -> Direction:
         return replies.position(self._ask("get_pos"), self.where)
-
-    def stops(self) -> int:
-        return self._guard.stops
 
     def go_to(self, azimuth_deg: float, elevation_deg: float, stops: int) -> None:
         self._ask("set_pos", azimuth_deg, elevation_deg, stops=stops)
