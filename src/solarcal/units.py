@@ -34,3 +34,8 @@ def format_degrees(angle_deg: float, decimals: int = 3) -> str:
     """A signed angle for a table, without a negative zero."""
     text = f"{angle_deg:+.{decimals}f}"
     return text if float(text) else text.replace("-", "+")
+
+
+def rms(values: FloatArray) -> float:
+    """Root mean square of all values; there must be one."""
+    return float(np.sqrt(np.mean(values**2)))

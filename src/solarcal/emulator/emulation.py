@@ -25,7 +25,7 @@ from solarcal.sun.position import require_supported_times
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.unit.frames import LineBuffer
 from solarcal.unit.tracker import EmulatedSky, Spot, Truth, UnitIdentity
-from solarcal.units import FloatArray, wrap_deg
+from solarcal.units import FloatArray, rms, wrap_deg
 
 MODEL = "SOLARTRAK-EMU"
 FIRMWARE = "1.0"
@@ -288,4 +288,4 @@ def told_truth(world: World, true_error: TrueError, now_s: float) -> Truth:
 
 
 def _rms(errors_deg: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
-    return float(np.sqrt(np.mean(errors_deg**2))) if errors_deg.size else 0.0
+    return rms(errors_deg) if errors_deg.size else 0.0

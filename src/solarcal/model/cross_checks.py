@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from solarcal.model.mechanism_solution import OUTLIER_PROBABILITY, MechanismSolution
 from solarcal.mount.mechanism import Mechanism
-from solarcal.units import FloatArray
+from solarcal.units import FloatArray, rms
 
 LAST_POINTS = 2
 ORDER_LEVEL = 0.01
@@ -79,10 +79,10 @@ def cross_check(solution: MechanismSolution) -> CrossChecks:
     used = order[good[order]]
     return CrossChecks(
         left_out_deg=left_out,
-        left_out_rms_deg=_rms(left_out[good]) if good.sum() > 1 else None,
+        left_out_rms_deg=rms(left_out[good]) if good.sum() > 1 else None,
         order_probability=_order_probability(rows, weights, covariance, sky, used),
         order_limit=order_limit(max(len(used), FEWEST_FOR_ORDER)),
-        residual_rms_deg=_rms(np.hypot(*sky[good].T)) if good.any() else 0.0,
+        residual_rms_deg=rms(np.hypot(*sky[good].T)) if good.any() else 0.0,
         last_moved_deg=_last_moved(solution, rows, weights, normal, sky, used, unit),
     )
 
@@ -217,8 +217,4 @@ def _last_moved(
     # At the solution all pulls cancel, so leaving these out moves it by minus their own.
     moved = np.linalg.solve(without + 1e-9 * np.eye(6), -pull) * unit
     change = np.einsum("k,kag->ag", moved, solution.year.sky_slopes)
-    return _rms(np.hypot(change[0], change[1]))
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
+    return rms(np.hypot(change[0], change[1]))

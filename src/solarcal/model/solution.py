@@ -23,7 +23,7 @@ from solarcal.model.terms import (
 from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import Limits
-from solarcal.units import RAD_PER_DEG, FloatArray
+from solarcal.units import RAD_PER_DEG, FloatArray, rms
 
 
 # No slots: cached properties live in the instance's dictionary. What a fit is asked for every
@@ -151,15 +151,15 @@ class Solution:
 
     @property
     def axis1_rms_deg(self) -> float:
-        return _rms(self.residual1_deg)
+        return rms(self.residual1_deg)
 
     @property
     def axis2_rms_deg(self) -> float:
-        return _rms(self.residual2_deg)
+        return rms(self.residual2_deg)
 
     @property
     def sky_rms_deg(self) -> float:
-        return _rms(self.sky_deg)
+        return rms(self.sky_deg)
 
     @property
     def sky_max_deg(self) -> float:
@@ -313,7 +313,3 @@ class Solution:
             "inseparable": list(self.inseparable),
             "sigma_source": self.sigma_source,
         }
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from solarcal.errors import InputFileError
 from solarcal.input_files import read_bytes
-from solarcal.units import FloatArray
+from solarcal.units import FloatArray, rms
 
 Mask = NDArray[np.bool_]
 
@@ -170,7 +170,7 @@ def _fitted_circle(image: FloatArray, body: Mask, level: float, name: str) -> Di
         if kept.all() or kept.sum() < _FEWEST_EDGES:
             break
         x, y = x[kept], y[kept]
-    scatter = float(np.sqrt(np.mean(off**2)))
+    scatter = rms(off)
     if scatter > 0.2 * radius:
         raise InputFileError(
             f"{name} is no disc: its edge scatters by {scatter:.1f} pixels about a radius of "

@@ -16,7 +16,7 @@ from solarcal.model.terms import NativeAngles, design_matrix
 from solarcal.session.interchange import FillIn, is_paint, read_paint
 from solarcal.session.interchange.paint import beam_residuals_mrad
 from solarcal.session.interchange.tpoint_model import TpointModel, write_tpoint_model
-from solarcal.units import ARCSEC_PER_DEG, RAD_PER_DEG, FloatArray
+from solarcal.units import ARCSEC_PER_DEG, RAD_PER_DEG, FloatArray, rms
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ def compare_model(solution: Solution, model: TpointModel) -> ModelComparison:
     return ModelComparison(
         caption=model.caption,
         rows=rows,
-        sky_rms_deg=float(np.sqrt(np.mean(sky**2))),
+        sky_rms_deg=rms(sky),
         sky_max_deg=float(sky.max()),
         published_sky_rms_arcsec=model.sky_rms_arcsec,
     )
@@ -145,15 +145,15 @@ class BeamResiduals:
 
     def as_json(self) -> dict[str, Any]:
         return {
-            "rms_before_mrad": _rms(self.before_mrad),
-            "rms_mrad": _rms(self.after_mrad),
+            "rms_before_mrad": rms(self.before_mrad),
+            "rms_mrad": rms(self.after_mrad),
             "max_mrad": float(self.after_mrad.max()),
         }
 
     def sentence(self) -> str:
         return (
-            f"beam beside the spot, as seen from the mirror: rms {_rms(self.after_mrad):.3f} mrad, "
-            f"largest {self.after_mrad.max():.3f} (before the fit rms {_rms(self.before_mrad):.3f})"
+            f"beam beside the spot, as seen from the mirror: rms {rms(self.after_mrad):.3f} mrad, "
+            f"largest {self.after_mrad.max():.3f} (before the fit rms {rms(self.before_mrad):.3f})"
         )
 
 
@@ -174,7 +174,3 @@ def beam_residuals(
         beam_residuals_mrad(shots, *before),
         beam_residuals_mrad(shots, solution.residual1_deg, solution.residual2_deg),
     )
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -11,6 +11,7 @@ from solarcal.model.forecast import Forecast
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import CheckRecord, UploadRecord
 from solarcal.session.view import SessionView
+from solarcal.units import rms
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +70,7 @@ def sign_off(views: Sequence[SessionView], tolerance_deg: float) -> SignOff:
         reason,
         uploads,
         checks,
-        float(np.sqrt(np.mean(left**2))) if left.size else None,
+        rms(left) if left.size else None,
         float(left.max()) if left.size else None,
     )
 

@@ -13,7 +13,7 @@ from solarcal.sun.appendix_a import printed_sun
 from solarcal.sun.noaa import noaa_sun
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY, format_utc, parse_utc
-from solarcal.units import RAD_PER_DEG, Angles, FloatArray, wrap_deg
+from solarcal.units import RAD_PER_DEG, Angles, FloatArray, rms, wrap_deg
 
 SUN_MODELS = ("solartrak", "solartrak+", "noaa", "precise")
 
@@ -238,7 +238,7 @@ class ModelDifference:
         found = {"positions": float(len(self.utc_s))}
         for name, values in columns.items():
             found[f"{name}_worst_deg"] = float(np.abs(values).max())
-            found[f"{name}_rms_deg"] = float(np.sqrt(np.mean(values**2)))
+            found[f"{name}_rms_deg"] = rms(values)
         return found
 
     def by_year(self) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -15,7 +15,7 @@ from solarcal.sun import apparent_zenith_deg
 from solarcal.sun.appendix_a import horizontal_deg
 from solarcal.two_mirror.mirrors import EulerBase, direction, rotation_x, rotation_y, rotation_z
 from solarcal.two_mirror.scenario import Sky
-from solarcal.units import RAD_PER_DEG, FloatArray, wrap_deg
+from solarcal.units import RAD_PER_DEG, FloatArray, rms, wrap_deg
 
 FEWEST_POSITIONS = 3
 LEAST_SPREAD_DEG = 2.0
@@ -88,7 +88,7 @@ class BaseSolution:
 
     @property
     def sky_rms_deg(self) -> float:
-        return float(np.sqrt(np.mean(self.sky_deg**2)))
+        return rms(self.sky_deg)
 
     @property
     def sky_max_deg(self) -> float:

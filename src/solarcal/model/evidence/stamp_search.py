@@ -18,7 +18,7 @@ from solarcal.site import Site, longitude_apart_deg
 from solarcal.sun.ephemeris import SiteEphemeris
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY
-from solarcal.units import FloatArray
+from solarcal.units import FloatArray, rms
 
 AS_GOOD_DEG = 0.003
 """Two explanations that leave less than this are equally good."""
@@ -57,7 +57,7 @@ class Explanation:
 
     @property
     def rms_deg(self) -> float:
-        return float(np.sqrt(np.mean(self.left_deg**2)))
+        return rms(self.left_deg)
 
 
 KIND_WORDS = {

@@ -21,7 +21,7 @@ from solarcal.input_files import read_text
 from solarcal.session.interchange.csv_head import UnitFillIn, complete_head
 from solarcal.session.interchange.csv_points import TAB, Sheet, read_sheet
 from solarcal.session.points import PointTable
-from solarcal.units import RAD_PER_DEG, FloatArray, wrap_deg
+from solarcal.units import RAD_PER_DEG, FloatArray, rms, wrap_deg
 
 Offsets = Literal["plain", "on-sky"]
 
@@ -172,14 +172,14 @@ def _fitting_kind(
     terms = np.column_stack(
         (np.cos(e), np.ones_like(e), np.sin(e), np.sin(a) * np.sin(e), np.cos(a) * np.sin(e))
     )
-    rms = {}
+    fit_deg = {}
     for kind, cross in (("plain", off * np.cos(e)), ("on-sky", off)):
         left = cross - terms @ np.linalg.lstsq(terms, cross, rcond=None)[0]
-        rms[kind] = float(np.sqrt(np.mean(left**2)))
-    better: Offsets = "plain" if rms["plain"] < rms["on-sky"] else "on-sky"
+        fit_deg[kind] = rms(left)
+    better: Offsets = "plain" if fit_deg["plain"] < fit_deg["on-sky"] else "on-sky"
     worse = "on-sky" if better == "plain" else "plain"
-    if rms[worse] < _CLEARLY * rms[better] or rms[worse] < 1e-6:
+    if fit_deg[worse] < _CLEARLY * fit_deg[better] or fit_deg[worse] < 1e-6:
         return None
     return better, (
-        f"which fits a mount to {rms[better]:.4f} deg, the other reading to {rms[worse]:.4f}"
+        f"which fits a mount to {fit_deg[better]:.4f} deg, the other reading to {fit_deg[worse]:.4f}"
     )
