@@ -172,14 +172,14 @@ def _fitting_kind(
     terms = np.column_stack(
         (np.cos(e), np.ones_like(e), np.sin(e), np.sin(a) * np.sin(e), np.cos(a) * np.sin(e))
     )
-    fit_deg = {}
+    spread = {}
     for kind, cross in (("plain", off * np.cos(e)), ("on-sky", off)):
         left = cross - terms @ np.linalg.lstsq(terms, cross, rcond=None)[0]
-        fit_deg[kind] = rms(left)
-    better: Offsets = "plain" if fit_deg["plain"] < fit_deg["on-sky"] else "on-sky"
+        spread[kind] = rms(left)
+    better: Offsets = "plain" if spread["plain"] < spread["on-sky"] else "on-sky"
     worse = "on-sky" if better == "plain" else "plain"
-    if fit_deg[worse] < _CLEARLY * fit_deg[better] or fit_deg[worse] < 1e-6:
+    if spread[worse] < _CLEARLY * spread[better] or spread[worse] < 1e-6:
         return None
     return better, (
-        f"which fits a mount to {fit_deg[better]:.4f} deg, the other reading to {fit_deg[worse]:.4f}"
+        f"which fits a mount to {spread[better]:.4f} deg, the other reading to {spread[worse]:.4f}"
     )
