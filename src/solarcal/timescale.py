@@ -76,6 +76,12 @@ def time_of_day(utc_s: float) -> str:
     return format_utc(utc_s, 0)[11:16]
 
 
+def clock_face(seconds: float) -> str:
+    """HH:MM:SS of whole seconds of a day."""
+    whole = int(seconds) % 86400
+    return f"{whole // 3600:02d}:{whole // 60 % 60:02d}:{whole % 60:02d}"
+
+
 def clock_utc(utc_s: float) -> str:
     """The time of day: ``15:30 UTC``."""
     return f"{time_of_day(utc_s)} UTC"

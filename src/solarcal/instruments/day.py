@@ -8,7 +8,7 @@ import numpy as np
 
 from solarcal.instruments.form import Answer, Drawing, Form, paragraph
 from solarcal.instruments.mount_and_collector import asked_mount
-from solarcal.instruments.sun import clock_face, iso, moon_not_usable, moon_phase
+from solarcal.instruments.sun import iso, moon_not_usable, moon_phase, solar_clock
 from solarcal.mount.reach import AxisPath, axis_path, reach_of_day
 from solarcal.report.blocks import columns, number
 from solarcal.report.instrument_plots import Curve, curve_plot
@@ -59,7 +59,7 @@ def day(form: Form) -> Answer:
         "transit_elevation_deg": events.transit_elevation_deg,
         "daylight_h": events.daylight_s / 3600.0,
         "polar": events.polar,
-        "solar_time": clock_face(now.solar_time_h),
+        "solar_time": solar_clock(now.solar_time_h),
         "equation_of_time_min": now.equation_of_time_min,
     }
     lines = _event_lines(document, events)
@@ -120,7 +120,7 @@ def _sun_rows(path: AxisPath, site: Site, dut1_s: float) -> list[dict[str, Any]]
     return _rows(
         {
             "utc": map(format_utc, path.utc_s.tolist()),
-            "solar_time": map(clock_face, sun.solar_time_h.tolist()),
+            "solar_time": map(solar_clock, sun.solar_time_h.tolist()),
             "azimuth_deg": path.azimuth_deg.tolist(),
             "elevation_deg": path.elevation_deg.tolist(),
             "ax1_deg": path.ax1_deg.tolist(),

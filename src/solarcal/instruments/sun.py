@@ -13,16 +13,15 @@ from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun import SunPosition, sun_position
 from solarcal.sun.moon import BRIGHT_ENOUGH, HIGH_ENOUGH_DEG, MoonPosition, moon_position
 from solarcal.sun.position import compare_models
-from solarcal.timescale import format_utc
+from solarcal.timescale import clock_face, format_utc
 from solarcal.units import Angles
 
 _DRAWN = 97
 
 
-def clock_face(hours: float) -> str:
+def solar_clock(hours: float) -> str:
     """HH:MM:SS of [0, 24) hours, rounded to the second."""
-    seconds = round(hours * 3600.0) % 86400
-    return f"{seconds // 3600:02d}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"
+    return clock_face(round(hours * 3600.0))
 
 
 def iso(at_s: float | None) -> str | None:
@@ -60,7 +59,7 @@ def sun(form: Form) -> Answer:
     weather = Weather(pressure, form.number("temperature"))
     now = sun_position(model, utc_s, site, dut1_s=dut1_s, refraction=refraction, weather=weather)
     ax1_deg, ax2_deg = mount.axes_from_horizontal(now.azimuth_deg, now.zenith_deg)
-    solar_time = clock_face(now.solar_time_h)
+    solar_time = solar_clock(now.solar_time_h)
     document = {
         "utc": format_utc(now.utc_s),
         "model": model,

@@ -12,7 +12,7 @@ from solarcal.mount.formula import Offsets
 from solarcal.station.typed.controller_model import TypedControllerModel
 from solarcal.station.typed.forms import Doubt, decimals, number, plain_text, time_of_day_s
 from solarcal.station.typed.typo_hints import Fit, difference_named, reading_doubts
-from solarcal.timescale import SECONDS_PER_SUN_DEG
+from solarcal.timescale import SECONDS_PER_SUN_DEG, clock_face
 from solarcal.units import wrap_deg
 
 READ_LAG_S = 15.0
@@ -130,8 +130,7 @@ def _moment_doubts(held: TypedControllerModel, texts: Texts, read_utc_s: float) 
     off_s = held.clock_off_s(shown_s, read_utc_s)
     if abs(off_s) <= WRONG_MOMENT_S:
         return []
-    day_s = held.unit_day_s(read_utc_s)
-    should = f"{int(day_s) // 3600:02d}:{int(day_s) // 60 % 60:02d}:{int(day_s) % 60:02d}"
+    should = clock_face(held.unit_day_s(read_utc_s))
     return [
         Doubt(
             f"The unit's clock was typed {texts['time']}, but as you typed it must have shown "

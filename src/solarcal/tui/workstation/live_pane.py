@@ -6,7 +6,7 @@ from solarcal.session.records import Header
 from solarcal.station.question_evidence import ago_text
 from solarcal.station.state import LiveView, SessionView, StationState
 from solarcal.station.sun_path import SunNow, sun_now
-from solarcal.timescale import format_utc
+from solarcal.timescale import clock_face, format_utc
 from solarcal.tui.widgets.text_lines import TextLines
 from solarcal.unit.tracker import Status
 from solarcal.units import format_degrees
@@ -32,12 +32,6 @@ def phase_bar(phase: float, width: int) -> str:
 
 Part = str | tuple[str, str]
 COLUMN = 17
-
-
-def clock_text(seconds: float) -> str:
-    """HH:MM:SS of seconds of a day."""
-    whole = int(seconds) % 86400
-    return f"{whole // 3600:02d}:{whole // 60 % 60:02d}:{whole % 60:02d}"
 
 
 class LivePane(TextLines):
@@ -80,7 +74,7 @@ def _clocks(header: Header, live: LiveView, sun: SunNow | None) -> list[list[Par
         return [["UTC     -"], ["Local   -"]]
     utc = format_utc(live.laptop_utc_s, 0)
     local = format_utc(live.laptop_utc_s - 3600.0 * header.unit.zone_west_h, 0)[11:19]
-    solar = clock_text(sun.solar_time_h * 3600.0) if sun is not None else "-"
+    solar = clock_face(sun.solar_time_h * 3600.0) if sun is not None else "-"
     difference: list[Part] = []
     if live.unit_minus_laptop_s is not None:
         seconds = round(live.unit_minus_laptop_s, 1) + 0.0  # no negative zero
