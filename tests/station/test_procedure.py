@@ -220,6 +220,8 @@ def test_a_unit_that_was_set_up_again_while_the_line_was_lost_is_refused(bench, 
     with pytest.raises(ProcedureRefused, match=f"another {what}"):
         b.station.reconnect()
     assert b.station.state.live.link is LinkState.LOST
+    # Why it is still lost is what the screens show.
+    assert f"another {what}" in b.station.state.live.link_message
     with pytest.raises(LinkError, match="not open"):
         b.station.tracker.status()
     b.station.tracker = ours

@@ -81,3 +81,14 @@ def test_steps_that_wait_while_the_line_is_lost_are_refused_and_the_line_is_open
     for refused in (second, third):
         assert str(refused.error) == "question: not done, the link is down"
     assert done == []
+
+
+def test_a_step_asked_for_while_the_line_is_lost_is_refused_at_once():
+    station, _ = emulated_station()
+    posted = queue.Queue()
+    worker = StationWorker(station, posted.put)
+    station.link_lost(LinkError("the line is cut"))
+    worker.submit(Asked, lambda _: 7)
+    (refused,) = answers(posted, 1)
+    assert str(refused.error) == "question: not done, the link is down"
+    assert not worker.busy

@@ -427,3 +427,17 @@ async def test_time_passes_as_before_after_dialogs_that_follow_one_another() -> 
         assert app.emulated_speed == 1.0
         await pilot.press("escape")
         await until(pilot, lambda: app.emulated_speed == 60.0)
+
+
+@on_loop
+async def test_nothing_is_said_to_run_that_was_asked_for_on_a_lost_line() -> None:
+    station, cable = bench()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f5")
+        await shows(pilot, "Watch both axes")
+        cable.pulled = True
+        await shows(pilot, "LINK LOST")
+        await pilot.press("enter")
+        await shows(pilot, "LINK LOST", "Start: drive to the switches")
+        await settled_text(pilot, 3)
+        assert "running" not in screen_words(app)

@@ -54,8 +54,13 @@ class StationCore(StationFile):
             link_message="",
         )
 
-    def _read_settings(self) -> None:
-        self.unit_site = self.tracker.site()
+    def _read_settings(self, again: UnitIdentity | None = None) -> None:
+        """Of a unit that is there ``again`` they must be those of the session."""
+        unit_site = self.tracker.site()
+        if again is not None and self._journal is not None:
+            parameters = self.tracker.parameters()
+            refuse_another_unit(self._journal.header, again, unit_site, parameters)
+        self.unit_site = unit_site
         self._recall_heliostat()
         self._in_force = self.tracker.stored().coefficients
 
@@ -104,10 +109,11 @@ class StationCore(StationFile):
         identity = self.tracker.open()
         try:
             self._refuse_another(identity)
-        except ProcedureRefused:
+            self._read_settings(identity)
+        except ProcedureRefused as refused:
             self.tracker.close()
+            self._live(link_message=str(refused))
             raise
-        self._read_settings()
         self._restored_utc_s = self.clock.utc_s()
         self._restored_serial = identity.serial
         if not self._flapping:
@@ -132,9 +138,6 @@ class StationCore(StationFile):
                 f"another unit answers: {identity.model} {identity.serial} instead of "
                 f"{before.model} {before.serial}; connect the right one or start a new session"
             )
-        if self._journal is not None:
-            site, parameters = self.tracker.site(), self.tracker.parameters()
-            refuse_another_unit(self._journal.header, identity, site, parameters)
 
     def _record(self, make: Callable[..., Recorded]) -> Recorded:
         with self._change:

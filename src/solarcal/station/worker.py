@@ -80,8 +80,12 @@ class StationWorker:
     ) -> None:
         """Run ``step`` after those submitted before it; a ``kind`` or ``StepFailed`` follows.
 
-        One that ``moves`` something is not begun when STOP is pressed while it waits.
+        One that ``moves`` something is not begun when STOP is pressed while it waits. While the
+        link is down none is.
         """
+        if self.station.state.live.link is LinkState.LOST:
+            self._refuse(kind)
+            return
         self._steps.put(_Submitted(kind, step, self._stops if moves else None))
 
     def submit_beside(self, kind: type[Done[Result]], step: Callable[["Station"], Result]) -> None:
@@ -222,5 +226,7 @@ class StationWorker:
             except queue.Empty:
                 return
             if dropped is not None:
-                down = LinkError(f"{dropped.kind.name}: not done, the link is down")
-                self._post(StepFailed(dropped.kind, down))
+                self._refuse(dropped.kind)
+
+    def _refuse(self, kind: Kind) -> None:
+        self._post(StepFailed(kind, LinkError(f"{kind.name}: not done, the link is down")))

@@ -304,8 +304,10 @@ class Dialog(StationModal[None]):
             self.say("STOPPED. Nothing moves until the next motion command.", "warning")
 
     def step_failed(self, failed: StepFailed) -> None:
-        # Of a lost line the state tells, once.
-        if not self._lost:
+        # Of a lost line the state tells.
+        if self._lost:
+            self._say_lost(self.workstation.state)
+        else:
             self.say(str(failed.error), "error")
         if failed.kind is not None and failed.kind in self.AGAIN:
             self.offer(*self.AGAIN[failed.kind])
