@@ -14,7 +14,8 @@ from faulty_bench import PersistentTechnician, faulty_line
 from soak.journal_writer import HEADER, note
 from solarcal.cli import run_command
 from solarcal.errors import LinkError, SessionFileError
-from solarcal.session.journal import Disk, Journal
+from solarcal.session.disk import Disk
+from solarcal.session.journal import Journal
 from solarcal.session.records import Closed, LinkLost, Note, PointRecord
 from solarcal.session.view import read_session
 from solarcal.station.state import Activity, LinkState

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-import solarcal.session.journal
+import solarcal.session.disk
 from solarcal.errors import SessionFileError
 
 POSIX_ONLY = ("pty", "tty", "termios")
@@ -92,10 +92,10 @@ def windows_disk(monkeypatch: pytest.MonkeyPatch):
         windows.setitem(sys.modules, "msvcrt", msvcrt)
         windows.setitem(sys.modules, "fcntl", None)
         windows.setattr(sys, "platform", "win32")
-        importlib.reload(solarcal.session.journal)
+        importlib.reload(solarcal.session.disk)
     # Its functions were chosen on loading; sys.platform is this system's own again.
-    yield solarcal.session.journal
-    importlib.reload(solarcal.session.journal)
+    yield solarcal.session.disk
+    importlib.reload(solarcal.session.disk)
 
 
 def test_windows_locks_far_beyond_the_session_and_names_the_conflict(windows_disk, tmp_path):

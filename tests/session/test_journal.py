@@ -12,7 +12,8 @@ import pytest
 from session_samples import HEADER, note, point
 
 from solarcal.errors import SessionFileError
-from solarcal.session.journal import Disk, Journal
+from solarcal.session.disk import Disk
+from solarcal.session.journal import Journal
 from solarcal.session.view import read_session
 
 WRITER = """

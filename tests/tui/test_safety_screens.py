@@ -13,7 +13,8 @@ from procedure_bench import (
 )
 from textual.widgets import Input
 
-from solarcal.session.journal import Disk, Journal
+from solarcal.session.disk import Disk
+from solarcal.session.journal import Journal
 from solarcal.session.records import Header
 from solarcal.station.news import NoteWritten
 from solarcal.station.state import LinkState

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Unpack
 
-from solarcal.errors import LinkError, ProcedureRefused, SessionFileError
+from solarcal.errors import LinkError, ProcedureRefused, SessionFileError, SolarcalError
 from solarcal.mount.formula import Coefficients
 from solarcal.session.journal import Journal
 from solarcal.session.records import Closed, InForce, LinkLost, LinkRestored, Restarted
@@ -201,13 +201,20 @@ class StationCore(StationFile):
         self._live(link=LinkState.CLOSED)
 
     def resume_session(self, journal: Journal) -> None:
-        """Go on with a session that was interrupted; the unit must be the same one."""
+        """Go on with a session that was interrupted; the unit must be the same one.
+
+        The file is let go of where it is refused.
+        """
         identity, unit_site = self._state.live.identity, self.unit_site
-        if identity is not None and unit_site is not None:
-            # First: a unit that is refused leaves nothing in the file.
-            refuse_another_unit(journal.header, identity, unit_site, self.tracker.parameters())
-        self._use(journal)
-        self.compare_in_force()
+        try:
+            if identity is not None and unit_site is not None:
+                # First: a unit that is refused leaves nothing in the file.
+                refuse_another_unit(journal.header, identity, unit_site, self.tracker.parameters())
+            self._use(journal)
+            self.compare_in_force()
+        except SolarcalError:
+            journal.close()
+            raise
 
     def compare_in_force(self) -> bool:
         """Whether the unit holds what was uploaded last; a change of the answer is recorded.

@@ -8,7 +8,7 @@ from typing import Unpack
 import msgspec
 
 from solarcal.decimals import Six
-from solarcal.errors import ConfigurationError, LinkError, ProcedureRefused, SolarcalError
+from solarcal.errors import ConfigurationError, LinkError, ProcedureRefused
 from solarcal.model.evidence.branches import branch_warning
 from solarcal.model.fit import Solution
 from solarcal.model.methods import DEFAULT_METHOD
@@ -172,15 +172,11 @@ def _taken_up(station: Station, path: Path) -> Journal:
         It is finished, or another unit answers.
     """
     journal = Journal.resume(path)
-    try:
-        if journal.records and isinstance(journal.records[-1], Closed):
-            raise ProcedureRefused(
-                f"{path} is finished ({journal.records[-1].reason}); begin a new session"
-            )
-        station.resume_session(journal)
-    except SolarcalError:
+    last = journal.records[-1] if journal.records else None
+    if isinstance(last, Closed):
         journal.close()
-        raise
+        raise ProcedureRefused(f"{path} is finished ({last.reason}); begin a new session")
+    station.resume_session(journal)
     return journal
 
 

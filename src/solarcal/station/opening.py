@@ -11,7 +11,7 @@ from pathlib import Path
 import msgspec
 
 from solarcal.config import Choice, file_stem, new_session_path
-from solarcal.errors import ProcedureRefused, SolarcalError
+from solarcal.errors import ProcedureRefused
 from solarcal.profiles import Profile
 from solarcal.session.journal import Journal
 from solarcal.session.records import Header
@@ -103,7 +103,8 @@ def open_line(
             _offer_unfinished(choice, identity, station.unit_site.geometry)
         create = _journal_creator(choice, output)
         if choice.session:
-            journal = _continue(station, Path(choice.session))
+            journal = Journal.resume(choice.session)
+            station.resume_session(journal)
         else:
             journal = station.open_session(create)
             if profile.inclinometer is not None and not emulated:
@@ -122,16 +123,6 @@ def _offer_unfinished(choice: Choice, identity: UnitIdentity, geometry: str) -> 
     ]
     if entries:
         raise UnfinishedSessions(f"{identity.model} {identity.serial}", entries, anew)
-
-
-def _continue(station: Station, path: Path) -> Journal:
-    journal = Journal.resume(path)
-    try:
-        station.resume_session(journal)
-    except SolarcalError:
-        journal.close()
-        raise
-    return journal
 
 
 def _journal_creator(choice: Choice, output: Path | None) -> CreateJournal:

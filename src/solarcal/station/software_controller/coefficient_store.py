@@ -14,7 +14,7 @@ import msgspec
 from solarcal.config import read_toml, units_dir, write_toml
 from solarcal.errors import ConfigurationError, ProcedureRefused, SessionFileError
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.session.journal import Disk
+from solarcal.session.disk import Disk
 
 
 class StoredCorrection(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
