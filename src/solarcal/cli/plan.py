@@ -19,8 +19,7 @@ from solarcal.timescale import SECONDS_PER_DAY, SystemClock, parse_utc
 _CLOCK = re.compile(r"([01]?[0-9]|2[0-3]):([0-5][0-9])")
 
 
-def add_forecast_arguments(parser: argparse.ArgumentParser) -> None:
-    add_judging_arguments(parser)
+add_forecast_arguments = add_judging_arguments
 
 
 def run_forecast(args: argparse.Namespace) -> int:

@@ -197,9 +197,7 @@ def plots() -> Check:
     )
 
 
-def add_doctor_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of the command."""
-    add_json_option(parser)
+add_doctor_arguments = add_ports_arguments = add_json_option
 
 
 def run_doctor(args: argparse.Namespace) -> int:
@@ -215,10 +213,6 @@ def run_doctor(args: argparse.Namespace) -> int:
                 print(f"{'':21} -> {check.remedy}")
         print(f"not ready: {', '.join(failed)}" if failed else "ready")
     return 1 if failed else 0
-
-
-def add_ports_arguments(parser: argparse.ArgumentParser) -> None:
-    add_json_option(parser)
 
 
 def run_ports(args: argparse.Namespace) -> int:

@@ -77,8 +77,11 @@ class PointSteps(StationCore):
         except ProcedureRefused as refusal:
             self.abort_attempt(str(refusal))
             raise
-        make = check_candidate if attempt.check else point_candidate
-        candidate = make(self.session, gathered, attempt.answers, self._in_force)
+        candidate: PointRecord | CheckRecord
+        if attempt.check:
+            candidate = check_candidate(self.session, gathered, attempt.answers)
+        else:
+            candidate = point_candidate(self.session, gathered, attempt.answers, self._in_force)
         try:
             demand_plausible(self.session, candidate)
         except ProcedureRefused as refusal:

@@ -242,9 +242,7 @@ def counts_since_last_point(
     return (expected[0], expected[1]), (found[0], found[1])
 
 
-def check_candidate(
-    session: SessionView, gathered: Gathered, answers: Answers, in_force: Coefficients
-) -> CheckRecord:
+def check_candidate(session: SessionView, gathered: Gathered, answers: Answers) -> CheckRecord:
     """The check point these readings make: what the uploaded coefficients leave, on the Sun.
 
     The axes were centred once more by a Set Sun Offset; whatever O that gave is what the formula
@@ -252,11 +250,9 @@ def check_candidate(
     """
     last = gathered.statuses[-1]
     basis, why = _standing(session, last, gathered.laptop_utc_s[-1])
-    ideal = basis.ideal_deg if basis else last.ideal_deg
-    offsets = basis.offsets if basis else last.offsets
-    left = (offsets.O1, offsets.O2)
-    sky = float(np.hypot(left[0] * np.sin(np.radians(ideal[1])), left[1]))
-    del in_force
+    stood: SunOffset | Status = last if basis is None else basis
+    left = (stood.offsets.O1, stood.offsets.O2)
+    sky = float(np.hypot(left[0] * np.sin(np.radians(stood.ideal_deg[1])), left[1]))
     return CheckRecord(
         seq=-1,
         utc="",
@@ -264,7 +260,7 @@ def check_candidate(
         answers=answers,
         reason=why,
         read_utc=basis.instant if basis else format_utc(gathered.laptop_utc_s[-1]),
-        ideal_deg=ideal,
+        ideal_deg=stood.ideal_deg,
         error_deg=left,
         sky_error_deg=round(sky, 5),
     )
