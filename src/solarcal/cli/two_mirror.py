@@ -10,7 +10,6 @@ Moon the unit is jogged: what it computes is the Sun.
 import argparse
 from collections.abc import Callable
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from solarcal.cli.calibrate import (
@@ -21,7 +20,12 @@ from solarcal.cli.calibrate import (
 )
 from solarcal.cli.instrument import add_options, answer, texts_of
 from solarcal.cli.process import add_json_option, print_json, say, terminal_size
-from solarcal.cli.unit_options import add_driver_options, asks_for_unit, journal_creator
+from solarcal.cli.unit_options import (
+    add_driver_options,
+    asks_for_unit,
+    journal_creator,
+    session_path,
+)
 from solarcal.decimals import counted, number_option, whole_option
 from solarcal.errors import ConfigurationError
 from solarcal.instruments.catalogue import BY_ID
@@ -295,7 +299,9 @@ def add_follow_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--every", type=number_option(0.0), default=30.0, metavar="MINUTES", help="(default 30)"
     )
-    parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="the session file")
+    parser.add_argument(
+        "-o", "--output", type=session_path, metavar="FILE", help="the session file"
+    )
 
 
 def follow(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:

@@ -68,9 +68,17 @@ def add_driver_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
+def session_path(text: str) -> Path:
+    """A session file to write: by another ending no command would read it as one."""
+    path = Path(text)
+    if path.suffix.lower() != ".jsonl":
+        raise argparse.ArgumentTypeError(f"{text}: a session file ends in .jsonl")
+    return path
+
+
 def add_output_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="FILE", help="the session file to write"
+        "-o", "--output", type=session_path, metavar="FILE", help="the session file to write"
     )
 
 
