@@ -17,7 +17,7 @@ import numpy as np
 
 from solarcal.errors import ConfigurationError
 from solarcal.mount.drive import DEAD_POINT_MARGIN_DEG, ScrewjackDrive, jack_length
-from solarcal.units import RAD_PER_DEG, FloatArray
+from solarcal.units import RAD_PER_DEG, FloatArray, rms
 
 CONSISTENT_DEG = 0.5
 """Betas of one screwjack that lie further apart are not of these lengths, whatever the tape."""
@@ -215,17 +215,17 @@ def _explanations(
     for name in ("R1", "R2"):
         measured_length = getattr(jack, name)
 
-        def rms(change: float, name: str = name, base: float = measured_length) -> float:
+        def left(change: float, name: str = name, base: float = measured_length) -> float:
             try:
                 changed = msgspec.structs.replace(jack, **{name: base + change})
                 own = [changed.with_beta_from(*one).beta_deg for one in observations]
                 _, residuals = _fitted(changed, observations, float(np.mean(own)))
             except ConfigurationError:
                 return 1e3 * base
-            return math.sqrt(float(residuals @ residuals) / len(residuals))
+            return rms(residuals)
 
         best = minimize_scalar(
-            rms, bounds=(-0.2 * measured_length, 0.2 * measured_length), method="bounded",
+            left, bounds=(-0.2 * measured_length, 0.2 * measured_length), method="bounded",
             options={"xatol": 1e-7 * measured_length},
         )  # fmt: skip
         found.append(Explanation(name, float(best.x), float(best.fun)))
@@ -237,9 +237,7 @@ def _explanations(
         except ConfigurationError:
             pass  # No beta serves all of them in the other sense either: it explains nothing.
         else:
-            found.append(
-                Explanation("sense", 0.0, math.sqrt(float(residuals @ residuals) / len(residuals)))
-            )
+            found.append(Explanation("sense", 0.0, rms(residuals)))
     return tuple(sorted(found, key=lambda one: one.rms))
 
 

@@ -60,6 +60,10 @@ class CircularDay:
         return 2.0 * math.pi * self.day / YEAR_DAYS
 
     @property
+    def _latitude_and_declination_rad(self) -> tuple[float, float]:
+        return self.latitude_deg * RAD_PER_DEG, self.declination_deg * RAD_PER_DEG
+
+    @property
     def declination_deg(self) -> float:
         """Height of the Sun above the equator."""
         lean = math.sin(OBLIQUITY_DEG * RAD_PER_DEG)
@@ -75,20 +79,14 @@ class CircularDay:
     @property
     def _up(self) -> tuple[float, float]:
         """a and b of U = a + b cos(hour angle)."""
-        latitude, declination = (
-            angle * RAD_PER_DEG for angle in (self.latitude_deg, self.declination_deg)
-        )
-        return (
-            math.sin(latitude) * math.sin(declination),
-            math.cos(latitude) * math.cos(declination),
-        )
+        latitude, declination = self._latitude_and_declination_rad
+        apart = math.cos(latitude) * math.cos(declination)
+        return math.sin(latitude) * math.sin(declination), apart
 
     def direction_neu(self, solar_time_h: ArrayLike) -> FloatArray:
         """Unit vectors to the Sun: components North, East, Up; shape (..., 3)."""
         hour_angle = (np.asarray(solar_time_h, dtype=np.float64) - 12.0) * _RAD_PER_H
-        latitude, declination = (
-            angle * RAD_PER_DEG for angle in (self.latitude_deg, self.declination_deg)
-        )
+        latitude, declination = self._latitude_and_declination_rad
         along = np.cos(declination) * np.cos(hour_angle)
         north = np.sin(declination) * np.cos(latitude) - np.sin(latitude) * along
         east = 0.0 - np.cos(declination) * np.sin(hour_angle)
@@ -152,9 +150,7 @@ class CircularDay:
 
         None where it stays on one side of the East-West line: between equator and Sun.
         """
-        latitude, declination = (
-            angle * RAD_PER_DEG for angle in (self.latitude_deg, self.declination_deg)
-        )
+        latitude, declination = self._latitude_and_declination_rad
         # North = 0: tan(lat) cos(hour angle) = tan(dec), written so that the pole divides nothing.
         run = math.sin(latitude) * math.cos(declination)
         rise = math.cos(latitude) * math.sin(declination)

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from solarcal.errors import ConfigurationError
+from solarcal.mount.geometry import rotated
 from solarcal.units import RAD_PER_DEG, Angles, FloatArray
 
 Components = tuple[float, float, float]
@@ -198,18 +199,13 @@ class EulerBase:
 
     def of_tracker(self, of_earth: Components) -> Components:
         """A vector of the Earth's frame in the tracker's."""
-        x, y, z = of_earth
-        a, b, c = self._rows
-        return (
-            a[0] * x + a[1] * y + a[2] * z,
-            b[0] * x + b[1] * y + b[2] * z,
-            c[0] * x + c[1] * y + c[2] * z,
-        )
+        found: Components = rotated(self._rows, of_earth)
+        return found
 
     @cached_property
-    def _rows(self) -> list[list[float]]:
-        rows: list[list[float]] = self.matrix().tolist()
-        return rows
+    def _rows(self) -> tuple[Components, Components, Components]:
+        a, b, c = self.matrix().tolist()
+        return a, b, c
 
 
 def _cos_sin(angle_deg: float) -> tuple[float, float]:
