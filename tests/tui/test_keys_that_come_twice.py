@@ -85,3 +85,23 @@ async def test_enter_that_bounces_strikes_a_point_once() -> None:
         await until(pilot, lambda: type(app.screen) is Screen)
         await idle(app)
         assert len([r for r in station.session.records if isinstance(r, Void)]) == 1
+
+
+@on_loop
+async def test_a_screen_that_is_open_below_others_comes_back_and_is_not_opened_twice() -> None:
+    from solarcal.tui.calculators import CalculatorsScreen
+    from solarcal.tui.help import HelpScreen
+    from solarcal.tui.plan import PlanScreen
+    from solarcal.tui.recompute import RecomputeScreen
+    from solarcal.tui.workstation.screen import WorkstationScreen
+
+    kinds = {"g": CalculatorsScreen, "f4": PlanScreen, "f9": RecomputeScreen, "f1": HelpScreen}
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await app.push_screen(WorkstationScreen())
+        for key in ("g", "f4", "f9", "g", "f9", "f4", "f9", "f1", "f4", "f9", "g"):
+            await pilot.press(key)
+            await until(pilot, lambda kind=kinds[key]: isinstance(app.screen, kind))
+        assert [type(screen) for screen in app.screen_stack[2:]] == [CalculatorsScreen]
+        await pilot.press("escape")
+        assert isinstance(app.screen, WorkstationScreen)

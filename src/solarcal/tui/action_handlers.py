@@ -12,7 +12,7 @@ from solarcal.station.news import SpeedTold, TimeSkipped
 from solarcal.station.next_step import next_step
 from solarcal.station.state import Activity
 from solarcal.tui import recompute
-from solarcal.tui.base import Workstation
+from solarcal.tui.base import Workstation, show_once
 from solarcal.tui.calculators import open_list
 from solarcal.tui.dialogs import ref_check, report
 from solarcal.tui.dialogs.data_file import InitialiseDialog, LeaveDialog, NoteDialog, VoidDialog
@@ -43,8 +43,7 @@ def opens(dialog: Callable[[], Dialog]) -> ActionHandler:
 
 
 def open_help(app: Workstation) -> None:
-    if not isinstance(app.screen, HelpScreen):
-        app.push_screen(HelpScreen())
+    show_once(app, HelpScreen, HelpScreen)
 
 
 def next_plot(app: Workstation) -> None:

@@ -120,6 +120,15 @@ def workstation_of(node: MessagePump) -> Workstation:
     return cast(Workstation, node.app)
 
 
+def show_once(app: Workstation, kind: type[Screen[Any]], make: Callable[[], Screen[Any]]) -> None:
+    """Show the screen of this kind: the one that is open, without those above it, or a new one."""
+    if not any(isinstance(screen, kind) for screen in app.screen_stack):
+        app.push_screen(make())
+        return
+    while not isinstance(app.screen, kind):
+        app.screen.dismiss(None)
+
+
 def is_typed(app: Workstation) -> bool:
     """Whether the connected unit is one whose display is read by a person."""
     return not app.state.live.capabilities.has_link

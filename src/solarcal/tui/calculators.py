@@ -16,7 +16,7 @@ from solarcal.errors import SolarcalError
 from solarcal.instruments.catalogue import BY_ID, INSTRUMENTS
 from solarcal.instruments.form import Answer, Drawing, FormError, Instrument
 from solarcal.timescale import SystemClock
-from solarcal.tui.base import StationScreen, Workstation
+from solarcal.tui.base import StationScreen, Workstation, show_once
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.form_rows import ChoiceBox, FormRow, FormRows
 from solarcal.tui.widgets.lines import HeadLine, LogLine
@@ -306,8 +306,7 @@ def open_list(app: Workstation) -> None:
     """Show the list; from a calculator go back to it."""
     if isinstance(app.screen, CalculatorScreen):
         app.screen.dismiss(None)
-    if not any(isinstance(screen, CalculatorsScreen) for screen in app.screen_stack):
-        app.push_screen(CalculatorsScreen())
+    show_once(app, CalculatorsScreen, CalculatorsScreen)
 
 
 def open_calculator(app: Workstation, calculator: Instrument) -> None:

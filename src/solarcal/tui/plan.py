@@ -20,7 +20,7 @@ from solarcal.station.news import FitReady
 from solarcal.station.planning import DEFAULT_OPTIONS, HALF_HOUR_S, PlanOptions
 from solarcal.station.state import StationState
 from solarcal.timescale import time_of_day
-from solarcal.tui.base import StationScreen, Workstation
+from solarcal.tui.base import StationScreen, Workstation, show_once
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, NoticeLine, Words
 from solarcal.tui.widgets.text_lines import TextLines
@@ -163,8 +163,7 @@ class HalfHours(TextLines):
 
 def open_screen(app: Workstation) -> None:
     app.station_worker()
-    if not isinstance(app.screen, PlanScreen):
-        app.push_screen(PlanScreen())
+    show_once(app, PlanScreen, PlanScreen)
 
 
 class PlanScreen(StationScreen):

@@ -24,7 +24,7 @@ from solarcal.report.tables import points_table
 from solarcal.session.view import read_session
 from solarcal.station.fitting import last_doubts, solve
 from solarcal.station.state import SessionView
-from solarcal.tui.base import StationScreen, Workstation
+from solarcal.tui.base import StationScreen, Workstation, show_once
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import NoticeLine
 from solarcal.tui.widgets.plot import PLOTS, ExploredPlot
@@ -34,8 +34,7 @@ HIGH = 40
 
 
 def open_screen(app: Workstation) -> None:
-    if not isinstance(app.screen, RecomputeScreen):
-        app.push_screen(RecomputeScreen(session_files(app)))
+    show_once(app, RecomputeScreen, lambda: RecomputeScreen(session_files(app)))
 
 
 def session_files(app: Workstation) -> tuple[Path, ...]:
