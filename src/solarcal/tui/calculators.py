@@ -35,7 +35,6 @@ class CalculatorScreen(StationScreen):
 
     DEFAULT_CSS = """
     CalculatorScreen { overflow: hidden; }
-    CalculatorScreen #title { background: $primary; color: $background; text-style: bold; }
     CalculatorScreen #top { height: 1fr; min-height: 10; }
     CalculatorScreen #result {
         height: auto; max-height: 40%; min-height: 4; border-top: solid $faint;
@@ -259,7 +258,6 @@ class CalculatorsScreen(StationScreen):
     """Choose with the arrow keys, open with Enter; Escape goes back."""
 
     DEFAULT_CSS = """
-    CalculatorsScreen #title { background: $primary; color: $background; text-style: bold; }
     CalculatorsScreen OptionList {
         height: 1fr; padding: 0 1; background: $background;
         text-wrap: nowrap; text-overflow: ellipsis;

@@ -170,7 +170,6 @@ class PlanScreen(StationScreen):
     """Arrows choose a half hour; space strikes it, Enter leaves at its end."""
 
     DEFAULT_CSS = """
-    PlanScreen #title { background: $primary; color: $background; text-style: bold; }
     PlanScreen #advice { height: 6; padding: 0 1; background: $boost; }
     PlanScreen #hours { height: 1fr; padding: 0 1; }
     PlanScreen #reasons { height: 5; padding: 0 1; border-top: solid $faint; }

@@ -136,7 +136,6 @@ class ComparisonScreen(StationScreen):
     """The year as the unit was found and as it is now: map and errors, on the same scales."""
 
     DEFAULT_CSS = """
-    ComparisonScreen #title { background: $primary; color: $background; text-style: bold; }
     ComparisonScreen #proof { height: 2; padding: 0 1; background: $boost; text-style: bold; }
     ComparisonScreen .side { width: 1fr; }
     ComparisonScreen .side > Words { height: 2; text-style: bold; padding: 0 1; }

@@ -39,7 +39,6 @@ class PointScreen(StationScreen):
     """
 
     DEFAULT_CSS = """
-    PointScreen #title { background: $primary; color: $background; text-style: bold; }
     PointScreen #point { padding: 0 1; }
     PointScreen #reason { height: 1; display: none; }
     PointScreen #reason Static { width: auto; padding: 0 1; }

@@ -25,7 +25,6 @@ class ProfileScreen(StationModal[bool]):
 
     DEFAULT_CSS = """
     ProfileScreen { background: $background; }
-    ProfileScreen #title { background: $primary; color: $background; text-style: bold; }
     ProfileScreen VerticalScroll { height: 1fr; }
     ProfileScreen .row { height: 1; padding: 0 1; }
     ProfileScreen .row Static { width: 32; }

@@ -32,7 +32,6 @@ class StartScreen(StationScreen):
     """A list to choose from; ports and sessions are looked up while it is already shown."""
 
     DEFAULT_CSS = """
-    StartScreen #title { background: $primary; color: $background; text-style: bold; }
     StartScreen OptionList {
         height: 1fr; padding: 0 1; background: $background;
         text-wrap: nowrap; text-overflow: ellipsis;

@@ -59,6 +59,7 @@ class HeadLine(Words):
         height: 1; width: 1fr; text-wrap: nowrap; text-overflow: ellipsis; padding: 0 1;
         link-color: $foreground; link-background: $panel; link-style: bold;
     }
+    HeadLine#title { background: $primary; color: $background; text-style: bold; }
     """
 
     def __init__(self, id: str | None = None) -> None:

@@ -30,8 +30,7 @@ class TitleLine(HeadLine):
     """The program, the unit, its mode, and the link."""
 
     DEFAULT_CSS = """
-    TitleLine { background: $primary; color: $background; text-style: bold; }
-    TitleLine.-lost { background: $error; color: $background; }
+    TitleLine#title.-lost { background: $error; color: $background; }
     """
 
     def show_state(self, state: StationState, *, replay: bool = False) -> None:
