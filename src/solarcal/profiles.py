@@ -24,8 +24,7 @@ DisplayShows = Literal["angles", "counts"]
 GeometryName = Literal["azel", "tiltroll-ew", "tiltroll-ns", "polar"]
 
 NOMINAL_DRIVE = "rotary:100"
-"""Where no gearing is given: a count is the hundredth of a degree that many
-controllers show."""
+"""Where no gearing is given: a count is the hundredth of a degree that many controllers show."""
 
 
 class MountDescription(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -82,8 +82,7 @@ def run_export(args: argparse.Namespace) -> int:
     warnings = list(table.warnings)
     if target.suffix.lower() == ".dat" and table.ideal != "apparent":
         warnings.append(
-            f"TPOINT cannot record that the angles are {table.ideal}: a fit of {target} takes "
-            "them "
+            f"TPOINT cannot record that the angles are {table.ideal}: a fit of {target} takes them "
             "for the Sun's true place; a .csv records it"
         )
     return _told(args, "target", table, warnings)

@@ -52,8 +52,7 @@ _SCREWJACK = Instrument(
         ),
         Field(
             "reference", "Reference switch", "deg", hint="high limit", metavar="DEG",
-            help="axis angle of the reference switch, where counts begin (default: the high "
-            "limit)",
+            help="axis angle of the reference switch, where counts begin (default: the high limit)",
         ),
         Field(
             "wrong_R1", "R1 longer by", "length", hint="5 mm", metavar="LENGTH",

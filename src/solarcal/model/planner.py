@@ -234,8 +234,7 @@ class _Planner:
                 when += f" for {_count(len(visit), '')} {from_to}"
         sentence = (
             f"the best of today is {percent(best, self.rule.probability)} probability of "
-            f"{self.rule.tolerance_deg:g} deg ({100 * self.rule.probability:g} % needed); "
-            f"{when}"
+            f"{self.rule.tolerance_deg:g} deg ({100 * self.rule.probability:g} % needed); {when}"
         )
         return self._concluded(stops, recommended, sentence, True, back_s, visit)
 

@@ -166,8 +166,7 @@ def issue(
 ) -> Issued:
     """Judge files and write the certificate in the format of each output's ending.
 
-    The zip stands beside the first output and holds it. ``judging``: how, for the files
-    read.
+    The zip stands beside the first output and holds it. ``judging``: how, for the files read.
 
     Raises
     ------

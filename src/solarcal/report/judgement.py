@@ -170,8 +170,7 @@ def forecast_facts(forecast: Forecast, tolerance_deg: float) -> Facts:
         (
             (
                 f"sure that 95 % are within {tolerance_deg:g}",
-                f"{percent(p, rule.probability)}  "
-                f"{'enough' if forecast.sure else 'NOT ENOUGH'}: "
+                f"{percent(p, rule.probability)}  {'enough' if forecast.sure else 'NOT ENOUGH'}: "
                 f"{100 * rule.probability:g} % needed",
             ),
             ("95 % of the pointing is better than", rule.within_deg(forecast.year_p95_deg)),
@@ -300,9 +299,8 @@ def rounding_blocks(offer: UploadOffer) -> Blocks:
                         ("rms ", exact.year_rms_deg, kept_year.year_rms_deg),
                     )
                 ),
-                "probability of the tolerance: "
-                f"{exact.probability_within_tolerance:.3f} as fitted, "
-                f"{kept_year.probability_within_tolerance:.3f} as stored",
+                f"probability of the tolerance: {exact.probability_within_tolerance:.3f} as "
+                f"fitted, {kept_year.probability_within_tolerance:.3f} as stored",
             )
         ),
     )

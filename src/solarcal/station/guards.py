@@ -35,9 +35,8 @@ def demand_clear_of_limits(header: Header, status: Status, step: str) -> float:
     needed = near_limit_threshold_deg(header.unit.update_range_deg)
     if distance < needed:
         raise GuardRefused(
-            f"{step} refused: the axes stand {distance:.2f} deg from a limit and "
-            f"{needed:.2f} deg are needed; wait until the Sun is clear of it, "
-            "or override with a reason"
+            f"{step} refused: the axes stand {distance:.2f} deg from a limit and {needed:.2f} deg "
+            "are needed; wait until the Sun is clear of it, or override with a reason"
         )
     return distance
 

@@ -188,9 +188,8 @@ class SiteEphemeris:
         # Written so that a NaN is outside.
         if not (first_s >= self.start_utc_s and last_s <= self.end_utc_s):
             raise ConfigurationError(
-                "the Sun was prepared from "
-                f"{format_utc(self.start_utc_s, 0)} to {format_utc(self.end_utc_s, 0)}; "
-                "a position outside was asked for"
+                f"the Sun was prepared from {format_utc(self.start_utc_s, 0)} to "
+                f"{format_utc(self.end_utc_s, 0)}; a position outside was asked for"
             )
 
     def _block(

@@ -30,8 +30,7 @@ PROCEDURE: tuple[tuple[str | None, str], ...] = (
     (
         "take_point",
         "Take a point: three questions, a few seconds of gathering, then look at the result and "
-        "store it or not. After any NO the attempt stays in the file as aborted and is never "
-        "used.",
+        "store it or not. After any NO the attempt stays in the file as aborted and is never used.",
     ),
     (
         None,

@@ -1,9 +1,8 @@
 """A rotator: a machine that turns to a given direction and reports where it is, no more.
 
-It knows no Sun, no offsets, no coefficients and no limits of the sky: the station is its
-controller (``station.software_controller``). Directions are azimuth from North through East and
-elevation above the horizon, degrees, as the rotator reads them: on its own turn of azimuth,
-uncorrected.
+It knows no Sun, no offsets, no coefficients and no limits of the sky: the station is its controller
+(``station.software_controller``). Directions are azimuth from North through East and elevation
+above the horizon, degrees, as the rotator reads them: on its own turn of azimuth, uncorrected.
 """
 
 import contextlib

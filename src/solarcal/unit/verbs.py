@@ -101,9 +101,8 @@ VERBS: tuple[Verb, ...] = (
     Verb(
         "REF",
         "number state difference1 difference2",
-        "the last check: `state` is `NONE`, `RUNNING`, `DONE` or `BROKEN` (stopped "
-        "before the end); differences: counts found on the register at the switch, 0 "
-        "expected",
+        "the last check: `state` is `NONE`, `RUNNING`, `DONE` or `BROKEN` (stopped before the "
+        "end); differences: counts found on the register at the switch, 0 expected",
     ),
     Verb("COEF", _COEF, "in force (temporary memory)"),
     Verb("COEF STORED", _COEF, "permanent memory"),

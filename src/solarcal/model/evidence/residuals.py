@@ -294,10 +294,9 @@ def _bad_point(bad: BadPoint, solution: MechanismSolution) -> Finding:
         subject=f"point {label}",
         sentence=(
             f"point {label} differs by {_small(bad.sky_deg)} from what the others predict "
-            f"({bad.sky_deg / bad.sigma_deg:.1f} sigma, studentised): without it the scatter "
-            f"falls from {_small(bad.rms_with_deg)} to {_small(bad.rms_without_deg)} and an "
-            f"unweighted fit changes by {moved:.3f} deg rms over the year; check what happened "
-            "there"
+            f"({bad.sky_deg / bad.sigma_deg:.1f} sigma, studentised): without it the scatter falls "
+            f"from {_small(bad.rms_with_deg)} to {_small(bad.rms_without_deg)} and an unweighted "
+            f"fit changes by {moved:.3f} deg rms over the year; check what happened there"
         ),
         number=bad.sky_deg,
         sigma=bad.sigma_deg,

@@ -166,8 +166,7 @@ class StampSearch:
                 if name != self.context.geometry.name:
                     yield self._explained(
                         _Change(geometry=name), "geometry",
-                        f"the angles are those of a {name} mount, not "
-                        f"{self.context.geometry.name}",
+                        f"the angles are those of a {name} mount, not {self.context.geometry.name}",
                         worst_deg,
                     )  # fmt: skip
 

@@ -2,10 +2,9 @@
 
 A stamp and a pair of ideal angles say the same thing twice. Where they disagree, a time, a site, a
 mount or the kind of the angles is not what the file says, and the fit is of another tracker. The
-simplest single change that brings all points together is named with its size: first changes
-without a number of their own (a whole hour, another hemisphere, a mirrored longitude, another
-mount, another kind of angles), then one number (a time shift, a latitude, a longitude), then a
-place.
+simplest single change that brings all points together is named with its size: first changes without
+a number of their own (a whole hour, another hemisphere, a mirrored longitude, another mount,
+another kind of angles), then one number (a time shift, a latitude, a longitude), then a place.
 """
 
 from typing import get_args

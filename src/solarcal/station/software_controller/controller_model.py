@@ -52,8 +52,7 @@ class AzElAxes:
     ) -> None:
         if geometry != "azel":
             raise ConfigurationError(
-                f"a rotator turns in azimuth and elevation: a {geometry} mount cannot be driven "
-                "by "
+                f"a rotator turns in azimuth and elevation: a {geometry} mount cannot be driven by "
                 "it; describe the mount as azel"
             )
         self._centre_deg = ax1_centre_deg

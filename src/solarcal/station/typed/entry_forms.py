@@ -126,8 +126,7 @@ def ref_check_form() -> DisplayForm:
         "reference",
         "Reference check",
         (
-            "Start it at the unit (Alt-F5 or its RESET key); watch BOTH axes reach their "
-            "switches.",
+            "Start it at the unit (Alt-F5 or its RESET key); watch BOTH axes reach their switches.",
             "Note the counts its display shows there just before they become zero. 0 is "
             "expected; a difference means missed counts.",
         ),

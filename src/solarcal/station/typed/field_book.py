@@ -89,8 +89,7 @@ def read_entries(lines: Iterable[str], name: str) -> Iterator[Entry]:
         utc_s = _time(words[0], day, where)
         if utc_s < last_utc_s:
             raise InputFileError(
-                f"{where}: {format_utc(utc_s, 0)} is before the line above; a new day needs a "
-                "line "
+                f"{where}: {format_utc(utc_s, 0)} is before the line above; a new day needs a line "
                 "with its date"
             )
         last_utc_s = utc_s

@@ -148,9 +148,8 @@ def ref_check_words(check: RefCheck, checks: Sequence[RefCheck]) -> tuple[str, T
         return f"Check no. {check.number} did NOT end. Start it again.", "error"
     if counts_missed(checks, check):
         return (
-            f"Check no. {check.number}: counts found {found[0]:+d} and {found[1]:+d}, 0 "
-            "expected: counts were missed since the previous check; points in between are "
-            "doubtful.",
+            f"Check no. {check.number}: counts found {found[0]:+d} and {found[1]:+d}, 0 expected: "
+            "counts were missed since the previous check; points in between are doubtful.",
             "warning",
         )
     if not check.at_switches:

@@ -265,10 +265,9 @@ def proposal_table(proposal: UploadOffer) -> str:
     )
     fitted, kept = proposal.judgement.forecast, proposal.kept
     lines.append(
-        f"over the year, 95 %: {fitted.year_p95_deg:.4f} deg as fitted, "
-        f"{kept.year_p95_deg:.4f} as the unit stores it, "
-        f"{percent(kept.probability_within_tolerance, kept.rule.probability)} sure of "
-        f"{kept.rule.tolerance_deg:g}"
+        f"over the year, 95 %: {fitted.year_p95_deg:.4f} deg as fitted, {kept.year_p95_deg:.4f} as "
+        f"the unit stores it, {percent(kept.probability_within_tolerance, kept.rule.probability)} "
+        f"sure of {kept.rule.tolerance_deg:g}"
     )
     if proposal.held is not None and proposal.better is not None:
         lines.append(

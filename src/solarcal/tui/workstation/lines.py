@@ -234,9 +234,8 @@ def coefficient_lines(session: SessionView, solution: Solution | None) -> list[l
             f"  max {solution.sky_max_deg:.4f} deg",
         ],
         [
-            f"{counted(solution.n_points, 'point')}, "
-            f"rank {solution.rank} of {len(solution.terms)}, "
-            f"condition {_short(solution.condition_number)}"
+            f"{counted(solution.n_points, 'point')}, rank {solution.rank} of "
+            f"{len(solution.terms)}, condition {_short(solution.condition_number)}"
         ],
     ]
     if solution.message is not None:
