@@ -56,6 +56,21 @@ async def test_a_screen_left_twice_takes_no_other_with_it() -> None:
 
 
 @on_loop
+async def test_a_key_that_bounces_does_not_confirm_what_it_has_not_shown_yet() -> None:
+    station, _ = bench()
+    take_points(station, 4)
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f8")
+        await shows(pilot, "Upload?")
+        at_once(pilot, "y", "y", "y")
+        await shows(pilot, "not DONE", "once more")
+        await idle(app)
+        assert station.session.uploads == ()
+        await pilot.press("y")
+        await shows(pilot, "read back EQUAL")
+
+
+@on_loop
 async def test_enter_that_bounces_writes_one_note() -> None:
     station, _ = bench()
     async with workstation(station) as (app, pilot):

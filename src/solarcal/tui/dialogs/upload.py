@@ -84,10 +84,14 @@ class UploadDialog(Dialog):
             self.ask_reason()
             return
         if proposal.judgement.verdict.state != "done" and not self._sure:
-            self._sure = True
             self.say(_sure(proposal), "warning")
+            # Not before it is on the screen: a key that bounces is no answer to it.
+            self.call_after_refresh(self._warned)
             return
         self._upload(proposal, "")
+
+    def _warned(self) -> None:
+        self._sure = True
 
     def action_again(self) -> None:
         self.offer()
