@@ -87,7 +87,10 @@ def run_plan(args: argparse.Namespace) -> int:
     if args.points is not None and args.points < 1:
         raise ConfigurationError(f"--points {args.points}: at least one more point")
     files = read_files(args.files, fill_in(args))
-    at_utc_s = _instant(args.at) if args.at else newest_point_utc_s(files.table)
+    if args.at == "now":
+        at_utc_s: float | None = SystemClock().utc_s()
+    else:
+        at_utc_s = parse_utc(args.at) if args.at else newest_point_utc_s(files.table)
     if at_utc_s is None:
         raise ConfigurationError(
             "the points carry no times, or none with a year to come that the Sun models cover "
@@ -124,10 +127,6 @@ def run_plan(args: argparse.Namespace) -> int:
     warn(files.warnings)
     print(text_of(*plan_blocks(judgement)))
     return 0
-
-
-def _instant(text: str) -> float:
-    return SystemClock().utc_s() if text == "now" else parse_utc(text)
 
 
 def next_time(text: str, after_utc_s: float, option: str) -> float:

@@ -91,13 +91,10 @@ class Points:
         if moved.any():
             on_branch.flags.writeable = False
             keep(self, "ax1_deg", on_branch)
-            keep(self, "moved_to_branch", self._labels_where(moved))
+            keep(self, "moved_to_branch", tuple(self.labels[i] for i in np.flatnonzero(moved)))
 
     def __len__(self) -> int:
         return len(self.ax1_deg)
-
-    def _labels_where(self, mask: Mask) -> tuple[int, ...]:
-        return tuple(self.labels[i] for i in np.flatnonzero(mask))
 
     def _refuse_unusable(self) -> None:
         for name in (name for name in COLUMNS if name != "utc_s"):

@@ -154,7 +154,8 @@ def after_section(judged: FileAnalysis, after: SignOff) -> Section:
     newest = after.newest
     if newest is not None:
         left = forecast_with(judgement, newest.new_coefficients, newest.new_offsets)
-        rows.append((f"with what was {_done(newest)} {newest.utc[:16].replace('T', ' ')}", left))
+        done = "restored" if newest.rollback else "uploaded"
+        rows.append((f"with what was {done} {newest.utc[:16].replace('T', ' ')}", left))
     blocks: list[Block] = [
         Table(
             ("expected error over the year, deg", "rms", "95 %", "largest", "P"),
@@ -177,10 +178,6 @@ def after_section(judged: FileAnalysis, after: SignOff) -> Section:
         blocks += checks_table(after.checks, judged.tolerance_deg, dated=True)
     blocks.append(Facts((("measured after the upload", after.reason), *_measured(after))))
     return Section("Before and after", tuple(blocks))
-
-
-def _done(upload: UploadRecord) -> str:
-    return "restored" if upload.rollback else "uploaded"
 
 
 def _measured(after: SignOff) -> tuple[tuple[str, str], ...]:

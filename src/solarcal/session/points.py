@@ -201,7 +201,9 @@ def table_of_points(
         heliostat=header.unit.heliostat,
         stamp_utc_s=stamps if header.target == "moon" else None,
         **{
-            name: given_numbers(_column([getattr(p, name, None) for p in found]), accepted)
+            name: given_numbers(
+                np.array([getattr(p, name, None) for p in found], dtype=np.float64), accepted
+            )
             for name in NUMBERS
         },
     )
@@ -305,7 +307,3 @@ def ideal_kind(header: Header) -> str:
 
 def _pair(pair: tuple[float, float] | None) -> tuple[float, float]:
     return (np.nan, np.nan) if pair is None else pair
-
-
-def _column(values: Sequence[float | None]) -> FloatArray:
-    return np.array([np.nan if v is None else v for v in values], dtype=np.float64)

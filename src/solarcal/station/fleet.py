@@ -136,11 +136,7 @@ def paint_points(properties: Path, towers: dict[Path, Tower]) -> tuple[Header, P
     return imported_header(used, 0.0), used
 
 
-def _silent(what: str, done: int, total: int) -> None:
-    del what, done, total
-
-
-def fit_fleet(paths: Sequence[Path], progress: Progress = _silent) -> Fleet:
+def fit_fleet(paths: Sequence[Path], progress: Progress = lambda what, done, total: None) -> Fleet:
     """Fit every session on its own; a file that cannot be read or fitted is named, not fatal."""
     plain: list[PlainSession] = []
     unusual: list[Path] = []

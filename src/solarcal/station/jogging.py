@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from solarcal.decimals import Pair
 from solarcal.errors import ProcedureRefused, SolarcalError
 from solarcal.session.records import SunOffset
-from solarcal.site import Site
 from solarcal.station.procedure import Station
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.unit.tracker import Mode, Spot, Status
@@ -261,12 +260,9 @@ class SunOffsetJog:
         return min(max(ago_s, least), most)
 
     def _rates(self, status: Status) -> Pair:
-        site = self.station.unit_site.site if self.station.unit_site else self._site()
-        heliostat = self.station.session.header.unit.heliostat
+        header, unit_site = self.station.session.header, self.station.unit_site
+        site, heliostat = (unit_site or header).site, header.unit.heliostat
         return sun_rates_deg_per_s(self.station.geometry, site, status.unit_utc_s, heliostat)
-
-    def _site(self) -> Site:
-        return self.station.session.header.site
 
     def _senses(self, status: Status, rates: Pair) -> tuple[int, int]:
         first, second = self._standing or status.approach

@@ -24,7 +24,7 @@ from solarcal.timescale import Clock, format_utc
 from solarcal.unit.tracker import Tracker, UnitSite
 
 Recorded = TypeVar("Recorded", bound=KnownRecord)
-Listener = Callable[[StationState], None]
+Listener = Callable[[StationState], object]
 CreateJournal = Callable[[Header], Journal]
 
 

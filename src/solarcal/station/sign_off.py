@@ -48,7 +48,8 @@ class SignOff:
 def sign_off(views: Sequence[SessionView], tolerance_deg: float) -> SignOff:
     """Judge the check points of sessions of one unit, one of them perhaps still running."""
     # Within a file its order counts; between files only the laptop's time is left.
-    views = sorted((v for v in views if v.uploads or v.checks), key=_newest_utc)
+    told = (view for view in views if view.uploads or view.checks)
+    views = sorted(told, key=lambda view: view.uploads[-1].utc if view.uploads else "")
     uploads = tuple(upload for view in views for upload in view.uploads)
     if not uploads:
         return SignOff(False, "nothing was uploaded")
@@ -73,10 +74,6 @@ def sign_off(views: Sequence[SessionView], tolerance_deg: float) -> SignOff:
         rms(left) if left.size else None,
         float(left.max()) if left.size else None,
     )
-
-
-def _newest_utc(view: SessionView) -> str:
-    return view.uploads[-1].utc if view.uploads else ""
 
 
 def _conclusion(

@@ -24,7 +24,7 @@ from solarcal.station.news import (
     StepFailed,
     Stopped,
 )
-from solarcal.station.state import LinkState, StationState
+from solarcal.station.state import LinkState
 
 if TYPE_CHECKING:
     from solarcal.station.procedure import Station
@@ -65,7 +65,7 @@ class StationWorker:
         self._closing = threading.Event()
         self._retry_now = threading.Event()
         self._stops = 0
-        station.subscribe(self._on_state)
+        station.subscribe(lambda state: self._post(StateChanged(state)))
 
     def start(self) -> None:
         self._thread.start()
@@ -126,9 +126,6 @@ class StationWorker:
             self._thread.join(timeout=10.0)
 
     # -- the thread --------------------------------------------------------------------------
-
-    def _on_state(self, state: StationState) -> None:
-        self._post(StateChanged(state))
 
     def _stop_now(self, *, again: bool = False) -> None:
         try:

@@ -103,12 +103,8 @@ class DisplayFormScreen(Dialog):
 
     def _offer(self) -> None:
         keep = ["keep"] if self._doubts else []
-        now = ["now"] if self._reads_axes else []
+        now = ["now"] if any(field.name == "ax1" for field in self._form.fields) else []
         self.offer("done", *keep, *now)
-
-    @property
-    def _reads_axes(self) -> bool:
-        return any(field.name == "ax1" for field in self._form.fields)
 
     def _show_clock(self) -> None:
         utc_s = self._asked.clock.utc_s()

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from solarcal.errors import ProcedureRefused
@@ -136,10 +137,6 @@ def _point(station: Station, entry: Entry, method: str, *, check: bool = False) 
         station.record_newest_fit(method)
 
 
-def _check(station: Station, entry: Entry, method: str) -> None:
-    _point(station, entry, method, check=True)
-
-
 def _upload(station: Station, entry: Entry, method: str) -> None:
     proposal = propose_upload(station.session, station.coefficients_in_force, method)
     if proposal is None:
@@ -172,7 +169,7 @@ _STEPS: dict[str, Callable[[Station, Entry, str], object]] = {
     "offset": lambda station, entry, method: station.set_sun_offset(),
     "initialise": _initialise,
     "point": _point,
-    "check": _check,
+    "check": partial(_point, check=True),
     "upload": _upload,
     "rollback": lambda station, entry, method: station.rollback(),
     "note": lambda station, entry, method: station.note(entry.reason),

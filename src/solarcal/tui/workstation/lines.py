@@ -17,7 +17,6 @@ from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.report.blocks import Sentences, lines_of
 from solarcal.report.judgement import STATE_WORDS, shim_sentence
 from solarcal.report.tables import checks_table, clocks_table, ref_checks_table, upload_table
-from solarcal.session.records import FitRecord
 from solarcal.station.next_step import NextStep, countdown_text
 from solarcal.station.sign_off import sign_off
 from solarcal.station.state import LinkState, SessionView, StationState
@@ -203,7 +202,8 @@ def coefficient_lines(session: SessionView, solution: Solution | None) -> list[l
         ]
     values = solution.coefficients().as_tuple()
     sigmas = solution.sigma_coefficients()
-    before = _before(session.fits, solution.n_points)
+    # The newest recorded fit of another number of points.
+    before = next((fit for fit in reversed(session.fits) if fit.points != solution.n_points), None)
     lines: list[list[Part]] = [
         [(f"{'':3}{'value':>10} {'sigma':>9} {'change':>10}  history", "bold")]
     ]
@@ -257,11 +257,6 @@ def reason_lines(judgement: Analysis | None) -> list[list[Part]]:
 
 def _short(number: float) -> str:
     return f"{number:.3g}" if number < 1e12 else "beyond 1e12"
-
-
-def _before(fits: Sequence[FitRecord], points: int) -> FitRecord | None:
-    """The newest recorded fit of another number of points."""
-    return next((fit for fit in reversed(fits) if fit.points != points), None)
 
 
 def _in_force(session: SessionView) -> list[list[Part]]:
