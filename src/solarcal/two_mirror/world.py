@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from solarcal.mount.geometry import rotated
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun import apparent_zenith_deg
 from solarcal.two_mirror.mirrors import (
@@ -103,7 +104,7 @@ class MirrorWorld:
             self._ray_at = utc_s, self.base.of_tracker(of_earth)
         x, y, z = ray_from_sky(self._ray_at[1], t1_deg, t2_deg)
         if self.truth.fixed_mirrors:
-            x, y, z = self._through_fixed((x, y, z))
+            x, y, z = rotated(self._inverse_fixed, (x, y, z))
         if z <= 0.0:
             return math.inf, math.inf
         return _MRAD * x / z, _MRAD * y / z
@@ -142,12 +143,6 @@ class MirrorWorld:
             block = self._random.standard_normal((_NOISE_BLOCK, 4)) * self.truth.signal_noise
             self._noise = block.tolist()
         return self._noise.pop()
-
-    def _through_fixed(self, ray: Components) -> Components:
-        x, y, z = (
-            row[0] * ray[0] + row[1] * ray[1] + row[2] * ray[2] for row in self._inverse_fixed
-        )
-        return x, y, z
 
 
 def half_disc(u: float) -> float:

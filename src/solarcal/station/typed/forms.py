@@ -128,11 +128,6 @@ Doubting = Callable[[Mapping[str, str], float], Sequence[Doubt]]
 """Texts that mean something, and the laptop's UTC they were read at, to what is doubtful."""
 
 
-def _no_doubt(texts: Mapping[str, str], read_utc_s: float) -> Sequence[Doubt]:
-    del texts, read_utc_s
-    return ()
-
-
 @dataclass(frozen=True, slots=True)
 class DisplayForm:
     """What to do at the unit, and then what to type.
@@ -147,7 +142,7 @@ class DisplayForm:
     fields: tuple[DisplayField, ...]
     moment: Moment = Moment.FIRST_KEY
     key_in: tuple[tuple[str, str], ...] = ()
-    doubts: Doubting = _no_doubt
+    doubts: Doubting = lambda texts, read_utc_s: ()
     zone_west_h: float | None = None
 
     def field(self, name: str) -> DisplayField:
