@@ -175,6 +175,19 @@ async def test_a_damaged_session_file_is_no_reason_to_stop(tmp_path):
     assert "torn.jsonl" in saved.damage
 
 
+async def test_links_that_lead_nowhere_are_no_reason_to_stop():
+    good = unfinished_session()
+    (sessions_dir() / "stick.jsonl").symlink_to("/media/stick-that-is-not-plugged-in/day.jsonl")
+    (sessions_dir() / "loop.jsonl").symlink_to("loop.jsonl")
+    (sessions_dir() / "folder.jsonl").mkdir()
+    async with app_with().run_test(size=(100, 40)) as pilot:
+        assert any(good.name in entry for entry in await offers(pilot))
+        await pilot.press("f9")
+        await shows(pilot, "RECOMPUTE", "(1 of 2")
+        await pilot.press("space", "enter")
+        await shows(pilot, "(2 of 2")
+
+
 async def test_a_theme_is_remembered():
     app = app_with()
     async with app.run_test(size=(80, 24)) as pilot:

@@ -1,5 +1,7 @@
 """Saved sessions: which there are, which are finished, how one is resumed, and their replay."""
 
+from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,12 +50,21 @@ class SavedSession:
 
 def saved_sessions() -> list[SavedSession]:
     """The newest session files, newest first."""
-    folder = sessions_dir()
-    if not folder.is_dir():
-        return []
-    files = [(path.stat().st_mtime, path) for path in folder.glob("*.jsonl")]
-    files.sort(key=lambda entry: (-entry[0], entry[1].name))
-    return [look_into(path) for _, path in files[:NEWEST_SESSIONS]]
+    return [look_into(path) for path in session_files([sessions_dir()])[:NEWEST_SESSIONS]]
+
+
+def session_files(folders: Iterable[Path]) -> list[Path]:
+    """Session files of these folders, newest first.
+
+    Without files that are gone meanwhile, links that lead nowhere, folders that may not be read.
+    """
+    files = []
+    for folder in folders:
+        with suppress(OSError):
+            for path in folder.glob("*.jsonl"):
+                with suppress(OSError):
+                    files.append((-path.stat().st_mtime, path.name, path))
+    return [path for _, _, path in sorted(files)]
 
 
 def unfinished_sessions(model: str, serial: str, geometry: str) -> list[SavedSession]:

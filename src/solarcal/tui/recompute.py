@@ -23,6 +23,7 @@ from solarcal.report.judgement import coefficients_table, fit_summary, shims_blo
 from solarcal.report.tables import points_table
 from solarcal.session.view import read_session
 from solarcal.station.fitting import last_doubts, solve
+from solarcal.station.saved_sessions import session_files
 from solarcal.station.state import SessionView
 from solarcal.tui.base import StationScreen, Workstation, show_once
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
@@ -34,16 +35,15 @@ HIGH = 40
 
 
 def open_screen(app: Workstation) -> None:
-    show_once(app, RecomputeScreen, lambda: RecomputeScreen(session_files(app)))
+    show_once(app, RecomputeScreen, lambda: RecomputeScreen(_files(app)))
 
 
-def session_files(app: Workstation) -> tuple[Path, ...]:
+def _files(app: Workstation) -> tuple[Path, ...]:
     """Saved sessions, newest first, and those beside the running one."""
     folders = {sessions_dir().resolve()}
     if app.line is not None and app.line.path.name:
         folders.add(app.line.path.resolve().parent)
-    files = [path for folder in folders if folder.is_dir() for path in folder.glob("*.jsonl")]
-    return tuple(sorted(files, key=lambda path: (-path.stat().st_mtime, path.name)))
+    return tuple(session_files(folders))
 
 
 @dataclass(frozen=True, slots=True)
