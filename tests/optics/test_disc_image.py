@@ -189,6 +189,8 @@ def test_the_newest_whole_image_of_a_folder_is_taken(tmp_path: Path) -> None:
             png(picture(20, 15, 8, (32, 40)))[:60] if name == "1.png" else b"P5 3 3 9\n012345678"
         )
         os.utime(stored(tmp_path, name, content), ns=(age * 10**9,) * 2)
+    # A name whose file is gone again, as while a camera renames one.
+    (tmp_path / "4.pgm").symlink_to(tmp_path / "4.part")
     found = newest_image(tmp_path)
     assert found is not None
     assert found[0].endswith("2.PGM")

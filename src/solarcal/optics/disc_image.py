@@ -8,6 +8,7 @@ PGM files or from PNG files of 8 or 16 bits, grey or RGB, not interlaced.
 import struct
 import zlib
 from collections.abc import Container
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -58,12 +59,13 @@ def newest_image(folder: str | Path, seen: Container[str] = ()) -> tuple[str, Fl
     InputFileError
         The folder cannot be read.
     """
+    found = []
     try:
-        found = [
-            (path.stat().st_mtime_ns, str(path))
-            for path in Path(folder).iterdir()
-            if path.suffix.lower() in ENDINGS and str(path) not in seen
-        ]
+        for path in Path(folder).iterdir():
+            if path.suffix.lower() in ENDINGS and str(path) not in seen:
+                # One that the camera has just renamed or removed is no trouble of the folder.
+                with suppress(FileNotFoundError):
+                    found.append((path.stat().st_mtime_ns, str(path)))
     except OSError as error:
         raise InputFileError(f"{folder} cannot be read: {error.strerror}") from None
     for _, path in sorted(found, reverse=True):
