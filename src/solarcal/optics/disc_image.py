@@ -59,7 +59,7 @@ def newest_image(folder: str | Path, seen: Container[str] = ()) -> tuple[str, Fl
     InputFileError
         The folder cannot be read.
     """
-    found = []
+    found: list[tuple[int, str]] = []
     try:
         for path in Path(folder).iterdir():
             if path.suffix.lower() in ENDINGS and str(path) not in seen:
