@@ -59,7 +59,7 @@ def newest_image(folder: str | Path, seen: Container[str] = ()) -> tuple[str, Fl
     InputFileError
         The folder cannot be read.
     """
-    found: list[tuple[int, str]] = []
+    found = []
     try:
         for path in Path(folder).iterdir():
             if path.suffix.lower() in ENDINGS and str(path) not in seen:
@@ -68,9 +68,9 @@ def newest_image(folder: str | Path, seen: Container[str] = ()) -> tuple[str, Fl
                     found.append((path.stat().st_mtime_ns, str(path)))
     except OSError as error:
         raise InputFileError(f"{folder} cannot be read: {error.strerror}") from None
-    for _, path in sorted(found, reverse=True):
+    for _, name in sorted(found, reverse=True):
         try:
-            return path, read_image(path)
+            return name, read_image(name)
         except InputFileError:
             continue
     return None
