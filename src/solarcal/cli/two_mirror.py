@@ -22,9 +22,9 @@ from solarcal.cli.instrument import add_options, answer, texts_of
 from solarcal.cli.process import add_json_option, print_json, say, terminal_size
 from solarcal.cli.unit_options import (
     add_driver_options,
+    add_output_option,
     asks_for_unit,
     journal_creator,
-    session_path,
 )
 from solarcal.decimals import counted, number_option, whole_option
 from solarcal.errors import ConfigurationError
@@ -160,7 +160,7 @@ def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
         raise ConfigurationError(
             f"{args.file}: geometry {table.geometry}; a two-mirror tracker's points are azel"
         )
-    table = table.rows([row for row, status in enumerate(table.status) if status == "accepted"])
+    table = table.accepted()
     points = MirrorPoints(
         table.ax1_deg,
         table.ax2_deg,
@@ -299,9 +299,7 @@ def add_follow_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--every", type=number_option(0.0), default=30.0, metavar="MINUTES", help="(default 30)"
     )
-    parser.add_argument(
-        "-o", "--output", type=session_path, metavar="FILE", help="the session file"
-    )
+    add_output_option(parser)
 
 
 def follow(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:

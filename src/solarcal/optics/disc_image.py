@@ -41,7 +41,6 @@ class Disc:
     radius: float
     sigma: float
     edges: int
-    scatter: float
 
     def as_json(self) -> dict[str, float]:
         """What a JSON document holds of it."""
@@ -180,7 +179,7 @@ def _fitted_circle(image: FloatArray, body: Mask, level: float, name: str) -> Di
         )
     # A coordinate has half the weight of the edge; neighbouring crossings share their noise.
     sigma = scatter * np.sqrt(2.0 / len(x)) * np.sqrt(2.0)
-    return Disc(centre_x, centre_y, radius, float(sigma), len(x), scatter)
+    return Disc(centre_x, centre_y, radius, float(sigma), len(x))
 
 
 def _crossings(image: FloatArray, body: Mask, level: float) -> tuple[FloatArray, FloatArray]:
