@@ -18,9 +18,9 @@ $(BIN)/python:
 demo: .venv/.installed
 	$(BIN)/solarcal demo
 
-# Four workers on two cores: what waits for real programs and for screens leaves room for others.
+# Five workers on two cores: what waits for real programs and for screens leaves room for others.
 test: .venv/.installed-dev
-	$(BIN)/python -m pytest -n 4 --dist worksteal
+	$(BIN)/python -m pytest -n 5 --dist worksteal
 
 check: .venv/.installed-dev
 	$(BIN)/ruff check .

@@ -173,6 +173,7 @@ def watched(app, monkeypatch):
     return performed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 async def test_it_fits_80x24_its_fields_keep_their_letters_and_the_way_out_is_the_same(
     way, recorded, monkeypatch
