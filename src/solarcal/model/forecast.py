@@ -62,11 +62,10 @@ class SkyErrors:
 class LargeCrossAxis:
     """The draws with a collimation or squareness error above ``above_deg``.
 
-    ``draws`` are ``share`` of the posterior; ``within`` of them are within the tolerance.
+    They are ``share`` of the posterior, and ``within``, a part of them, is within the tolerance.
     """
 
     above_deg: float
-    draws: int
     share: float
     within: float
 
@@ -97,7 +96,7 @@ class Forecast:
         tolerance: what ``done`` is decided on.
     large_cross_axis
         What a large collimation or squareness error would make of that probability; None where
-        the fit holds no such errors.
+        the posterior holds none.
     posterior
         What is known of the mechanism, for a ``robust`` fit with what may be there beside it.
     errors
@@ -280,10 +279,9 @@ def _with_large_cross_axis(
         return None
     above_deg = 0.5 * unmodelled.large_cross_axis_deg
     large = (np.abs(drawn[:, CROSS_AXIS]) > above_deg).any(axis=1)
-    count = int(np.count_nonzero(large))
-    return LargeCrossAxis(
-        above_deg, count, count / len(drawn), float(np.mean(within[large])) if count else 1.0
-    )
+    if not large.any():
+        return None
+    return LargeCrossAxis(above_deg, float(np.mean(large)), float(np.mean(within[large])))
 
 
 def thinning(moments: int, wanted: int) -> int:

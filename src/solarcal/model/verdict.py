@@ -39,8 +39,8 @@ SIGMA_FACTOR_LIMIT = 3.0
 BLUNDER_SHARE_LIMIT = 0.25
 LEFT_OUT_FACTOR = 3.0
 FEWEST_TO_STOP = 4
-FEWEST_DRAWS = 10
-"""Of the posterior: fewer are no share of it worth a sentence."""
+LEAST_SHARE = 0.01
+"""Of the posterior: what is less likely is not worth a sentence."""
 STILL_SURE = 0.8
 """With an error that the points do not exclude: below it the verdict names the error."""
 
@@ -160,7 +160,7 @@ def sure_sentence(expected: Forecast) -> str:
 def _large_cross_axis(expected: Forecast) -> list[str]:
     """What the probability does not say: it is smaller where such an error is really there."""
     large = expected.large_cross_axis
-    if large is None or large.draws < FEWEST_DRAWS or large.within > STILL_SURE:
+    if large is None or large.share < LEAST_SHARE or large.within > STILL_SURE:
         return []
     return [
         f"not excluded: collimation, or axes not square, above {large.above_deg:g} deg "
