@@ -18,8 +18,13 @@ $(BIN)/python:
 demo: .venv/.installed
 	$(BIN)/solarcal demo
 
+# Compiles the test modules once: each of the workers of a first run would do it beside the others.
+.venv/.compiled-tests: .venv/.installed-dev
+	-@$(BIN)/python -m pytest -n 0 --collect-only -qq >/dev/null
+	@touch $@
+
 # Five workers on two cores: what waits for real programs and for screens leaves room for others.
-test: .venv/.installed-dev
+test: .venv/.compiled-tests
 	$(BIN)/python -m pytest -n 5 --dist worksteal
 
 check: .venv/.installed-dev

@@ -58,17 +58,17 @@ def run(
 
 @pytest.mark.slow
 def test_a_day_with_a_human_eye_leaves_less_than_0_03_deg(tmp_path):
-    """Every day; and 0.015 deg is usual (0.003 from day to day), so that eight days together show
-    an error grown by a quarter, which no single day would."""
+    """Every day; and 0.015 deg is usual (0.003 from day to day), so that four days together show
+    an error grown by a fifth, which no single day would."""
     left_deg = []
-    for seed in range(1, 9):
+    for seed in range(1, 5):
         done = run(tmp_path / f"{seed}.jsonl", seed=seed)
         assert done.completed, seed
         assert len(done.session.accepted) == 12, seed
         assert done.truth_before.day_rms_deg > 0.5, seed
         assert done.truth_after.day_rms_deg < 0.03, seed
         left_deg.append(done.truth_after.day_rms_deg)
-    assert statistics.fmean(left_deg) < 0.018
+    assert statistics.fmean(left_deg) < 0.017
 
 
 @pytest.mark.parametrize("scenario", ["tijeras-azel", "southern", "ns-tiltroll", "ew-tiltroll"])
