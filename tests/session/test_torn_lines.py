@@ -7,7 +7,7 @@ from session_samples import HEADER, note, point
 
 from solarcal.errors import SessionFileError
 from solarcal.session.journal import Journal
-from solarcal.session.lines import encode_record, torn_marker
+from solarcal.session.lines import encode_record, sealed, torn_marker
 from solarcal.session.parsing import parse_session
 from solarcal.session.view import read_session
 
@@ -84,6 +84,12 @@ def test_a_session_cut_anywhere_can_be_continued_and_cut_again(tmp_path: Path) -
 
 def test_zeros_in_place_of_the_last_block_are_a_torn_line() -> None:
     assert parse(HEAD + FIRST + b"\0" * 512) == ([1], 1)
+
+
+def test_a_line_nested_too_deeply_is_a_torn_one_with_and_without_escapes() -> None:
+    for text in (b"plain", b"\\u001b"):
+        deep = b'{"type":"note","seq":2,"text":"%s","x":%s}' % (text, b"[" * 3000 + b"]" * 3000)
+        assert parse(HEAD + FIRST + sealed(deep)) == ([1], 1)
 
 
 def test_the_warning_names_the_line() -> None:

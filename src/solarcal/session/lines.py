@@ -24,7 +24,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from solarcal.errors import ConfigurationError, SessionFileError
+from solarcal.errors import ConfigurationError, SessionFileError, harmless_tree
 from solarcal.session.records import CheckRecord, KnownRecord, PointRecord, Record, UnknownRecord
 from solarcal.timescale import parse_many_utc
 
@@ -35,6 +35,11 @@ _CHECKSUM = re.compile(rb',"crc32c":"([0-9a-f]{8})"\}')
 _KNOWN_TYPES = {kind.__struct_config__.tag for kind in get_args(KnownRecord)}
 
 MISSING = "cut or changed: no checksum at the end of the line"
+
+# Escapes of JSON, and the first bytes of what UTF-8 has to say to a terminal.
+_SUSPICIOUS = re.compile(
+    rb"\\[ubfr]|\xc2[\x80-\x9f]|\xd8\x9c|\xe2\x80[\x80-\xbf]|\xe2\x81|\x7f|\xef\xbb\xbf"
+)
 
 _POLYNOMIAL = 0x82F63B78
 
@@ -92,8 +97,10 @@ def decode_record(line: bytes) -> Record:
         Not JSON, or not a record; the message says what is wrong.
     """
     try:
-        record = understood(line)
+        record = _understood(line)
         check_stamps([record])
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
     except ConfigurationError as error:
         raise msgspec.ValidationError(str(error)) from None
     return record
@@ -148,17 +155,37 @@ def nearly_sealed(line: bytes) -> bool:
     return len(tail) == len(whole) and sum(a != b for a, b in zip(tail, whole, strict=True)) < 2
 
 
-def understood(line: bytes) -> Record:
+def records_of(lines: Sequence[bytes]) -> Iterator[Record | ValueError]:
+    """For each line its record with texts harmless to a terminal, or why it is none.
+
+    Neither checksums nor times are looked at.
+    """
+    for line in lines:
+        try:
+            yield _understood(_harmless(line))
+        except RecursionError:
+            yield ValueError("nested too deeply")
+        except ConfigurationError as error:
+            yield ValueError(str(error))
+        except ValueError as error:
+            yield error
+
+
+def _understood(line: bytes) -> Record:
     """A line's record; its times are not looked at."""
-    try:
-        record = _decode(opened(line))
-    except RecursionError:
-        raise ValueError("nested too deeply") from None
+    record = _decode(opened(line))
     if isinstance(record, PointRecord) and record.status == "accepted":
         for name in ("ideal_deg", "error_deg"):
             if getattr(record, name) is None:
                 raise msgspec.ValidationError(f"an accepted point without {name}")
     return record
+
+
+def _harmless(line: bytes) -> bytes:
+    """The line with its texts harmless to a terminal; nearly always the line itself."""
+    if not _SUSPICIOUS.search(line):
+        return line
+    return msgspec.json.encode(harmless_tree(msgspec.json.decode(line)))
 
 
 def _decode(line: bytes) -> Record:

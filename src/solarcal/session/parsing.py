@@ -1,30 +1,23 @@
 """A whole session file from its bytes: what is torn in it, and what contradicts itself."""
 
-import re
 from dataclasses import dataclass, field
 from typing import Any
 
 import msgspec
 
-from solarcal.errors import ConfigurationError, SessionFileError, harmless_tree, one_line
+from solarcal.errors import ConfigurationError, SessionFileError, one_line
 from solarcal.session.lines import (
     MISSING,
     TORN_START,
     check_stamps,
     damaged_lines,
-    decode_record,
     nearly_sealed,
     opened,
-    understood,
+    records_of,
 )
 from solarcal.session.records import FORMAT_VERSION, Header, Record, Void
 
 _HEADER_START = b'{"type":"header"'
-
-# Escapes of JSON, and the first bytes of what UTF-8 has to say to a terminal.
-_SUSPICIOUS = re.compile(
-    rb"\\[ubfr]|\xc2[\x80-\x9f]|\xd8\x9c|\xe2\x80[\x80-\xbf]|\xe2\x81|\x7f|\xef\xbb\xbf"
-)
 
 # What a power cut leaves where a block of the file was never written.
 _UNWRITTEN = b"\0\0"
@@ -67,8 +60,8 @@ def parse_session(content: bytes, name: str) -> SessionText:
     # An editor's byte order mark is no part of the header.
     lines = content.removeprefix(_BYTE_ORDER_MARK).split(b"\n")
     reading.offset = len(content) - len(content.removeprefix(_BYTE_ORDER_MARK))
-    for line, damage in zip(lines, damaged_lines(lines), strict=True):
-        reading.take(line, damage)
+    for line, damage, record in zip(lines, damaged_lines(lines), records_of(lines), strict=True):
+        reading.take(line, damage, record)
     return reading.finish()
 
 
@@ -91,8 +84,8 @@ class _Reading:
     # First line that is no JSON, not declared torn so far: its number, offset and complaint.
     bad: tuple[int, int, str] | None = None
 
-    def take(self, line: bytes, damage: str | None) -> None:
-        """The next line, and what is wrong with its checksum."""
+    def take(self, line: bytes, damage: str | None, record: Record | ValueError) -> None:
+        """The next line, what is wrong with its checksum, and its record or why it has none."""
         self.number += 1
         start = self.offset
         self.offset += len(line) + 1
@@ -103,7 +96,7 @@ class _Reading:
         if damage not in (None, MISSING):
             raise self._error(self.number, str(damage))
         if self.header is None:
-            self.header = self._read_header(line)
+            self.header = self._read_header(line, record)
             self.header_end = self.offset
             if damage == MISSING and self._checksums_due:
                 raise self._error(self.number, MISSING)
@@ -118,14 +111,10 @@ class _Reading:
             if not TORN_START.startswith(line) and not line.startswith(TORN_START):
                 raise self._error(self.bad[0], self.bad[2])
             return
-        try:
-            record = understood(_harmless(line))
-        except msgspec.ValidationError as error:
-            raise self._error(self.number, str(error)) from None
-        except ValueError as error:
-            if _is_json(line):
-                raise self._error(self.number, str(error)) from None
-            self.bad = (self.number, start, f"not a JSON object ({one_line(str(error))})")
+        if isinstance(record, ValueError):
+            if isinstance(record, msgspec.ValidationError) or _is_json(line):
+                raise self._error(self.number, str(record))
+            self.bad = (self.number, start, f"not a JSON object ({one_line(str(record))})")
             return
         if isinstance(record, Header):
             raise self._error(self.number, "a second header")
@@ -190,7 +179,7 @@ class _Reading:
         self.warnings.append(f"{self.name}:{torn_line}: a line torn while written was ignored")
         return True
 
-    def _read_header(self, line: bytes) -> Header:
+    def _read_header(self, line: bytes, record: Record | ValueError) -> Header:
         try:
             raw: Any = msgspec.json.decode(line)
         except (ValueError, RecursionError):
@@ -211,13 +200,15 @@ class _Reading:
             )
         if not isinstance(version, int) or version < 1:
             raise self._error(self.number, f"{version!r} is no session format")
-        try:
-            header = decode_record(_harmless(line))
-        except ValueError as error:
-            raise self._error(self.number, str(error)) from None
-        if not isinstance(header, Header):
+        if isinstance(record, ValueError):
+            raise self._error(self.number, str(record))
+        if not isinstance(record, Header):
             raise self._error(self.number, "not a session header")
-        return header
+        try:
+            check_stamps([record])
+        except ConfigurationError as error:
+            raise self._error(self.number, str(error)) from None
+        return record
 
     def _check_sequence(self) -> None:
         assert self.header is not None
@@ -242,13 +233,6 @@ class _Reading:
 
     def _error(self, number: int, complaint: str) -> SessionFileError:
         return SessionFileError(f"{self.name}:{number}: {one_line(complaint)}")
-
-
-def _harmless(line: bytes) -> bytes:
-    """The line with its texts harmless to a terminal; nearly always the line itself."""
-    if not _SUSPICIOUS.search(line):
-        return line
-    return msgspec.json.encode(harmless_tree(msgspec.json.decode(line)))
 
 
 def _is_json(line: bytes) -> bool:
