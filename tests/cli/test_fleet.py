@@ -12,7 +12,7 @@ from solarcal.cli import run_command
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.session.lines import sealed
-from solarcal.session.points_only import NeedsFirstReader, read_points_only
+from solarcal.session.parsing import NeedsWholeReader, read_points_only
 from solarcal.session.view import read_session
 from solarcal.station.analysing import load_points
 from solarcal.station.fitting import solve_table
@@ -101,7 +101,7 @@ def test_the_second_reader_knows_what_was_struck(tmp_path: Path) -> None:
 def test_a_torn_file_is_left_to_the_first_reader(tmp_path: Path) -> None:
     path = tmp_path / "torn.jsonl"
     path.write_bytes(FILES[1].read_bytes()[:-7])
-    with pytest.raises(NeedsFirstReader):
+    with pytest.raises(NeedsWholeReader):
         read_points_only(path)
     assert len(fit_fleet([path]).members) == 1
 

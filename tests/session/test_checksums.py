@@ -11,7 +11,7 @@ from solarcal.errors import SessionFileError
 from solarcal.mount.formula import Offsets
 from solarcal.session.journal import Journal
 from solarcal.session.lines import checksums, crc32c, damaged_lines, encode_record, sealed
-from solarcal.session.points_only import NeedsFirstReader, read_points_only
+from solarcal.session.parsing import NeedsWholeReader, read_points_only
 from solarcal.session.records import Closed, SunOffset
 from solarcal.session.view import read_session, session_of
 
@@ -56,7 +56,7 @@ def test_a_file_of_format_1_gives_the_same_records_and_its_lack_is_said_once(tmp
     assert old.warnings == (
         f"{FORMAT_1} is of format 1, without checksums: a changed byte in it can go unnoticed",
     )
-    with pytest.raises(NeedsFirstReader):
+    with pytest.raises(NeedsWholeReader):
         read_points_only(FORMAT_1)
 
 

@@ -9,8 +9,8 @@ import pytest
 from session_samples import HEADER, UTC, note, point
 
 from solarcal.session.lines import encode_record, sealed
+from solarcal.session.parsing import NeedsWholeReader, read_points_only
 from solarcal.session.points import PointTable
-from solarcal.session.points_only import NeedsFirstReader, read_points_only
 from solarcal.session.records import Answers, Closed, PointRecord, Record, Void
 from solarcal.session.view import read_session
 
@@ -92,11 +92,11 @@ def test_what_cannot_be_taken_at_its_word_is_left_to_the_first_reader(
 ) -> None:
     path = written(tmp_path, point(1), point(2), point(3))
     path.write_bytes(b"".join(spoil(path.read_bytes().splitlines(keepends=True))))
-    with pytest.raises(NeedsFirstReader):
+    with pytest.raises(NeedsWholeReader):
         read_points_only(path)
 
 
 def test_a_void_of_what_comes_after_it_is_left_to_the_first_reader(tmp_path: Path) -> None:
     ahead = Void(seq=1, utc=UTC, voids=2, reason="bird")
-    with pytest.raises(NeedsFirstReader, match="after"):
+    with pytest.raises(NeedsWholeReader, match="after"):
         read_points_only(written(tmp_path, ahead, point(2)))

@@ -14,7 +14,7 @@ from solarcal.errors import ProcedureRefused
 from solarcal.report.blocks import Table
 from solarcal.report.tables import file_points_table, points_table
 from solarcal.session.journal import Journal
-from solarcal.session.points_only import read_points_only
+from solarcal.session.parsing import read_points_only
 from solarcal.session.view import read_session
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.fitting import solve

@@ -21,8 +21,8 @@ from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.session.interchange.paint import paint_files, paint_table
 from solarcal.session.interchange.paint_records import Tower
 from solarcal.session.interchange.sessions import imported_header
+from solarcal.session.parsing import NeedsWholeReader, read_points_only
 from solarcal.session.points import PointTable
-from solarcal.session.points_only import NeedsFirstReader, read_points_only
 from solarcal.session.records import Header
 from solarcal.station.analysing import load_points
 from solarcal.station.fitting import solve_table
@@ -149,7 +149,7 @@ def fit_fleet(paths: Sequence[Path], progress: Progress = lambda what, done, tot
             paint = path.suffix == ".json"
             header, read = paint_points(path, towers) if paint else read_points_only(path)
             session = plain_session(header, read)
-        except NeedsFirstReader:
+        except NeedsWholeReader:
             unusual.append(path)
         except SolarcalError as error:
             unreadable.append((str(path), str(error)))
