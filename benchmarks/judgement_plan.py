@@ -6,6 +6,7 @@ How soon planned days are done is measured by ``judgement_stopping``.
 import numpy as np
 
 from benchmarks.judgement_trackers import NOISE_DEG, context_of, daylight_s
+from solarcal.model.more_points import YearAhead, year_ahead
 from solarcal.model.prior import PLAIN, MechanismPosterior, Prior
 from solarcal.model.schedule import (
     Slots,
@@ -17,7 +18,6 @@ from solarcal.model.schedule import (
     with_point,
 )
 from solarcal.model.sky_context import SkyContext
-from solarcal.model.year_ahead import YearAhead, year_ahead
 from solarcal.units import FloatArray
 
 DATES = tuple(range(5, 365, 15))

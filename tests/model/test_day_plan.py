@@ -11,9 +11,9 @@ from made_up_trackers import JUNE, TRACKER, context_of, day_of, measured
 from benchmarks.judgement_plan import prior_knowledge
 from solarcal.errors import ConfigurationError
 from solarcal.model.analysis import analyse
-from solarcal.model.day_stops import STOP_STEP_S, DayStops
 from solarcal.model.forecast import forecast
 from solarcal.model.methods import fit_exact
+from solarcal.model.more_points import STOP_STEP_S, DayStops, year_ahead
 from solarcal.model.plan import Plan
 from solarcal.model.planner import plan, times_of
 from solarcal.model.prior import PLAIN, Prior
@@ -28,7 +28,6 @@ from solarcal.model.schedule import (
     with_point,
 )
 from solarcal.model.sky_context import SkyContext
-from solarcal.model.year_ahead import year_ahead
 from solarcal.mount.limits import AxisLimits, Limits
 from solarcal.site import Site
 from solarcal.stopping_rule import StoppingRule

@@ -12,14 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.day_stops import Candidate, DayStops
 from solarcal.model.forecast import Forecast
+from solarcal.model.more_points import Candidate, DayStops, YearAhead, year_ahead
 from solarcal.model.plan import JUMP_S, Basis, Plan, PlannedStop
 from solarcal.model.points import Points
 from solarcal.model.prior import MechanismPosterior, Prior
 from solarcal.model.schedule import GAP_S, SLOT_S, Slots, day_slots
 from solarcal.model.sky_context import SkyContext
-from solarcal.model.year_ahead import YearAhead, year_ahead
 from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule, percent
 from solarcal.timescale import SECONDS_PER_DAY, clock_utc, format_utc
 from solarcal.units import FloatArray

@@ -1,7 +1,7 @@
 """Thousands of sessions at once: which trackers are worst, and how well that is known.
 
 Every session and every PAINT heliostat is fitted on its own by ``robust``; nothing is merged. Plain
-ones go through the second reader and the batched fit; whatever is out of the ordinary (a heliostat
+ones go through the fast reader and the batched fit; whatever is out of the ordinary (a heliostat
 in a session, a torn file, points no fit takes) goes the way of ``solarcal fit``, one by one, and
 fails with the words it has there.
 """
