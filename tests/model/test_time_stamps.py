@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from solarcal.cli import run_command
-from solarcal.model.evidence.times import _thinned, stamp_evidence
+from solarcal.model.evidence.sun_path import _thinned, stamp_evidence
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
 from solarcal.session.interchange import write_table

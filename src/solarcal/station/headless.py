@@ -9,7 +9,7 @@ import msgspec
 
 from solarcal.decimals import Six
 from solarcal.errors import ConfigurationError, LinkError, ProcedureRefused
-from solarcal.model.evidence.branches import branch_warning
+from solarcal.model.evidence.sun_path import branch_warning
 from solarcal.model.fit import Solution
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.session.journal import Journal

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solarcal.model.evidence.branches import branch_evidence, side_evidence
 from solarcal.model.evidence.clocks import clock_evidence, laptop_evidence
 from solarcal.model.evidence.read_outs import (
     Loss,
@@ -21,7 +20,12 @@ from solarcal.model.evidence.read_outs import (
     read_out_evidence,
     real_losses,
 )
-from solarcal.model.evidence.times import UNIT_CLOCK, stamp_evidence
+from solarcal.model.evidence.sun_path import (
+    UNIT_CLOCK,
+    branch_evidence,
+    side_evidence,
+    stamp_evidence,
+)
 from solarcal.model.evidence.unit_state import held_evidence, unit_evidence
 from solarcal.model.finding import Finding
 from solarcal.model.sky_context import SkyContext
