@@ -6,7 +6,7 @@ simplest single change that brings all points together is named with its size: f
 a number of their own (a whole hour, another hemisphere, a mirrored longitude, another mount,
 another kind of angles), then one number (a time shift, a latitude, a longitude), then a place.
 
-Where the path crosses the edge of axis 1's branch, the points on its two sides are two calibrations.
+Where the path crosses the edge of axis 1's branch, points on its two sides are two calibrations.
 """
 
 from functools import lru_cache
