@@ -5,11 +5,10 @@ import pytest
 
 from solarcal.errors import FitError
 from solarcal.model.evidence.residuals import diagnose
-from solarcal.model.fit import fit_linear
+from solarcal.model.fit import chosen_terms, fit_linear, harmonic
 from solarcal.model.methods import fit
 from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext
-from solarcal.model.term_names import chosen_terms, harmonic
 from solarcal.model.terms import TERMS, LookedFor, Term, terms_tested
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry

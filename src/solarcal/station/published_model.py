@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from solarcal.errors import FitError
-from solarcal.model.fit import ITERATED, PMFIT_TERMS
+from solarcal.model.fit import ITERATED, PMFIT_TERMS, chosen_terms
 from solarcal.model.points import Points
 from solarcal.model.solution import Solution
-from solarcal.model.term_names import chosen_terms
 from solarcal.model.terms import NativeAngles, design_matrix
 from solarcal.session.interchange import FillIn, is_paint, read_paint
 from solarcal.session.interchange.paint import beam_residuals_mrad
