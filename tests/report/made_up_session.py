@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from solarcal.model.fit import Solution, fit_linear
+from solarcal.model.fit import fit_linear
 from solarcal.model.points import Points
+from solarcal.model.solution import Solution
 from solarcal.mount.drive import RotaryDrive
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
 from solarcal.mount.geometry import MountGeometry

@@ -30,8 +30,6 @@ from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import Limits
 from solarcal.units import RAD_PER_DEG, FloatArray
 
-__all__ = ["FEWEST_POINTS", "Solution", "fit_linear"]
-
 FEWEST_POINTS = 3
 LARGEST_EFFECT = 1e3
 """Degrees of axis 2 that one degree of a term can cause."""

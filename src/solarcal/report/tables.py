@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from solarcal.model.fit import Solution
+from solarcal.model.solution import Solution
 from solarcal.model.terms import TERMS
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients
 from solarcal.report.blocks import BLANK, Blocks, Prose, Table, clock_text, number

@@ -7,8 +7,8 @@ from functools import partial
 import msgspec
 
 from solarcal.errors import LinkError, ProcedureRefused
-from solarcal.model.fit import Solution
 from solarcal.model.methods import DEFAULT_METHOD
+from solarcal.model.solution import Solution
 from solarcal.mount.formula import Offsets
 from solarcal.session.records import CheckRecord, FitRecord, Override, PointRecord
 from solarcal.station import guards

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.fit import Solution
+from solarcal.model.solution import Solution
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.limits import Limits

@@ -8,7 +8,7 @@ import msgspec
 
 from solarcal.model.analysis import Analysis
 from solarcal.model.finding import Finding
-from solarcal.model.fit import Solution
+from solarcal.model.solution import Solution
 from solarcal.session.points import PointTable
 from solarcal.session.records import UnitRecord, UploadRecord
 from solarcal.station.uploading import UploadOffer

@@ -9,13 +9,14 @@ import numpy as np
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.finding import Finding
-from solarcal.model.fit import FEWEST_POINTS, Solution
+from solarcal.model.fit import FEWEST_POINTS
 from solarcal.model.last_coefficients import weigh_last
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_METHOD, DEFAULT_PRIOR, fit, fit_exact
 from solarcal.model.points import Points
 from solarcal.model.prior import Prior
 from solarcal.model.sky_context import Ideal, SkyContext
+from solarcal.model.solution import Solution
 from solarcal.model.terms import LEAN_PRIOR_DEG
 from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import MountGeometry

@@ -10,8 +10,8 @@ import msgspec
 from solarcal.decimals import Six
 from solarcal.errors import ConfigurationError, LinkError, ProcedureRefused
 from solarcal.model.evidence.sun_path import branch_warning
-from solarcal.model.fit import Solution
 from solarcal.model.methods import DEFAULT_METHOD
+from solarcal.model.solution import Solution
 from solarcal.session.journal import Journal
 from solarcal.session.records import Closed, Header, UploadRecord
 from solarcal.station.clocks import EmulatedClock

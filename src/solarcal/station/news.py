@@ -12,7 +12,7 @@ from solarcal.errors import SolarcalError
 if TYPE_CHECKING:
     # Named as payloads, in quotes: none of them is imported to be told of.
     from solarcal.model.analysis import Analysis
-    from solarcal.model.fit import Solution
+    from solarcal.model.solution import Solution
     from solarcal.session.records import (  # noqa: F401
         CheckRecord,
         ClockSet,

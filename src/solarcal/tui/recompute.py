@@ -15,8 +15,8 @@ from textual.widgets import Static
 
 from solarcal.config import sessions_dir
 from solarcal.errors import FitError, SolarcalError, harmless
-from solarcal.model.fit import Solution
 from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.solution import Solution
 from solarcal.model.verdict import base_and_shims
 from solarcal.report.blocks import lines_of, wrapped
 from solarcal.report.judgement import coefficients_table, fit_summary, shims_blocks

@@ -7,7 +7,7 @@ from textual.containers import Horizontal
 from textual.widget import Widget
 
 from solarcal.errors import UnitRefused
-from solarcal.model.fit import Solution
+from solarcal.model.solution import Solution
 from solarcal.session.records import SunOffset
 from solarcal.station.jogging import JogView, SunOffsetJog
 from solarcal.station.news import (

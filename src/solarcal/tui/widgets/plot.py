@@ -16,7 +16,7 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from solarcal.model.analysis import Analysis
-from solarcal.model.fit import Solution
+from solarcal.model.solution import Solution
 from solarcal.report.forecast_map import forecast_map
 from solarcal.report.plots import convergence_plot, error_plot, residual_plot
 from solarcal.report.scales import Sheet, Theme, View

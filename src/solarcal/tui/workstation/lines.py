@@ -10,8 +10,8 @@ from textual.content import Content
 from solarcal.decimals import counted
 from solarcal.model.analysis import Analysis
 from solarcal.model.evidence.direct import evidence_sentences
-from solarcal.model.fit import Solution
 from solarcal.model.prior import Prior
+from solarcal.model.solution import Solution
 from solarcal.model.verdict import sure_sentence
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.report.blocks import Sentences, lines_of

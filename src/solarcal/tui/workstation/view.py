@@ -16,7 +16,7 @@ from textual.reactive import reactive
 from textual.widgets import Static
 
 from solarcal.model.analysis import Analysis
-from solarcal.model.fit import Solution
+from solarcal.model.solution import Solution
 from solarcal.report.blocks import lines_of
 from solarcal.report.scales import View
 from solarcal.report.tables import points_table
