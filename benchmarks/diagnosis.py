@@ -14,12 +14,12 @@ from benchmarks.judgement_trackers import (
     measured,
     random_mechanism,
 )
+from solarcal.model.earlier_sessions import Merged, merge_sessions
 from solarcal.model.evidence.clocks import ClockSetting, clock_findings
 from solarcal.model.evidence.read_outs import Loss, missed_counts_finding, undo_losses
 from solarcal.model.evidence.residuals import diagnose
 from solarcal.model.f_tests import PointsTested, f_probability, norm_beside
 from solarcal.model.finding import Finding
-from solarcal.model.merging import Merged, merge_sessions
 from solarcal.model.methods import fit_exact
 from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext

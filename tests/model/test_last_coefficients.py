@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from made_up_trackers import day_of
 
+from solarcal.model.earlier_sessions import last_prior, weigh_last
 from solarcal.model.finding import Finding
 from solarcal.model.forecast import forecast
-from solarcal.model.last_coefficients import last_prior, weigh_last
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
 from solarcal.model.points import Points

@@ -16,7 +16,7 @@ from benchmarks.judgement_trackers import (
     true_year,
 )
 from solarcal.errors import FitError
-from solarcal.model.merging import merge_sessions
+from solarcal.model.earlier_sessions import merge_sessions
 from solarcal.model.methods import fit_exact
 
 SEEDS = 10

@@ -11,8 +11,8 @@ from made_up_trackers import JUNE, TRACKER, context_of, day_of, measured
 from benchmarks.judgement_world import MOUNTS, Place, Tracker, exact_errors, sun_enu
 from solarcal.errors import ConfigurationError
 from solarcal.model.analysis import analyse
+from solarcal.model.earlier_sessions import merge_sessions
 from solarcal.model.forecast import forecast
-from solarcal.model.merging import merge_sessions
 from solarcal.model.methods import fit, fit_exact
 from solarcal.model.sky_context import SkyContext
 from solarcal.model.unmodelled import NAMES, components, sky_columns, widened

@@ -12,11 +12,11 @@ import numpy as np
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.analysis import Analysis, analyse, findings_of
+from solarcal.model.earlier_sessions import Merged, merge_sessions
 from solarcal.model.evidence.clocks import clock_sigma_s
 from solarcal.model.evidence.direct import Evidence
 from solarcal.model.evidence.sun_path import stamp_evidence
 from solarcal.model.finding import Finding
-from solarcal.model.merging import Merged, merge_sessions
 from solarcal.model.methods import DEFAULT_METHOD, fit
 from solarcal.model.prior import Prior
 from solarcal.model.solution import Solution

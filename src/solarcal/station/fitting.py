@@ -8,9 +8,9 @@ import msgspec
 import numpy as np
 
 from solarcal.errors import ConfigurationError
+from solarcal.model.earlier_sessions import weigh_last
 from solarcal.model.finding import Finding
 from solarcal.model.fit import FEWEST_POINTS
-from solarcal.model.last_coefficients import weigh_last
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_METHOD, DEFAULT_PRIOR, fit, fit_exact
 from solarcal.model.points import Points
