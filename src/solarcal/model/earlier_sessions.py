@@ -1,4 +1,4 @@
-"""What earlier sessions of a unit still say of it: their points, or the coefficients they ended with.
+"""What earlier sessions of a unit still say of it: their points, or their last coefficients.
 
 Two things change between sessions: zeros (a reference switch, a new encoder: P2, P4) and the lean
 of the tower (P1, P3). Gears stay. Each is tested against the residuals, Holm-corrected, beside
