@@ -18,10 +18,9 @@ from procedure_bench import (
 from textual.widgets import Input
 
 from solarcal.session.journal import Journal
+from solarcal.tui.action_handlers import HelpScreen
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.help import HelpScreen
-from solarcal.tui.palette import Palette
-from solarcal.tui.themes import SUNLIGHT
+from solarcal.tui.palette import SUNLIGHT, Palette
 from solarcal.tui.widgets.footer import StopKey
 from solarcal.tui.widgets.lines import TooSmall
 from solarcal.unit.tracker import Mode

@@ -104,8 +104,8 @@ async def test_enter_that_bounces_strikes_a_point_once() -> None:
 
 @on_loop
 async def test_a_screen_that_is_open_below_others_comes_back_and_is_not_opened_twice() -> None:
+    from solarcal.tui.action_handlers import HelpScreen
     from solarcal.tui.calculators import CalculatorsScreen
-    from solarcal.tui.help import HelpScreen
     from solarcal.tui.plan import PlanScreen
     from solarcal.tui.recompute import RecomputeScreen
     from solarcal.tui.workstation.screen import WorkstationScreen

@@ -8,7 +8,7 @@ from textual.css import stylesheet
 
 from solarcal.config import Settings
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.themes import DEFAULT_THEME
+from solarcal.tui.palette import DEFAULT_THEME
 from solarcal.tui.workstation.screen import WorkstationScreen
 
 

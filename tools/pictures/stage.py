@@ -21,7 +21,7 @@ from solarcal.station.procedure import Station
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.timescale import format_utc
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.themes import DEFAULT_THEME
+from solarcal.tui.palette import DEFAULT_THEME
 from solarcal.tui.workstation.screen import WorkstationScreen
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.link import Link

@@ -28,9 +28,16 @@ from solarcal.tui.keys import (
     modified_f3,
 )
 from solarcal.tui.line_app import LineApp
-from solarcal.tui.palette import ActionProvider, OwnThemesFirst, Palette
+from solarcal.tui.palette import (
+    DEFAULT_THEME,
+    SUNLIGHT,
+    ActionProvider,
+    OwnThemesFirst,
+    Palette,
+    axis_colours,
+    begin_with_theme,
+)
 from solarcal.tui.start.screen import StartScreen
-from solarcal.tui.themes import DEFAULT_THEME, SUNLIGHT, axis_colours, begin_with_theme
 
 PRESS_STOP_S = 8.0
 """How long the notice stays that STOP is at the unit."""
