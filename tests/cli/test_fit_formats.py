@@ -68,6 +68,21 @@ def test_a_written_model_leaves_nothing_when_compared(
     assert "these points from the published model: sky rms 0.00 arcsec" in text
 
 
+def test_a_model_replaces_a_file_only_when_told_to(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = telescope(tmp_path, "a.dat")
+    points = path.read_bytes()
+    call = ["fit", str(path), "--terms", "IA,IE,CA,TX", "--write-model", str(path)]
+    assert run_command(call) == 2
+    assert "a.dat exists already; give another name, or --replace" in capsys.readouterr().err
+    assert path.read_bytes() == points
+    model = tmp_path / "a.mod"
+    model.write_text("another")
+    assert run_command([*call[:-1], str(model), "--replace"]) == 0
+    assert "TX" in model.read_text()
+
+
 def test_a_model_holds_tpoint_terms_only(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

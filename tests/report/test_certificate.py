@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from made_up_session import TRUTH, YES, header_of, hourly, points_at
 
+from solarcal.cli import run_command
 from solarcal.config import read_toml
 from solarcal.errors import ConfigurationError
 from solarcal.mount.formula import Coefficients, Offsets
@@ -297,3 +298,33 @@ def test_points_of_other_terms_get_no_certificate(judged):
 )  # fmt: skip
 def test_markdown_shows_what_was_typed(typed, written):
     assert paragraph(typed) == written
+
+
+def written_over(path, content, session, *words):
+    path.write_bytes(content)
+    told = run_command(["report", str(session), "-o", str(path), *words])
+    return told, path.read_bytes()
+
+
+@pytest.mark.parametrize("ending", WRITERS)
+def test_a_certificate_is_issued_again_and_nothing_else_is_replaced(judged, tmp_path, ending):
+    session, path = judged.files.paths[0], tmp_path / f"day{ending}"
+    code, issued = written_over(path, texts(judged)[ending].encode(), session)
+    assert code == 0
+    book = b"field book of the day\r\n09:10 az 80.12 el 30.11\r\n"
+    assert written_over(path, book, session) == (2, book)
+    assert written_over(path, b"", session) == (2, b"")
+    assert written_over(path, issued, session, "--zip")[0] == 0
+
+
+def test_a_zip_of_the_same_name_is_left_alone(judged, tmp_path, capsys):
+    session, archive = judged.files.paths[0], tmp_path / "day.zip"
+    call = ["report", str(session), "-o", str(tmp_path / "day.md"), "--zip"]
+    archive.write_bytes(b"PK not really")
+    assert run_command(call) == 2
+    assert "day.zip exists and is not a certificate" in capsys.readouterr().err
+    assert archive.read_bytes() == b"PK not really"
+    assert not (tmp_path / "day.md").exists()
+    archive.unlink()
+    assert run_command(call) == 0
+    assert run_command(call) == 0

@@ -318,6 +318,16 @@ def test_the_log_goes_back_through_fit(
         assert fitted["base"][angle] == pytest.approx(simulated["base"][angle], abs=1e-6)
 
 
+def test_a_log_replaces_no_file(
+    logged: tuple[Path, dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    log, _ = logged
+    before = log.read_bytes()
+    assert run_command(["two-mirror", "simulate", "--log", str(log)]) == 2
+    assert "exists already" in capsys.readouterr().err
+    assert log.read_bytes() == before
+
+
 def test_a_stopped_loop_is_exit_code_1(capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command(["two-mirror", "simulate", "--set", "truth.flip1=true"]) == 1
     assert "STOPPED" in capsys.readouterr().out

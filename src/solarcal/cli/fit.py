@@ -5,7 +5,7 @@ import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from solarcal.cli.process import add_json_option, print_json
+from solarcal.cli.process import add_json_option, add_replace_option, print_json, refuse_to_replace
 from solarcal.decimals import decimal, number_option, option_of, shortened
 from solarcal.errors import ConfigurationError
 from solarcal.report.blocks import section_text
@@ -34,6 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="OUT.mod",
         help="write the fitted TPOINT terms as a model file",
     )
+    add_replace_option(parser)
     parser.add_argument(
         "--require", choices=("done",), help="exit with 1 unless this is the verdict"
     )
@@ -264,6 +265,7 @@ def run(args: argparse.Namespace) -> int:
         write_model,
     )
 
+    refuse_to_replace(args, args.write_model)
     model = None if args.compare is None else read_tpoint_model(args.compare)
     files = read_files(args.files, fill_in(args))
     terms = fitted_terms(args.terms, args.method, model)

@@ -19,8 +19,11 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TextIO
+
+from solarcal.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from solarcal.instruments.form import Answer
@@ -166,6 +169,22 @@ def plain(value: Any) -> Any:
     if isinstance(value, float) and not np.isfinite(value):
         return None
     return value
+
+
+def add_replace_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--replace", action="store_true", help="overwrite an existing file")
+
+
+def refuse_to_replace(args: argparse.Namespace, target: str | Path | None) -> None:
+    """Before anything is computed: a file that exists is overwritten only where that was said.
+
+    Raises
+    ------
+    ConfigurationError
+        It exists, and ``--replace`` was not given.
+    """
+    if target is not None and Path(target).exists() and not args.replace:
+        raise ConfigurationError(f"{target} exists already; give another name, or --replace")
 
 
 def print_json(document: Any) -> None:

@@ -5,7 +5,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from solarcal.cli.fit import add_point_options, fill_in
-from solarcal.cli.process import add_json_option, print_json, warn
+from solarcal.cli.process import (
+    add_json_option,
+    add_replace_option,
+    print_json,
+    refuse_to_replace,
+    warn,
+)
 from solarcal.decimals import counted, whole_option
 from solarcal.errors import ConfigurationError
 from solarcal.timescale import SystemClock, format_utc
@@ -67,7 +73,7 @@ def _told(
 def add_export_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("source", metavar="IN.jsonl", help="session file (or .csv, .dat)")
     parser.add_argument("target", metavar="OUT", help="points .csv, or TPOINT .dat (azel only)")
-    parser.add_argument("--replace", action="store_true", help="overwrite an existing file")
+    add_replace_option(parser)
     add_json_option(parser)
 
 
@@ -75,8 +81,7 @@ def run_export(args: argparse.Namespace) -> int:
     from solarcal.session.interchange import read_table, write_table
 
     target = Path(args.target)
-    if target.exists() and not args.replace:
-        raise ConfigurationError(f"{target} exists already; give another name, or --replace")
+    refuse_to_replace(args, target)
     table = read_table(args.source)
     write_table(table, target)
     warnings = list(table.warnings)

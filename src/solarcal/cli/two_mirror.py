@@ -19,7 +19,14 @@ from solarcal.cli.calibrate import (
     tracker_for,
 )
 from solarcal.cli.instrument import add_options, answer, texts_of
-from solarcal.cli.process import add_json_option, print_json, say, terminal_size
+from solarcal.cli.process import (
+    add_json_option,
+    add_replace_option,
+    print_json,
+    refuse_to_replace,
+    say,
+    terminal_size,
+)
 from solarcal.cli.unit_options import (
     add_driver_options,
     add_output_option,
@@ -89,6 +96,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         add_seed_option(one)
         if name == "simulate":
             one.add_argument("--log", metavar="FILE", help="write the log as a points CSV")
+            add_replace_option(one)
         else:
             one.add_argument("--axis", type=whole_option(), choices=(1, 2), default=2)
 
@@ -229,6 +237,7 @@ def _panels(points: "MirrorPoints", base: "EulerBase") -> list[str]:
 def _simulate(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     from solarcal.two_mirror.day import day_document, day_lines, day_table, simulate_day
 
+    refuse_to_replace(args, args.log)
     day = simulate_day(_scenario(args), seed=args.seed)
     if args.log:
         from solarcal.session.interchange.csv_points import write_points_csv

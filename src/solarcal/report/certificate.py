@@ -139,6 +139,9 @@ def certificate_text(certificate: Certificate, ending: str) -> str:
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 """The earliest a zip can tell: the archive must not depend on when it was packed."""
+_SUMS = "SHA256SUMS"
+_HEAD_BYTES = 1000
+"""Within so many every format says what it is."""
 
 README = """\
 The certificate, the files it uses, the profile of site, unit and operator, and the checksums
@@ -172,13 +175,16 @@ def issue(
     ------
     SolarcalError
         A file cannot be read or fitted, was written to meanwhile, or an output cannot be written,
-        its ending being none of ``WRITERS`` among the reasons.
+        its ending being none of ``WRITERS`` among the reasons, or holds something else.
     """
     for output in outputs:
         if output.suffix.lower() not in WRITERS:
             raise ConfigurationError(
                 f"{output}: a certificate is written as {', '.join(WRITERS)}; choose by the ending"
             )
+    archives = [outputs[0].with_suffix(".zip")] if zip_too else []
+    for path in (*outputs, *archives):
+        _refuse_to_replace(path)
     sources = read_sources(files)
     read = read_files(files, fill_in)
     judged = analyse_files(read, **judging(read))
@@ -193,14 +199,33 @@ def issue(
         for path in outputs
     ]
     contents = [(path, source.content) for path, source in zip(outputs, written, strict=True)]
-    if zip_too:
-        archive = office_zip(written[0], sources, judged.header)
-        contents.append((outputs[0].with_suffix(".zip"), archive))
+    contents += [(path, office_zip(written[0], sources, judged.header)) for path in archives]
     for path, content in contents:
         write_whole(path, content, make_folder=True)
     return Issued(
         tuple(path for path, _ in contents), written[0].sha256, judged, signed_off(judged)
     )
+
+
+def _refuse_to_replace(path: Path) -> None:
+    """A certificate of earlier points is replaced; a field book or a session of that name is not.
+
+    Raises
+    ------
+    ConfigurationError
+        The file is there and is no certificate.
+    """
+    if not path.is_file():
+        return
+    if path.suffix.lower() == ".zip":
+        ours = zipfile.is_zipfile(path) and _SUMS in zipfile.ZipFile(path).namelist()
+    else:
+        with path.open("rb") as file:
+            ours = b"calibration certificate" in file.read(_HEAD_BYTES).lower()
+    if not ours:
+        raise ConfigurationError(
+            f"{path} exists and is not a certificate: it is not replaced; give another name"
+        )
 
 
 def office_zip(
@@ -226,7 +251,7 @@ def office_zip(
     sums = "".join(f"{file.sha256}  {file.name}\n" for file in files)
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        for file in (*files, SourceFile("SHA256SUMS", sums.encode())):
+        for file in (*files, SourceFile(_SUMS, sums.encode())):
             entry = zipfile.ZipInfo(file.name, _EPOCH)
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.create_system = 3
