@@ -7,6 +7,7 @@ import pytest
 from emulated_station import emulated_station
 
 from solarcal.errors import LinkError, ProcedureRefused
+from solarcal.session.records import LinkLost, Note, Void
 from solarcal.station.news import Done, Reconnected, StatusRead, StepFailed
 from solarcal.station.worker import StationWorker
 
@@ -92,3 +93,44 @@ def test_a_step_asked_for_while_the_line_is_lost_is_refused_at_once():
     (refused,) = answers(posted, 1)
     assert str(refused.error) == "question: not done, the link is down"
     assert not worker.busy
+
+
+class Remarked(Done[Note], name="remark"): ...
+
+
+@pytest.fixture
+def cut_off(monkeypatch):
+    """A worker whose line is lost and does not come back."""
+    station, _ = emulated_station()
+    posted = queue.Queue()
+    worker = StationWorker(station, posted.put)
+
+    def never():
+        raise LinkError("still cut")
+
+    monkeypatch.setattr(station, "reconnect", never)
+    station.link_lost(LinkError("the line is cut"))
+    worker.start()
+    yield station, worker, posted
+    worker.close()
+
+
+def test_what_only_the_file_needs_is_done_while_the_line_is_lost(cut_off):
+    station, worker, posted = cut_off
+    worker.submit(Asked, lambda _: 7)
+    worker.submit(Remarked, lambda station: station.note("the cable came off"), needs_unit=False)
+    refused, written = answers(posted, 2)
+    assert str(refused.error) == "question: not done, the link is down"
+    worker.submit(Done, lambda station: station.void(written.result.seq, "typo"), needs_unit=False)
+    (struck,) = answers(posted, 1)
+    kinds = [type(record) for record in station.session.records[-3:]]
+    assert kinds == [LinkLost, Note, Void]
+    assert struck.result.voids == written.result.seq
+
+
+def test_a_try_asked_for_does_not_wait_for_its_pause(cut_off, monkeypatch):
+    station, worker, posted = cut_off
+    monkeypatch.setattr(station, "reconnect", lambda: None)
+    worker.reconnect_now()
+    (back,) = answers(posted, 1)
+    assert isinstance(back, Reconnected)

@@ -345,6 +345,21 @@ async def test_a_lost_link_is_said_in_a_dialog_and_nothing_typed_is_lost() -> No
 
 
 @on_loop
+async def test_why_the_link_was_lost_can_be_noted_before_it_is_back() -> None:
+    station, cable = bench()
+    async with workstation(station) as (app, pilot):
+        cable.pulled = True
+        await until(pilot, lambda: app.state.live.link == "lost")
+        await pilot.press("n")
+        await shows(pilot, "Remark", "LINK LOST")
+        await pilot.press(*"a goat", "enter")
+        await until(pilot, lambda: len(app.screen_stack) == 1)
+        assert app.state.live.link == "lost"
+        assert isinstance(station.session.records[-1], Note)
+        assert station.session.records[-1].text == "a goat"
+
+
+@on_loop
 async def test_the_link_dialog_reconnects_now_and_shows_the_traffic() -> None:
     station, cable = bench()
     async with workstation(station) as (_, pilot):

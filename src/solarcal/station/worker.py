@@ -45,6 +45,7 @@ class _Submitted:
     step: Callable[["Station"], Any]
     stops: int | None = None
     """How often STOP had been pressed, for a step that moves something."""
+    needs_unit: bool = True
 
 
 class StationWorker:
@@ -76,17 +77,22 @@ class StationWorker:
         return self._busy.is_set() or not self._steps.empty()
 
     def submit(
-        self, kind: type[Done[Result]], step: Callable[["Station"], Result], *, moves: bool = False
+        self,
+        kind: type[Done[Result]],
+        step: Callable[["Station"], Result],
+        *,
+        moves: bool = False,
+        needs_unit: bool = True,
     ) -> None:
         """Run ``step`` after those submitted before it; a ``kind`` or ``StepFailed`` follows.
 
         One that ``moves`` something is not begun when STOP is pressed while it waits. While the
-        link is down none is.
+        link is down none is that ``needs_unit``; what only writes into the session file is.
         """
-        if self.station.state.live.link is LinkState.LOST:
+        if needs_unit and self.station.state.live.link is LinkState.LOST:
             self._refuse(kind)
             return
-        self._steps.put(_Submitted(kind, step, self._stops if moves else None))
+        self._steps.put(_Submitted(kind, step, self._stops if moves else None, needs_unit))
 
     def submit_beside(self, kind: type[Done[Result]], step: Callable[["Station"], Result]) -> None:
         """Run a step that touches no state of the station, beside a long one that is running."""
@@ -116,6 +122,7 @@ class StationWorker:
     def reconnect_now(self) -> None:
         """Do not wait for the next try."""
         self._retry_now.set()
+        self._steps.put(None)
 
     def close(self) -> None:
         """End the thread after the step that is running. The session stays as it is."""
@@ -198,13 +205,13 @@ class StationWorker:
         while left_s > 0.0 and not self._retry_now.is_set():
             words = f"next try in {left_s:.0f} s; press L to try now"
             self._post(Progress(Reconnected, 1.0 - left_s / pause_s, words))
-            self._retry_now.wait(min(1.0, left_s))
+            self._attend_while_lost(min(1.0, left_s))
             left_s -= 1.0
         self._retry_now.clear()
         if self._closing.is_set():
             return pause_s
-        # Steps asked for while the line was down are refused, not replayed into a new situation.
-        self._drop_waiting()
+        while self._attend_while_lost(0.0):
+            pass
         try:
             self.station.reconnect()
         except LinkError:
@@ -216,14 +223,21 @@ class StationWorker:
         # A line that comes and goes is not opened anew every second.
         return min(2.0 * pause_s, LONGEST_RETRY_S)
 
-    def _drop_waiting(self) -> None:
-        while True:
-            try:
-                dropped = self._steps.get_nowait()
-            except queue.Empty:
-                return
-            if dropped is not None:
-                self._refuse(dropped.kind)
+    def _attend_while_lost(self, patience_s: float) -> bool:
+        """Whether something was waiting. What needs the unit is refused, not done later in a new
+        situation."""
+        try:
+            waiting = (
+                self._steps.get(timeout=patience_s) if patience_s else self._steps.get_nowait()
+            )
+        except queue.Empty:
+            return False
+        if waiting is not None:
+            if waiting.needs_unit:
+                self._refuse(waiting.kind)
+            else:
+                self._begin(waiting)
+        return True
 
     def _refuse(self, kind: Kind) -> None:
         self._post(StepFailed(kind, LinkError(f"{kind.name}: not done, the link is down")))

@@ -127,7 +127,7 @@ class NoteDialog(Dialog):
             self.say("Nothing was typed.", "warning")
             return
         self.offer()
-        self.submit(NoteWritten, lambda station: station.note(text))
+        self.submit(NoteWritten, lambda station: station.note(text), needs_unit=False)
 
     def step_done(self, done: Done[Any]) -> None:
         super().step_done(done)
@@ -203,7 +203,7 @@ class VoidDialog(Dialog):
             return
         if seq is None:
             return
-        self.submit(RecordVoided, lambda station: station.void(seq, reason))
+        self.submit(RecordVoided, lambda station: station.void(seq, reason), needs_unit=False)
 
     def step_done(self, done: Done[Any]) -> None:
         super().step_done(done)

@@ -13,6 +13,7 @@ from textual.notifications import SeverityLevel
 from textual.timer import Timer
 from textual.widget import Widget
 
+from solarcal.errors import LinkError
 from solarcal.station.news import Done, Result, SpeedTold, StepFailed, Stopped
 from solarcal.station.procedure import Station
 from solarcal.station.state import LinkState, StationState
@@ -261,10 +262,15 @@ class Dialog(StationModal[None]):
         return self.workstation.station_worker()
 
     def submit(
-        self, kind: type[Done[Result]], step: Callable[[Station], Result], *, moves: bool = False
+        self,
+        kind: type[Done[Result]],
+        step: Callable[[Station], Result],
+        *,
+        moves: bool = False,
+        needs_unit: bool = True,
     ) -> None:
         self._finished = False
-        self.worker.submit(kind, step, moves=moves)
+        self.worker.submit(kind, step, moves=moves, needs_unit=needs_unit)
 
     def show_state(self, state: StationState) -> None:
         lost = state.live.link is LinkState.LOST
@@ -305,7 +311,7 @@ class Dialog(StationModal[None]):
 
     def step_failed(self, failed: StepFailed) -> None:
         # Of a lost line the state tells.
-        if self._lost:
+        if self._lost and isinstance(failed.error, LinkError):
             self._say_lost(self.workstation.state)
         else:
             self.say(str(failed.error), "error")

@@ -139,7 +139,7 @@ class PointScreen(StationScreen):
 
         self._close_reason()
         self.workstation.station_worker().submit(
-            PointStruck, lambda station: station.void(seq, reason)
+            PointStruck, lambda station: station.void(seq, reason), needs_unit=False
         )
 
     def _close_reason(self) -> None:
