@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from solarcal.cli import build_parser, run_command
-from solarcal.cli.two_mirror import watch_folder
+from solarcal.cli.instrument import watch_folder
+from solarcal.instruments.catalogue import BY_ID
 from solarcal.two_mirror.mirrors import direction, tracker_matrix
 
 T1, T2 = 20.0, 40.0
@@ -142,7 +143,7 @@ def test_a_folder_being_filled_gives_a_line_for_each_image(
     """The second picture shows a cloud: a warning, and the next one counts."""
     words = camera(tmp_path, "--images", "3", "--pixel", "0.1")
     args = build_parser("two-mirror").parse_args(words)
-    assert watch_folder(args, Shutter(tmp_path)) == 0
+    assert watch_folder(BY_ID["mirrors-camera"], args, Shutter(tmp_path)) == 0
     printed = capsys.readouterr()
     assert len(printed.out.splitlines()) == 3
     assert [Path(line.split(":")[0]).stem for line in printed.out.splitlines()] == ["1", "3", "4"]

@@ -4,11 +4,14 @@ import argparse
 from collections.abc import Iterable
 from typing import Any
 
-from solarcal.cli.process import add_json_option, print_answer
+from solarcal.cli.process import add_json_option, print_answer, print_json, say
 from solarcal.errors import ConfigurationError
 from solarcal.instruments.catalogue import INSTRUMENTS
 from solarcal.instruments.form import Field, Flag, Instrument
-from solarcal.timescale import SystemClock
+from solarcal.timescale import Clock, SystemClock
+
+LOOK_EVERY_S = 0.5
+"""At a folder for its next image."""
 
 _KINDS = {
     "heliostat": ("aim", "target", "drift", "circle", "shift"),
@@ -80,6 +83,39 @@ def answer(instrument: Instrument, args: argparse.Namespace) -> int:
     values, labels = texts_of(instrument, args)
     form = instrument.form(values, SystemClock().utc_s(), labels)
     return print_answer(instrument.answer(form), args.json)
+
+
+def watch_folder(instrument: Instrument, args: argparse.Namespace, clock: Clock) -> int:
+    """The corrections of every image that comes into the folder, until there are ``--images``."""
+    from solarcal.optics.disc_image import newest_image
+
+    folder = args.image
+    seen: set[str] = set()
+    found: list[dict[str, Any]] = []
+    while len(found) < args.images:
+        newest = newest_image(folder, seen)
+        if newest is None:
+            clock.wait(LOOK_EVERY_S)
+            continue
+        args.image = newest[0]
+        seen.add(args.image)
+        try:
+            values, labels = texts_of(instrument, args)
+            one = instrument.answer(instrument.form(values, clock.utc_s(), labels)).document
+        except ConfigurationError as error:
+            say(f"warning: {error}")
+            continue
+        found.append(one)
+        if not args.json:
+            print(
+                f"{args.image}: axis 1 {one['correction1_deg']:+.5f} +- "
+                f"{one['correction1_sigma_deg']:.5f}, axis 2 {one['correction2_deg']:+.5f} +- "
+                f"{one['correction2_sigma_deg']:.5f} deg",
+                flush=True,
+            )
+    if args.json:
+        print_json({"images": found})
+    return 0
 
 
 def texts_of(

@@ -18,7 +18,7 @@ from solarcal.cli.calibrate import (
     add_set_option,
     tracker_for,
 )
-from solarcal.cli.instrument import add_options, answer, texts_of
+from solarcal.cli.instrument import add_options, answer, watch_folder
 from solarcal.cli.process import (
     add_json_option,
     add_replace_option,
@@ -36,7 +36,7 @@ from solarcal.cli.unit_options import (
 from solarcal.decimals import counted, number_option, whole_option
 from solarcal.errors import ConfigurationError
 from solarcal.instruments.catalogue import BY_ID
-from solarcal.timescale import Clock, SystemClock
+from solarcal.timescale import SystemClock
 
 if TYPE_CHECKING:
     from solarcal.two_mirror.base import MirrorPoints
@@ -45,8 +45,6 @@ if TYPE_CHECKING:
 
 
 PANEL_ROWS = 14
-LOOK_EVERY_S = 0.5
-"""At a folder for its next image."""
 
 _INSTRUMENTS = {
     "point": "axis angles for the Sun, and the matrix of the mirrors",
@@ -108,7 +106,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Compute, and print text or the document; 1 when a simulated loop had to stop itself."""
     if args.kind == "camera" and args.images is not None:
-        return watch_folder(args, SystemClock())
+        return watch_folder(BY_ID["mirrors-camera"], args, SystemClock())
     if args.kind in _INSTRUMENTS:
         return answer(BY_ID[f"mirrors-{args.kind}"], args)
     kinds: dict[str, Callable[[argparse.Namespace], tuple[dict[str, Any], list[str]]]] = {
@@ -123,39 +121,6 @@ def run(args: argparse.Namespace) -> int:
     else:
         print("\n".join(lines))
     return 1 if document.get("stopped") else 0
-
-
-def watch_folder(args: argparse.Namespace, clock: Clock) -> int:
-    """The corrections of every image that comes into the folder, until there are ``--images``."""
-    from solarcal.optics.disc_image import newest_image
-
-    instrument, folder = BY_ID["mirrors-camera"], args.image
-    seen: set[str] = set()
-    found: list[dict[str, Any]] = []
-    while len(found) < args.images:
-        newest = newest_image(folder, seen)
-        if newest is None:
-            clock.wait(LOOK_EVERY_S)
-            continue
-        args.image = newest[0]
-        seen.add(args.image)
-        try:
-            values, labels = texts_of(instrument, args)
-            one = instrument.answer(instrument.form(values, clock.utc_s(), labels)).document
-        except ConfigurationError as error:
-            say(f"warning: {error}")
-            continue
-        found.append(one)
-        if not args.json:
-            print(
-                f"{args.image}: axis 1 {one['correction1_deg']:+.5f} +- "
-                f"{one['correction1_sigma_deg']:.5f}, axis 2 {one['correction2_deg']:+.5f} +- "
-                f"{one['correction2_sigma_deg']:.5f} deg",
-                flush=True,
-            )
-    if args.json:
-        print_json({"images": found})
-    return 0
 
 
 def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
