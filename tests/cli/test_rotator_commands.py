@@ -10,9 +10,8 @@ from solarcal.emulator.rotator import EmulatedRotator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import serve_tcp
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.session.view import read_session
+from solarcal.session.view import read_session, view_session
 from solarcal.station.software_controller.coefficient_store import StoredCorrection
-from solarcal.station.state import view_session
 
 SITE_FILE = """
 driver = "rotctld"

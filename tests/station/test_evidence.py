@@ -9,9 +9,9 @@ from solarcal.model.analysis import findings_of
 from solarcal.model.evidence.direct import Evidence, direct_findings, evidence_sentences
 from solarcal.mount.formula import Offsets
 from solarcal.session.records import RefCheck, Void
+from solarcal.session.view import SessionView, view_session
 from solarcal.station.analysing import analyse_session, solve_merged
 from solarcal.station.fitting import sky_context, solve
-from solarcal.station.state import SessionView, view_session
 from solarcal.station.technician import AutomaticTechnician, Schedule
 
 

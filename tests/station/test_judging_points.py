@@ -12,6 +12,7 @@ from solarcal.errors import ProcedureRefused
 from solarcal.mount.drive import RotaryDrive
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import CheckRecord, PointRecord, Void
+from solarcal.session.view import SessionView, view_session
 from solarcal.station.analysing import analyse_session
 from solarcal.station.curves import session_plot_data
 from solarcal.station.fitting import solve
@@ -23,7 +24,6 @@ from solarcal.station.point_judgement import (
     point_evidence,
     point_influence,
 )
-from solarcal.station.state import SessionView, view_session
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.station.uploading import propose_upload, too_few_points
 

@@ -12,12 +12,11 @@ from solarcal.model.methods import DEFAULT_PRIOR
 from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.journal import Journal
-from solarcal.session.view import read_session
+from solarcal.session.view import read_session, view_session
 from solarcal.site import BoltCircle, Inclinometer
 from solarcal.station.analysing import analyse_files, analyse_session, read_files
 from solarcal.station.fitting import last_doubts, prior_of, solve
 from solarcal.station.procedure import Station
-from solarcal.station.state import view_session
 from solarcal.station.technician import AutomaticTechnician, Schedule
 
 READ = Inclinometer(lean_north_deg=0.6, lean_east_deg=-0.25, sigma_deg=0.02)

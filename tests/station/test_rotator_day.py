@@ -6,9 +6,8 @@ from solarcal.emulated_units import emulated_unit
 from solarcal.errors import ConfigurationError
 from solarcal.model.evidence.read_outs import losses
 from solarcal.session.journal import Journal
-from solarcal.session.view import read_session
+from solarcal.session.view import read_session, view_session
 from solarcal.station.headless import calibrate
-from solarcal.station.state import view_session
 from solarcal.station.technician import Schedule
 
 

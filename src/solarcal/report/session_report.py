@@ -52,10 +52,10 @@ from solarcal.session.records import (
     UploadRecord,
     Void,
 )
+from solarcal.session.view import SessionView
 from solarcal.station.analysing import FileAnalysis, analyse_session
 from solarcal.station.curves import session_plot_data, table_plot_data
 from solarcal.station.question_evidence import found_words
-from solarcal.station.state import SessionView
 
 if TYPE_CHECKING:
     from solarcal.station.headless import Calibration

@@ -22,9 +22,9 @@ from solarcal.mount.controller import commanded_error_deg
 from solarcal.mount.drive import register
 from solarcal.mount.formula import Coefficients
 from solarcal.session.records import Answers, CheckRecord, PointRecord, SunOffset
+from solarcal.session.view import SessionView
 from solarcal.station import guards
 from solarcal.station.fitting import solve
-from solarcal.station.state import SessionView
 from solarcal.sun import sun_position
 from solarcal.timescale import format_utc, parse_utc
 from solarcal.unit.tracker import Status, TypedDisplay

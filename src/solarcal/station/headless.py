@@ -14,12 +14,12 @@ from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.model.solution import Solution
 from solarcal.session.journal import Journal
 from solarcal.session.records import Closed, Header, UploadRecord
+from solarcal.session.view import SessionView
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.connect import disagreements
 from solarcal.station.fitting import solve
 from solarcal.station.procedure import Station
 from solarcal.station.session_header import SessionSettings
-from solarcal.station.state import SessionView
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule
 from solarcal.timescale import Clock, SystemClock

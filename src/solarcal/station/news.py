@@ -24,9 +24,10 @@ if TYPE_CHECKING:
         UploadRecord,
         Void,
     )
+    from solarcal.session.view import SessionView
     from solarcal.station.jogging import JogView  # noqa: F401
     from solarcal.station.point_judgement import PointJudgement  # noqa: F401
-    from solarcal.station.state import Attempt, SessionView, StationState  # noqa: F401
+    from solarcal.station.state import Attempt, StationState  # noqa: F401
     from solarcal.station.uploading import UploadOffer  # noqa: F401
     from solarcal.unit.tracker import Spot, Status  # noqa: F401
 

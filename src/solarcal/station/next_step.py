@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 from solarcal.model.analysis import Analysis
 from solarcal.model.evidence.clocks import CLOCK_TOLERANCE_S
+from solarcal.session.view import SessionView
 from solarcal.station import guards
 from solarcal.station.sign_off import sign_off
-from solarcal.station.state import Activity, LinkState, SessionView, StationState
+from solarcal.station.state import Activity, LinkState, StationState
 from solarcal.timescale import SECONDS_PER_SUN_DEG, parse_utc
 from solarcal.unit.tracker import Mode
 

@@ -21,10 +21,9 @@ from solarcal.session.records import (
     SunOffset,
     Void,
 )
-from solarcal.session.view import live_records
+from solarcal.session.view import SessionView, live_records, view_session
 from solarcal.station.analysing import analyse_session
 from solarcal.station.fitting import solve
-from solarcal.station.state import SessionView, view_session
 
 POINT_SIGMA_DEG = 0.02
 """How well an eye centres a spot, until the points themselves give it."""

@@ -10,8 +10,9 @@ from solarcal.model.evidence.clocks import CLOCK_TOLERANCE_S
 from solarcal.model.evidence.read_outs import FEWEST_COUNTS
 from solarcal.model.parameter_checks import CORRECTION_LIMIT_DEG
 from solarcal.session.records import RefCheck
+from solarcal.session.view import SessionView
 from solarcal.station.gathering import MAX_OFFSET_AGE_S
-from solarcal.station.state import LiveView, SessionView
+from solarcal.station.state import LiveView
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.timescale import parse_utc
 from solarcal.unit.tracker import Mode, Spot, Status

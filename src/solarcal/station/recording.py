@@ -16,8 +16,9 @@ from solarcal.errors import ProcedureRefused
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.journal import Journal
 from solarcal.session.records import Answers, CheckRecord, Header, KnownRecord, PointRecord, Typed
+from solarcal.session.view import SessionView, view_session
 from solarcal.station.session_header import SessionSettings, session_header
-from solarcal.station.state import Activity, Attempt, SessionView, StationState, view_session
+from solarcal.station.state import Activity, Attempt, StationState
 from solarcal.station.typed.forms import TypedAnswer
 from solarcal.sun import sun_position
 from solarcal.timescale import Clock, format_utc

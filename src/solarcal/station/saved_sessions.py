@@ -11,8 +11,7 @@ from solarcal.config import Choice, sessions_dir
 from solarcal.decimals import counted
 from solarcal.errors import SolarcalError, harmless
 from solarcal.session.records import Closed, Header, PointRecord, Record
-from solarcal.session.view import UNCLOSED, read_session
-from solarcal.station.state import SessionView, view_session
+from solarcal.session.view import UNCLOSED, SessionView, read_session, view_session
 from solarcal.timescale import parse_utc
 
 NEWEST_SESSIONS = 40

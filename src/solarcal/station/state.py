@@ -13,8 +13,7 @@ import msgspec
 
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import Answers, CheckRecord, PointRecord, UploadRecord
-from solarcal.session.view import SessionView as SessionView
-from solarcal.session.view import view_session as view_session
+from solarcal.session.view import SessionView
 from solarcal.unit.tracker import Capabilities, Status, Stored, UnitIdentity
 
 

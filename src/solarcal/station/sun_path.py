@@ -14,8 +14,9 @@ from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.geometry import MountGeometry
 from solarcal.optics.offset_mirror import Heliostat
 from solarcal.session.records import Header
+from solarcal.session.view import SessionView
 from solarcal.site import Site, Weather
-from solarcal.station.state import LiveView, SessionView
+from solarcal.station.state import LiveView
 from solarcal.sun import SunPosition, sun_position
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import RAD_PER_DEG, FloatArray, wrap_deg

@@ -15,11 +15,11 @@ from solarcal.model.forecast import Forecast
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients, Offsets
 from solarcal.session.records import UnitRecord
-from solarcal.session.view import read_session
+from solarcal.session.view import SessionView, read_session
 from solarcal.station.analysing import analyse_session
 from solarcal.station.procedure import Station
 from solarcal.station.sign_off import forecast_with
-from solarcal.station.state import SessionView, newest_upload
+from solarcal.station.state import newest_upload
 from solarcal.unit.tracker import UnitIdentity
 
 BETTER_PROBABILITY = 0.95

@@ -21,10 +21,9 @@ from solarcal.model.verdict import base_and_shims
 from solarcal.report.blocks import lines_of, wrapped
 from solarcal.report.judgement import coefficients_table, fit_summary, shims_blocks
 from solarcal.report.tables import points_table
-from solarcal.session.view import read_session
+from solarcal.session.view import SessionView, read_session
 from solarcal.station.fitting import last_doubts, solve
 from solarcal.station.saved_sessions import session_files
-from solarcal.station.state import SessionView
 from solarcal.tui.base import StationScreen, Workstation, show_once
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import NoticeLine

@@ -18,11 +18,12 @@ from solarcal.report.forecast_map import forecast_map
 from solarcal.report.plots import error_plot, error_reach
 from solarcal.report.scales import View
 from solarcal.session.records import UploadRecord
+from solarcal.session.view import SessionView
 from solarcal.station.curves import before_and_after
 from solarcal.station.news import FitReady
 from solarcal.station.next_step import CHECK_POINTS
 from solarcal.station.sign_off import SignOff, forecast_with, sign_off
-from solarcal.station.state import SessionView, StationState
+from solarcal.station.state import StationState
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry

@@ -11,6 +11,7 @@ from solarcal.report.blocks import columns, number, text_of
 from solarcal.report.judgement import STATE_WORDS
 from solarcal.report.tables import checks_table
 from solarcal.session.records import UploadRecord
+from solarcal.session.view import SessionView
 from solarcal.station.news import (
     Done,
     RolledBack,
@@ -22,7 +23,6 @@ from solarcal.station.news import (
 )
 from solarcal.station.procedure import Station
 from solarcal.station.sign_off import sign_off
-from solarcal.station.state import SessionView
 from solarcal.station.uploading import UploadOffer, propose_upload, refuse_doubtful, too_few_points
 from solarcal.stopping_rule import percent
 from solarcal.tui.base import is_typed

@@ -18,10 +18,11 @@ from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.report.blocks import columns, number
 from solarcal.report.session_report import record_line
 from solarcal.session.records import PointRecord
+from solarcal.session.view import SessionView
 from solarcal.station.news import Done, PointStruck, StepFailed
 from solarcal.station.point_judgement import PointInfluence, point_evidence, point_influence
 from solarcal.station.question_evidence import found_words
-from solarcal.station.state import SessionView, StationState
+from solarcal.station.state import StationState
 from solarcal.tui.base import StationScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine

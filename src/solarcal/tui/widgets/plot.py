@@ -22,8 +22,8 @@ from solarcal.report.plots import convergence_plot, error_plot, residual_plot
 from solarcal.report.scales import Sheet, Theme, View
 from solarcal.report.sky_plots import sky_map
 from solarcal.session.records import PointRecord
+from solarcal.session.view import SessionView
 from solarcal.station.curves import ErrorPlotData, session_plot_data
-from solarcal.station.state import SessionView
 
 _SGR = re.compile(r"\x1b\[([0-9;]*)m")
 

@@ -17,9 +17,10 @@ from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.report.blocks import Sentences, lines_of
 from solarcal.report.judgement import STATE_WORDS, shim_sentence
 from solarcal.report.tables import checks_table, clocks_table, ref_checks_table, upload_table
+from solarcal.session.view import SessionView
 from solarcal.station.next_step import NextStep, countdown_text
 from solarcal.station.sign_off import sign_off
-from solarcal.station.state import LinkState, SessionView, StationState
+from solarcal.station.state import LinkState, StationState
 from solarcal.stopping_rule import percent
 from solarcal.tui.widgets.lines import HeadLine, Part, Words
 from solarcal.tui.widgets.text_lines import TextLines

@@ -3,8 +3,9 @@
 from textual.content import Content
 
 from solarcal.session.records import Header
+from solarcal.session.view import SessionView
 from solarcal.station.question_evidence import ago_text
-from solarcal.station.state import LiveView, SessionView, StationState
+from solarcal.station.state import LiveView, StationState
 from solarcal.station.sun_path import SunNow, sun_now
 from solarcal.timescale import clock_face, format_utc
 from solarcal.tui.widgets.text_lines import TextLines

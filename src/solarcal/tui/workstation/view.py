@@ -21,7 +21,8 @@ from solarcal.report.blocks import lines_of
 from solarcal.report.scales import View
 from solarcal.report.tables import points_table
 from solarcal.session.records import PointRecord
-from solarcal.station.state import SessionView, StationState
+from solarcal.session.view import SessionView
+from solarcal.station.state import StationState
 from solarcal.tui.base import StationScreen
 from solarcal.tui.widgets.footer import ROOMY_COLUMNS, FooterEntry, KeysInLine
 from solarcal.tui.widgets.plot import PLOTS, ExploredPlot
