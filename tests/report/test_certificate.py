@@ -32,7 +32,7 @@ from solarcal.report.svg_figures import forecast_figure
 from solarcal.session.journal import Journal
 from solarcal.session.records import CheckRecord, UploadRecord, Void
 from solarcal.station.analysing import FileAnalysis, analyse_files, read_files
-from solarcal.station.sign_off import forecast_with, sign_off
+from solarcal.station.uploading import forecast_with, sign_off
 
 NASTY = '<script>alert("x")</script> | `a` \x1b[31m & "q"'
 

@@ -21,7 +21,6 @@ from solarcal.session.points import PointTable, table_of_points
 from solarcal.session.records import CheckRecord, Header, PointRecord, UploadRecord
 from solarcal.session.view import SessionView
 from solarcal.site import Site
-from solarcal.station.sign_off import held
 from solarcal.station.sun_path import (
     STEP_H,
     STEPS_PER_DAY,
@@ -30,6 +29,7 @@ from solarcal.station.sun_path import (
     solar_day,
     solar_time_from_direction_h,
 )
+from solarcal.station.uploading import held
 from solarcal.sun.position import sun_known
 from solarcal.timescale import parse_utc
 from solarcal.units import RAD_PER_DEG, FloatArray

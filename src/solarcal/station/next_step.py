@@ -9,8 +9,8 @@ from solarcal.model.analysis import Analysis
 from solarcal.model.evidence.clocks import CLOCK_TOLERANCE_S
 from solarcal.session.view import SessionView
 from solarcal.station import guards
-from solarcal.station.sign_off import sign_off
 from solarcal.station.state import Activity, LinkState, StationState
+from solarcal.station.uploading import sign_off
 from solarcal.timescale import SECONDS_PER_SUN_DEG, parse_utc
 from solarcal.unit.tracker import Mode
 

@@ -22,8 +22,8 @@ from solarcal.session.view import SessionView
 from solarcal.station.curves import before_and_after
 from solarcal.station.news import FitReady
 from solarcal.station.next_step import CHECK_POINTS
-from solarcal.station.sign_off import SignOff, forecast_with, sign_off
 from solarcal.station.state import StationState
+from solarcal.station.uploading import SignOff, forecast_with, sign_off
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry

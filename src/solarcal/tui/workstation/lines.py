@@ -19,8 +19,8 @@ from solarcal.report.judgement import STATE_WORDS, shim_sentence
 from solarcal.report.tables import checks_table, clocks_table, ref_checks_table, upload_table
 from solarcal.session.view import SessionView
 from solarcal.station.next_step import NextStep, countdown_text
-from solarcal.station.sign_off import sign_off
 from solarcal.station.state import LinkState, StationState
+from solarcal.station.uploading import sign_off
 from solarcal.stopping_rule import percent
 from solarcal.tui.widgets.lines import HeadLine, Part, Words
 from solarcal.tui.widgets.text_lines import TextLines
