@@ -52,7 +52,7 @@ async def test_start_offers_ports_emulated_trackers_and_sessions(size, monkeypat
     )  # fmt: skip
     monkeypatch.setattr(serial.tools.list_ports, "comports", lambda: [plugged])
     monkeypatch.setattr(
-        "solarcal.tui.start.menu_entries.scenario_names", lambda: ["tijeras-azel", "tilted-tower"]
+        "solarcal.tui.menu_entries.scenario_names", lambda: ["tijeras-azel", "tilted-tower"]
     )
     app = SolarcalApp(settings=Settings(last=Choice(scenario="tijeras-azel")))
     async with app.run_test(size=size) as pilot:

@@ -29,7 +29,7 @@ from solarcal.station.news import FileInitialised
 from solarcal.station.saved_sessions import finished, saved_sessions
 from solarcal.timescale import SystemClock
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.start.screen import StartScreen
+from solarcal.tui.start_screen import StartScreen
 from solarcal.tui.workstation.screen import WorkstationScreen
 
 

@@ -10,8 +10,8 @@ from solarcal.config import Choice, Settings
 from solarcal.station.news import StatusRead
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.base import MenuEntriesFound
-from solarcal.tui.start.menu_entries import Entry, MenuEntries, menu_entries
-from solarcal.tui.start.screen import StartScreen
+from solarcal.tui.menu_entries import Entry, MenuEntries, menu_entries
+from solarcal.tui.start_screen import StartScreen
 from solarcal.tui.widgets.plot import PLOTS
 from solarcal.tui.workstation.view import WorkstationView
 from tools.pictures.film import Frame, film

@@ -37,7 +37,7 @@ from solarcal.tui.palette import (
     axis_colours,
     begin_with_theme,
 )
-from solarcal.tui.start.screen import StartScreen
+from solarcal.tui.start_screen import StartScreen
 
 PRESS_STOP_S = 8.0
 """How long the notice stays that STOP is at the unit."""

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from solarcal.station.worker import StationWorker
     from solarcal.tui.form_asked import AskedForm
     from solarcal.tui.keys import Action
-    from solarcal.tui.start.menu_entries import MenuEntries
+    from solarcal.tui.menu_entries import MenuEntries
 
 
 Result = TypeVar("Result")

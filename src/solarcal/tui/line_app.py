@@ -18,7 +18,7 @@ from solarcal.tui.base import (
     Told,
     raise_here,
 )
-from solarcal.tui.start.screen import StartScreen
+from solarcal.tui.start_screen import StartScreen
 from solarcal.tui.station_app import StationApp
 
 if TYPE_CHECKING:

@@ -1,4 +1,7 @@
-"""The first screen: which unit, which emulated one, which saved session; the last choice first."""
+"""Before the workstation: which unit, which emulated one, which session; and the profile form.
+
+The last choice comes first. A profile is kept as TOML in the config folder.
+"""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,16 +10,18 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import msgspec
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Horizontal
+from textual.containers import Horizontal, VerticalScroll
 from textual.content import Content
-from textual.widgets import Input, OptionList, Static
+from textual.widgets import Input, OptionList, Select, Static
 from textual.widgets.option_list import Option
 
 from solarcal import __version__
 from solarcal.config import Choice
+from solarcal.errors import SolarcalError
+from solarcal.profile_form import FIELDS, FieldError, form_texts, profile_from_form
+from solarcal.profiles import Profile, load_profile, profile_names, save_profile
 from solarcal.station.news import StepFailed
-from solarcal.tui.base import ONE_IMPORT, MenuEntriesFound, StationScreen
-from solarcal.tui.start.profile import ProfileScreen
+from solarcal.tui.base import ONE_IMPORT, MenuEntriesFound, StationModal, StationScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine
 from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, ON_A_LINE, has_line
@@ -105,7 +110,7 @@ class StartScreen(StationScreen):
 
     def _look_up(self) -> None:
         with ONE_IMPORT:
-            from solarcal.tui.start.menu_entries import menu_entries
+            from solarcal.tui.menu_entries import menu_entries
 
         offers = menu_entries(self.workstation.settings)
         self.post_message(MenuEntriesFound(offers))
@@ -247,3 +252,95 @@ class StartScreen(StationScreen):
 
     def action_theme(self) -> None:
         self.app.search_themes()
+
+
+class _ProfileRows(VerticalScroll, inherit_bindings=False):
+    """Scrolls to the field with the focus: the arrow keys go to the next one."""
+
+
+class ProfileScreen(StationModal[bool]):
+    """One row a field; Ctrl+W or Enter in the last field saves, Escape changes nothing."""
+
+    DEFAULT_CSS = """
+    ProfileScreen { background: $background; }
+    ProfileScreen VerticalScroll { height: 1fr; }
+    ProfileScreen .row { height: 1; padding: 0 1; }
+    ProfileScreen .row Static { width: 32; }
+    ProfileScreen Input { width: 1fr; height: 1; border: none; padding: 0 1; }
+    ProfileScreen Input.-wrong { background: $error 40%; text-style: bold; }
+    ProfileScreen Select { width: 1fr; }
+    """
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("ctrl+w", "save", "Save", show=False, priority=True),
+        Binding("down", "app.focus_next", "Next field", show=False),
+        Binding("up", "app.focus_previous", "Previous field", show=False),
+    ]
+
+    def __init__(self, profile: Profile) -> None:
+        super().__init__()
+        self._profile = profile
+
+    def compose(self) -> ComposeResult:
+        yield HeadLine(id="title")
+        with _ProfileRows(can_focus=False):
+            names = profile_names()
+            if len(names) > 1:
+                yield Select(
+                    [(name, name) for name in names],
+                    prompt="another saved profile ...",
+                    compact=True,
+                    id="saved",
+                )
+            texts = form_texts(self._profile)
+            for name, label, hint in FIELDS:
+                with Horizontal(classes="row"):
+                    yield Static(label, markup=False)
+                    yield Input(texts[name], placeholder=hint, id=name, compact=True)
+        yield LogLine(id="log")
+        yield ActionFooter(
+            [FooterEntry("^W", "Save", "screen.save"), FooterEntry("Esc", "Back", "screen.leave")]
+        )
+
+    def on_mount(self) -> None:
+        self.query_one("#title", HeadLine).show(
+            ["Site, unit and operator"], ["Ctrl+W saves, Escape changes nothing"]
+        )
+        self.say_on_line("Empty fields are taken from the unit.")
+        self.query_one("#name", Input).focus()
+
+    def on_select_changed(self, event: Select.Changed) -> None:
+        if not isinstance(event.value, str):
+            return
+        try:
+            self._profile = load_profile(event.value)
+            texts = form_texts(self._profile)
+        except SolarcalError as error:
+            self.say_on_line(str(error), error=True)
+            return
+        for name, text in texts.items():
+            self.query_one(f"#{name}", Input).value = text
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        if event.input.id == FIELDS[-1][0]:
+            self.action_save()
+        else:
+            self.app.action_focus_next()
+
+    def action_save(self) -> None:
+        texts = {name: self.query_one(f"#{name}", Input).value for name, _, _ in FIELDS}
+        for name in texts:
+            self.query_one(f"#{name}", Input).remove_class("-wrong")
+        try:
+            profile = profile_from_form(texts, self._profile)
+            save_profile(profile)
+        except SolarcalError as error:
+            self.say_on_line(str(error), error=True)
+            if isinstance(error, FieldError):
+                wrong = self.query_one(f"#{error.field}", Input)
+                wrong.add_class("-wrong")
+                wrong.focus()
+            return
+        app = self.workstation
+        app.profile = profile
+        app.remember(msgspec.structs.replace(app.settings, profile=profile.name))
+        self.dismiss(True)
