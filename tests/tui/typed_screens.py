@@ -14,12 +14,11 @@ from solarcal.site import Site
 from solarcal.station.described_unit import unit_parameters, unit_site
 from solarcal.station.procedure import Station
 from solarcal.station.typed.controller_model import TypedControllerModel
-from solarcal.station.typed.forms import DisplayForm, TypedAnswer
+from solarcal.station.typed.forms import DisplayForm, ScreenDisplay, TypedAnswer
 from solarcal.station.typed.unit import TypedUnit
 from solarcal.timescale import parse_utc
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.base import FormAsked, Told
-from solarcal.tui.form_asked import ScreenDisplay
 from solarcal.tui.widgets.lines import Field
 from solarcal.tui.workstation.screen import WorkstationScreen
 

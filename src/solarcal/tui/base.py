@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from solarcal.station.opening import OpenLine
     from solarcal.station.planning import PlanOptions
     from solarcal.station.state import StationState
+    from solarcal.station.typed.forms import AskedForm
     from solarcal.station.worker import StationWorker
-    from solarcal.tui.form_asked import AskedForm
     from solarcal.tui.keys import Action
     from solarcal.tui.menu_entries import MenuEntries
 

@@ -23,7 +23,7 @@ from solarcal.tui.station_app import StationApp
 
 if TYPE_CHECKING:
     from solarcal.station.opening import OpenLine
-    from solarcal.tui.form_asked import AskedForm, ScreenDisplay
+    from solarcal.station.typed.forms import AskedForm, ScreenDisplay
 
 
 class LineApp(StationApp):
@@ -117,7 +117,7 @@ class LineApp(StationApp):
         """Where a person who reads a unit's display is asked."""
         if self._reader is None:
             with ONE_IMPORT:
-                from solarcal.tui.form_asked import ScreenDisplay
+                from solarcal.station.typed.forms import ScreenDisplay
 
             self._reader = ScreenDisplay(lambda asked: self.post_message(Told(FormAsked(asked))))
         return self._reader

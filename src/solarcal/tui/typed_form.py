@@ -10,10 +10,16 @@ from textual.widget import Widget
 from textual.widgets import Input, Static
 
 from solarcal.station.news import StepFailed, Stopped
-from solarcal.station.typed.forms import Doubt, Moment, TypedAnswer, TypedWrong, looked_again
+from solarcal.station.typed.forms import (
+    AskedForm,
+    Doubt,
+    Moment,
+    TypedAnswer,
+    TypedWrong,
+    looked_again,
+)
 from solarcal.timescale import format_utc
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey
-from solarcal.tui.form_asked import AskedForm
 from solarcal.tui.widgets.lines import Field, Words
 
 CLOCK_EVERY_S = 0.2
