@@ -14,7 +14,7 @@ from solarcal.site import Site
 from solarcal.station.described_unit import unit_parameters, unit_site
 from solarcal.station.procedure import Station
 from solarcal.station.typed.controller_model import TypedControllerModel
-from solarcal.station.typed.forms import DisplayForm, ScreenDisplay, TypedAnswer
+from solarcal.station.typed.forms import DisplayForm, TypedAnswer, WaitingDisplay
 from solarcal.station.typed.unit import TypedUnit
 from solarcal.timescale import parse_utc
 from solarcal.tui.app import SolarcalApp
@@ -55,7 +55,7 @@ class TestClock:
 class Reader:
     """Reads the display by itself until it is told to leave that to the screen."""
 
-    def __init__(self, screen: ScreenDisplay, clock: TestClock) -> None:
+    def __init__(self, screen: WaitingDisplay, clock: TestClock) -> None:
         self.screen = screen
         self.clock = clock
         self.by_itself = True
@@ -122,7 +122,7 @@ async def workstation_by_hand(
     clock = TestClock()
     app = plain_start()
     async with app.run_test(size=size) as pilot:
-        screen = ScreenDisplay(lambda asked: app.post_message(Told(FormAsked(asked))), clock)
+        screen = WaitingDisplay(lambda asked: app.post_message(Told(FormAsked(asked))), clock)
         reader = Reader(screen, clock)
         station = Station(TypedUnit(SITE, MOUNT, reader, clock), clock, site=SITE)
         station.connect()

@@ -23,7 +23,7 @@ from solarcal.tui.station_app import StationApp
 
 if TYPE_CHECKING:
     from solarcal.station.opening import OpenLine
-    from solarcal.station.typed.forms import AskedForm, ScreenDisplay
+    from solarcal.station.typed.forms import AskedForm, WaitingDisplay
 
 
 class LineApp(StationApp):
@@ -52,7 +52,7 @@ class LineApp(StationApp):
         self.offline = offline
         """No unit and no emulator is opened: for pages of a browser, and for the desk."""
         self._opening = False
-        self._reader: ScreenDisplay | None = None
+        self._reader: WaitingDisplay | None = None
 
     def remember(self, settings: Settings) -> None:
         """Keep settings, in the config folder too unless this run shall leave no trace."""
@@ -113,13 +113,13 @@ class LineApp(StationApp):
             self.post_message(Told(LineOpened(line)))
 
     @property
-    def display_reader(self) -> "ScreenDisplay":
+    def display_reader(self) -> "WaitingDisplay":
         """Where a person who reads a unit's display is asked."""
         if self._reader is None:
             with ONE_IMPORT:
-                from solarcal.station.typed.forms import ScreenDisplay
+                from solarcal.station.typed.forms import WaitingDisplay
 
-            self._reader = ScreenDisplay(lambda asked: self.post_message(Told(FormAsked(asked))))
+            self._reader = WaitingDisplay(lambda asked: self.post_message(Told(FormAsked(asked))))
         return self._reader
 
     def line_told(self, news: LineNews) -> None:

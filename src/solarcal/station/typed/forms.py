@@ -1,7 +1,7 @@
 """What is asked of a person who reads a display: fields with a meaning, and what was typed.
 
 A form is asked through a ``Display``: a file that holds the answers, or whoever answers a
-``ScreenDisplay`` on another thread.
+``WaitingDisplay`` on another thread.
 """
 
 import math
@@ -294,12 +294,12 @@ class AskedForm:
         return self._answer
 
 
-class ScreenDisplay:
-    """A ``Display`` that asks on the screen.
+class WaitingDisplay:
+    """A ``Display`` whose forms are answered on another thread, which is waited for.
 
     Parameters
     ----------
-    post : takes a form that is asked to the app; safe to call from another thread.
+    post : takes a form to who answers it; safe to call from the thread that asks.
     """
 
     def __init__(self, post: Callable[[AskedForm], object], clock: Clock | None = None) -> None:
