@@ -13,7 +13,7 @@ from solarcal.model.analysis import analyse
 from solarcal.model.evidence.direct import Evidence
 from solarcal.model.finding import listed, points_named
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
-from solarcal.session.interchange.sessions import imported_header
+from solarcal.session.interchange import imported_header
 from solarcal.station.fitting import point_set, sky_context
 from solarcal.station.uploading import offer_upload, refuse_doubtful
 

@@ -14,8 +14,7 @@ from solarcal.cli import run_command
 from solarcal.model.evidence.sun_path import _thinned, stamp_evidence
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
-from solarcal.session.interchange import write_table
-from solarcal.session.interchange.sessions import session_from_table
+from solarcal.session.interchange import session_from_table, write_table
 from solarcal.session.points import PointTable
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.station.analysing import stamp_findings

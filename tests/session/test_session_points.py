@@ -8,8 +8,7 @@ import pytest
 from session_samples import HEADER, UTC, assert_same_points, note, point, table
 
 from solarcal.errors import InputFileError, SessionFileError
-from solarcal.session.interchange import read_table, write_table
-from solarcal.session.interchange.sessions import session_from_table
+from solarcal.session.interchange import read_table, session_from_table, write_table
 from solarcal.session.points import (
     PointTable,
     ideal_kind,

@@ -20,8 +20,7 @@ from solarcal.emulator.server import serve_here
 from solarcal.errors import ProcedureRefused
 from solarcal.model.analysis import Analysis
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.session.interchange import read_table, write_table
-from solarcal.session.interchange.sessions import session_from_table
+from solarcal.session.interchange import read_table, session_from_table, write_table
 from solarcal.session.journal import Journal
 from solarcal.session.records import PointRecord
 from solarcal.session.view import SessionView, read_session

@@ -28,8 +28,7 @@ def add_import_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run_import(args: argparse.Namespace) -> int:
-    from solarcal.session.interchange import read_table
-    from solarcal.session.interchange.sessions import session_from_table
+    from solarcal.session.interchange import read_table, session_from_table
     from solarcal.station.analysing import stamp_findings
 
     if Path(args.target).suffix.lower() != ".jsonl":

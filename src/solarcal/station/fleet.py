@@ -18,9 +18,9 @@ from solarcal.model.fleet_fit import ManyMechanisms, at_once, fit_many
 from solarcal.model.mechanism_solution import OUTLIER_PROBABILITY, MechanismSolution
 from solarcal.model.mixture_climb import ENOUGH_FOR_SCALE
 from solarcal.mount.formula import COEFFICIENT_NAMES
+from solarcal.session.interchange import imported_header
 from solarcal.session.interchange.paint import paint_files, paint_table
 from solarcal.session.interchange.paint_records import Tower
-from solarcal.session.interchange.sessions import imported_header
 from solarcal.session.parsing import NeedsWholeReader, read_points_only
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header
