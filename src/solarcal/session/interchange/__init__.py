@@ -1,6 +1,6 @@
 """Points from and to other programs' files: what a file is, and its points as a session of ours.
 
-What a file is, is told by what stands at its beginning.
+The bytes at its beginning say what a file is.
 """
 
 import json
