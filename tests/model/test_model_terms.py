@@ -9,7 +9,7 @@ from solarcal.model.fit import chosen_terms, fit_linear, harmonic
 from solarcal.model.methods import fit
 from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext
-from solarcal.model.terms import TERMS, LookedFor, Term, terms_tested
+from solarcal.model.terms import TERMS, LookedFor, Term, labels, terms_tested
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry
 from solarcal.mount.mechanism import Mechanism
@@ -143,9 +143,10 @@ def test_tpoint_lean_and_flexure_agree_with_ours() -> None:
 
 
 def test_terms_are_called_what_the_technician_calls_them() -> None:
-    assert TERMS["P4"].label("azel") == "elevation zero (P4)"
-    assert TERMS["P4"].label("polar") == "declination zero (P4)"
-    assert TERMS["C"].label("tiltroll-ew") == "collimation (C)"
+    both = [TERMS["P4"], TERMS["C"]]
+    assert labels(both, "azel") == ["elevation zero (P4)", "collimation (C)"]
+    assert labels(both, "polar") == ["declination zero (P4)", "collimation (C)"]
+    assert labels(both, "tiltroll-ew")[1] == "collimation (C)"
 
 
 @pytest.mark.parametrize(
@@ -195,7 +196,7 @@ def test_a_term_added_as_one_row_is_fitted_diagnosed_and_reported(
     assert fitted.values[6] == pytest.approx(0.25, abs=0.02)
     last = coefficients_table(fitted).rows[-1]
     assert (last[0], last[-1]) == ("ROLLER", "roller out of round")
-    assert row.label("azel") == "azimuth roller out of round (ROLLER)"
+    assert labels([row], "azel") == ["azimuth roller out of round (ROLLER)"]
 
     (found,) = [
         finding

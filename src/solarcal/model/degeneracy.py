@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from solarcal.model.finding import Finding
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.parameter_checks import correlation_text
+from solarcal.model.terms import labels
 from solarcal.model.year_grid import SunGrid, sun_grid
 from solarcal.sun.position import sun_known
 from solarcal.timescale import SECONDS_PER_DAY, clock_utc, format_utc
@@ -54,7 +55,7 @@ def _correlations(normal: FloatArray) -> FloatArray:
 
 def _said(chances: "_Chances", normal: FloatArray, r: FloatArray, pair: tuple[int, int]) -> Finding:
     solution = chances.solution
-    names = [solution.model_terms[i].label(solution.geometry.name) for i in pair]
+    names = labels((solution.model_terms[i] for i in pair), solution.geometry.name)
     value = float(r[pair])
     shown = correlation_text(value)
     sentence = f"{names[0]} and {names[1]} cannot be separated with these points, r = {shown}"

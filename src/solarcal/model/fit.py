@@ -23,6 +23,7 @@ from solarcal.model.terms import (
     NativeAngles,
     Row,
     Term,
+    degrees_per_unit,
     design_matrix,
     tpoint,
 )
@@ -107,7 +108,7 @@ def fit_linear(
 def _refuse_unbounded(design: FloatArray, points: Points, terms: tuple[Term, ...]) -> None:
     """Refuse a point where a term has no value, as TX (cot E) has none at the horizon."""
     # One unit of a term moves no axis by more than 1/sin(0.01 deg) anywhere else.
-    largest = np.array([LARGEST_EFFECT * term.degrees_per_unit for term in terms])
+    largest = LARGEST_EFFECT * degrees_per_unit(terms)
     beyond = np.abs(design[:, 1]) > largest[:, np.newaxis]
     if beyond.any():
         term, at = np.argwhere(beyond)[0].tolist()

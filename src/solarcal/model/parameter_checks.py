@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from solarcal.model.finding import listed
 from solarcal.model.points import Points
-from solarcal.model.terms import NativeAngles, Term, design_matrix
+from solarcal.model.terms import NativeAngles, Term, degrees_per_unit, design_matrix
 from solarcal.mount.limits import Limits
 from solarcal.units import FloatArray
 
@@ -115,10 +115,8 @@ def unrealistic_message(
     The correction is judged ON SKY: in axis degrees it grows without bound near a pole of axis 2
     for the smallest lean. Without limits it is judged within ``SURROUNDINGS_DEG`` of the points.
     """
-    in_degrees = [
-        (term.kind, value * term.degrees_per_unit)
-        for term, value in zip(terms, values.tolist(), strict=True)
-    ]
+    kinds = [term.kind for term in terms]
+    in_degrees = list(zip(kinds, (values * degrees_per_unit(terms)).tolist(), strict=True))
     lean_deg = np.hypot.reduce([value for kind, value in in_degrees if kind == "lean"], initial=0.0)
     if (
         lean_deg > LEAN_LIMIT_DEG

@@ -19,6 +19,7 @@ from solarcal.model.terms import (
     NativeAngles,
     Term,
     design_matrix,
+    labels,
 )
 from solarcal.mount.formula import Coefficients
 from solarcal.mount.geometry import MountGeometry
@@ -138,7 +139,7 @@ class Solution:
     def inseparable(self) -> tuple[str, ...]:
         """Sentences naming the terms these points cannot, or can hardly, tell apart."""
         return inseparable_sentences(
-            [term.label(self.geometry.name) for term in self.model_terms],
+            labels(self.model_terms, self.geometry.name),
             self.least_squares.null_directions,
             self.correlation_matrix,
         )

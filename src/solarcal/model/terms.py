@@ -19,7 +19,7 @@ References
 Wallace (2000), TPOINT Software: the terms and harmonics of that name.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
@@ -137,13 +137,15 @@ class Term:
         e1, e2 = design_matrix((self,), NativeAngles.at(geometry, ax1, ax2))[0]
         return np.column_stack((e1, e2))
 
-    def label(self, geometry_name: str) -> str:
-        """The term as a technician says it: 'elevation zero (P4)'."""
-        return f"{self.called.get(geometry_name, self.meaning)} ({self.name})"
 
-    @property
-    def degrees_per_unit(self) -> float:
-        return 1.0 / ARCSEC_PER_DEG if self.unit == "arcsec" else 1.0
+def labels(terms: Iterable[Term], geometry_name: str) -> list[str]:
+    """The terms as a technician says them: 'elevation zero (P4)'."""
+    return [f"{term.called.get(geometry_name, term.meaning)} ({term.name})" for term in terms]
+
+
+def degrees_per_unit(terms: Iterable[Term]) -> FloatArray:
+    """Of each term, (k,)."""
+    return np.array([1.0 / ARCSEC_PER_DEG if term.unit == "arcsec" else 1.0 for term in terms])
 
 
 def design_matrix(terms: Sequence[Term], at: NativeAngles) -> FloatArray:
