@@ -24,18 +24,18 @@ from solarcal.session.records import (
 )
 from solarcal.station.sun_path import SunModel
 from solarcal.sun.position import sun_known
-from solarcal.timescale import format_utc, parse_utc
+from solarcal.timescale import format_many_utc, format_utc, parse_utc
 from solarcal.units import RAD_PER_DEG, FloatArray
 
 
-def _date_and_time(utc_s: float) -> tuple[str, str]:
+def _date_and_time(utc: str) -> tuple[str, str]:
     """YYYY-MM-DD and HH:MM:SS, rounded."""
-    told = format_utc(utc_s, 0)
+    told = format_utc(parse_utc(utc), 0)
     return told[:10], told[11:19]
 
 
 def _time_of_day(utc: str) -> str:
-    return _date_and_time(parse_utc(utc))[1]
+    return _date_and_time(utc)[1]
 
 
 def points_table(
@@ -74,16 +74,17 @@ def _points(
         return (Prose(("No points yet.",)),)
     merged = len(set(table.sources)) > 1
     rows, groups, source, date = [], [], "", ""
-    for row, utc_s, solar_h, ax1, ax2, err1, err2, sky in zip(
-        range(len(shown)), shown.utc_s.tolist(), _solar_time_h(shown, sun).tolist(),
-        shown.ax1_deg.tolist(), shown.ax2_deg.tolist(), shown.err1_deg.tolist(),
-        shown.err2_deg.tolist(), _sky_residuals_deg(shown, solution).tolist(), strict=True,
+    for row, utc, solar_h, ax1, ax2, err1, err2, sky in zip(
+        range(len(shown)), format_many_utc(shown.utc_s.tolist(), 0),
+        _solar_time_h(shown, sun).tolist(), shown.ax1_deg.tolist(), shown.ax2_deg.tolist(),
+        shown.err1_deg.tolist(), shown.err2_deg.tolist(),
+        _sky_residuals_deg(shown, solution).tolist(), strict=True,
     ):  # fmt: skip
         if shown.sources[row] != source:
             source, date = shown.sources[row], ""
         time = BLANK
-        if utc_s == utc_s:
-            date, time = _date_and_time(utc_s)
+        if utc:
+            date, time = utc[:10], utc[11:19]
         groups.append((source if merged else "", date))
         rows.append(
             (
@@ -189,7 +190,7 @@ def checks_table(
         judged = BLANK
         if sky is not None:
             judged = "within" if sky <= tolerance_deg else "BEYOND"
-        date, time = _date_and_time(parse_utc(check.read_utc or check.utc))
+        date, time = _date_and_time(check.read_utc or check.utc)
         dates.append((date if dated else "",))
         rows.append(
             (
