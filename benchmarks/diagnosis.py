@@ -18,7 +18,7 @@ from solarcal.model.earlier_sessions import Merged, merge_sessions
 from solarcal.model.evidence.clocks import ClockSetting, clock_findings
 from solarcal.model.evidence.read_outs import Loss, missed_counts_finding, undo_losses
 from solarcal.model.evidence.residuals import diagnose
-from solarcal.model.f_tests import PointsTested, f_probability, norm_beside
+from solarcal.model.f_tests import PointsTested, f_probability, norms_beside
 from solarcal.model.finding import Finding
 from solarcal.model.methods import fit_exact
 from solarcal.model.points import Points
@@ -188,7 +188,9 @@ def ideal_amount(geometry: str, days: Sequence[int], cause: str) -> float:
     model = PointsTested.of(day.points, day.context)
     rows = model.rows(np.zeros(6), {})
     spare = 2 * len(day.points) - 7
-    return NOISE_DEG / norm_beside(rows.six, rows.causes[cause]) * noncentrality(spare)
+    return (
+        NOISE_DEG / float(norms_beside(rows.six, rows.columns([cause]))[0]) * noncentrality(spare)
+    )
 
 
 def noncentrality(spare: int, level: float = 0.05, power: float = 0.9) -> float:

@@ -56,7 +56,7 @@ def test_a_column_that_differs_from_the_others_by_rounding_only_is_not_seen(apar
     base, values, beside = (rng.normal(size=size) for size in ((20, 6), 20, 20))
     beside -= base @ np.linalg.lstsq(base, beside, rcond=None)[0]
     column = base[:, 0] / np.linalg.norm(base[:, 0]) + apart * beside / np.linalg.norm(beside)
-    amount, sigma, probability = ColumnFit(base, values).column(column)
+    (amount,), (sigma,), (probability,) = ColumnFit(base, values).each(column[:, np.newaxis])
     assert np.isfinite(sigma) == seen
     assert (probability < 1.0) == seen
     assert (amount != 0.0) == seen

@@ -7,7 +7,7 @@ columns of its own. Draper and Smith (1998), Applied Regression Analysis, ch. 6:
 squares.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,6 +45,10 @@ class Rows:
     residuals: FloatArray
     six: FloatArray
     causes: dict[str, FloatArray]
+
+    def columns(self, names: Iterable[str]) -> FloatArray:
+        """Of these causes, (2n, q)."""
+        return np.array([self.causes[name] for name in names]).reshape(-1, len(self.residuals)).T
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -148,12 +152,13 @@ def squares_beside(base: FloatArray, residuals: FloatArray) -> float:
     return ColumnFit(base, residuals).squares
 
 
-def norm_beside(base: FloatArray, column: FloatArray) -> float:
-    """Length of the part of a column (m,) that columns (m, k) do not hold; 0 where rounding."""
+def norms_beside(base: FloatArray, columns: FloatArray) -> FloatArray:
+    """Length of the part of each column (m, q) that columns (m, k) do not hold, (q,); 0 where
+    rounding."""
     basis = basis_of(base)
-    rest = column - basis @ (basis.T @ column)
-    norm = float(np.linalg.norm(rest))
-    return norm if norm > UNSEEN * max(float(np.linalg.norm(column)), 1.0) else 0.0
+    norms = np.linalg.norm(columns - basis @ (basis.T @ columns), axis=0)
+    least = UNSEEN * np.maximum(np.linalg.norm(columns, axis=0), 1.0)
+    return np.where(norms > least, norms, 0.0)
 
 
 def basis_of(columns: FloatArray) -> FloatArray:
@@ -178,20 +183,22 @@ class ColumnFit:
         """Of one datum; never so small that a prior would count for nothing."""
         return max(float(np.sqrt(self.squares / max(self.spare, 1))), 1e-4)
 
-    def column(self, column: FloatArray) -> tuple[float, float, float]:
-        """Amount, sigma and probability of one more column; probability 1 where it has none."""
-        rest = column - self.basis @ (self.basis.T @ column)
-        square = float(rest @ rest)
-        if self.spare <= 1 or square <= (UNSEEN * max(float(np.linalg.norm(column)), 1.0)) ** 2:
-            return 0.0, np.inf, 1.0
-        amount = float(rest @ self.left) / square
-        explained = amount * amount * square
-        variance = max(self.squares - explained, 1e-300) / (self.spare - 1)
-        return (
-            amount,
-            float(np.sqrt(variance / square)),
-            f_probability(explained / variance, 1, self.spare - 1),
-        )
+    def each(self, columns: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Amounts, sigmas and probabilities (q,) of one more column, of each of (m, q) alone;
+        probability 1 where it has none."""
+        rest = columns - self.basis @ (self.basis.T @ columns)
+        squares = np.einsum("mq,mq->q", rest, rest)
+        seen = squares > (UNSEEN * np.maximum(np.linalg.norm(columns, axis=0), 1.0)) ** 2
+        amounts = np.zeros(len(squares))
+        sigmas, probabilities = np.full(len(squares), np.inf), np.ones(len(squares))
+        if self.spare > 1:
+            squares = squares[seen]
+            amounts[seen] = rest[:, seen].T @ self.left / squares
+            explained = amounts[seen] ** 2 * squares
+            variance = np.maximum(self.squares - explained, 1e-300) / (self.spare - 1)
+            sigmas[seen] = np.sqrt(variance / squares)
+            probabilities[seen] = f_probabilities(explained / variance, 1, self.spare - 1)
+        return amounts, sigmas, probabilities
 
     def columns(self, columns: FloatArray) -> tuple[float, FloatArray]:
         """Probability and amounts (k,) of more columns (m, k) together; probability 1 of none."""

@@ -20,7 +20,7 @@ from solarcal.model.f_tests import (
     PointsTested,
     Rows,
     basis_of,
-    norm_beside,
+    norms_beside,
     t_limit,
 )
 from solarcal.model.prior import Prior
@@ -139,11 +139,10 @@ class _Search:
                 return
             level = FAMILY_LEVEL / max(self.family - len(self.amounts) - bool(self.bad), 1)
             room = int(_MOST_BAD_SHARE * n) - len(self.bad)
-            tests: list[tuple[float, str | tuple[int, ...]]] = [
-                (fit.column(self._kept(column))[2], name)
-                for name, column in self.rows.causes.items()
-                if name not in self.amounts
-            ]
+            others = [name for name in self.rows.causes if name not in self.amounts]
+            tests: list[tuple[float, str | tuple[int, ...]]] = list(
+                zip(fit.each(self._columns(others))[2].tolist(), others, strict=True)
+            )
             tests += [(p, chosen) for chosen, p in self._point_tests(fit, room)]
             p, taken = min(tests, key=lambda test: test[0], default=(1.0, ""))
             if p > level:
@@ -151,9 +150,7 @@ class _Search:
             if isinstance(taken, str):
                 # As it stood then: what is found later must not change what this one explained.
                 instead = {
-                    name: self._rms(self._fit([*self.amounts, name]).left)
-                    for name in self.rows.causes
-                    if name not in self.amounts
+                    name: self._rms(self._fit([*self.amounts, name]).left) for name in others
                 }
                 self.left_then[taken] = (self._rms(fit.left), instead)
                 self.amounts[taken] = 0.0
@@ -179,13 +176,17 @@ class _Search:
         bad = set(self.bad)
         return [i for i in range(self.count) if i not in bad]
 
-    def _kept(self, column: FloatArray) -> FloatArray:
-        pairs = column.reshape(self.count, 2, -1)[self._kept_points()]
-        kept: FloatArray = pairs.reshape(-1, *column.shape[1:])
-        return kept
+    def _kept(self, rows: FloatArray) -> FloatArray:
+        kept = np.ones(self.count, dtype=np.bool_)
+        kept[self.bad] = False
+        return rows[np.repeat(kept, 2)]
+
+    def _columns(self, names: Sequence[str]) -> FloatArray:
+        """Of these causes at the points that are not bad."""
+        return self._kept(self.rows.columns(names))
 
     def _base(self, *, names: Sequence[str]) -> FloatArray:
-        return np.column_stack((self.rows.six, *(self.rows.causes[name] for name in names)))
+        return np.column_stack((self.rows.six, self.rows.columns(names)))
 
     def _fit(self, names: Sequence[str] | None = None) -> ColumnFit:
         """With these causes in the model; their present amounts count as not yet explained."""
@@ -233,10 +234,12 @@ class _Search:
             factor = t_limit(FAMILY_LEVEL / self.family, spare - 1) + POWER_QUANTILE
             told = {name for cause in taken for name in (cause.name, *cause.rivals)}
             base = self._kept(self._base(names=tuple(self.amounts)))
-            for name, column in self.rows.causes.items():
-                if name not in told:
-                    norm = norm_beside(base, self._kept(column))
-                    weakest[name] = factor * said / norm if norm > 0.0 else np.inf
+            names = [name for name in self.rows.causes if name not in told]
+            norms = norms_beside(base, self._columns(names)).tolist()
+            weakest = {
+                name: factor * said / norm if norm > 0.0 else np.inf
+                for name, norm in zip(names, norms, strict=True)
+            }
         else:
             weakest = dict.fromkeys(self.rows.causes, np.inf)
         return ResidualTests(
@@ -252,21 +255,21 @@ class _Search:
         for name in self.amounts:
             others = [other for other in self.amounts if other != name]
             alone, together = self._fit(others), self._fit()
-            column = self._kept(self.rows.causes[name])
-            value, sigma, p = alone.column(column)
+            column = self._columns([name])
+            value, sigma, p = (float(found[0]) for found in alone.each(column))
             tested = TERMS[name].tested
             large = tested is not None and abs(value) >= tested.large
             level = LARGE_LEVEL if large else SURE_LEVEL
             explained = alone.squares - together.squares
             rivals = []
-            for rival, effect in self.rows.causes.items():
+            for rival in self.rows.causes:
                 beside = self._fit([*others, rival])
                 if (
                     rival not in self.amounts
                     and alone.squares - beside.squares >= RIVAL_SHARE * explained
-                    and beside.column(column)[2] > level
+                    and beside.each(column)[2][0] > level
                 ):
-                    r = self._correlation(others, column, self._kept(effect))
+                    r = self._correlation(others, (name, rival))
                     rivals.append((beside.squares, rival, r))
             rivals.sort()
             names = tuple(rival for _, rival, _ in rivals)
@@ -285,10 +288,10 @@ class _Search:
             )
         return causes
 
-    def _correlation(self, others: Sequence[str], one: FloatArray, two: FloatArray) -> float:
+    def _correlation(self, others: Sequence[str], two: tuple[str, str]) -> float:
         """Of two causes' estimates when both are fitted."""
-        basis = basis_of(self._kept(self._base(names=others)))
-        a, b = (column - basis @ (basis.T @ column) for column in (one, two))
+        basis, columns = basis_of(self._kept(self._base(names=others))), self._columns(two)
+        a, b = (columns - basis @ (basis.T @ columns)).T
         return float(-(a @ b) / np.sqrt((a @ a) * (b @ b)))
 
     def _rms(self, left: FloatArray) -> float:
