@@ -3,6 +3,7 @@
 import asyncio
 import threading
 
+import pytest
 from procedure_bench import bench, on_loop, shows, take_points, until, workstation
 from textual.events import Key
 from textual.pilot import Pilot
@@ -120,3 +121,33 @@ async def test_a_screen_that_is_open_below_others_comes_back_and_is_not_opened_t
         assert [type(screen) for screen in app.screen_stack[2:]] == [CalculatorsScreen]
         await pilot.press("escape")
         assert isinstance(app.screen, WorkstationScreen)
+
+
+@pytest.mark.parametrize("blink_s", [3600.0, 0.01])
+@on_loop
+async def test_a_key_held_down_answers_no_question_until_it_was_let_go(
+    monkeypatch: pytest.MonkeyPatch, blink_s: float
+) -> None:
+    """It comes again before the next question is on the screen, and from then on does not count."""
+    monkeypatch.setattr("solarcal.tui.dialogs.dialog.BLINK_S", blink_s)
+    station, _ = bench()
+    station.initialise(confirmed=True)
+    answered = threading.Event()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f7")
+        await shows(pilot, "1. Did you do a reference check?")
+        app.station_worker().submit(StatusRead, lambda station: answered.wait(10.0))
+        await pilot.press("y", "y")
+        answered.set()
+        await shows(pilot, "2. Did you do a 'Set Sun Offset'?")
+        dialog = app.screen
+        if blink_s > 1.0:
+            await pilot.press("y", "y")
+            await shows(pilot, "y not taken: let it go first")
+            await idle(app)
+            assert app.state.attempt is not None
+            assert app.state.attempt.answers.sun_offset is None
+        else:
+            await until(pilot, lambda: not dialog.query("#dialog.-early"))
+            await pilot.press("y")
+            await shows(pilot, "3. Do you like the way it is tracking?")

@@ -12,6 +12,7 @@ from textual.events import Key
 from textual.notifications import SeverityLevel
 from textual.timer import Timer
 from textual.widget import Widget
+from textual.widgets import Input
 
 from solarcal.errors import LinkError
 from solarcal.station.news import Done, Result, SpeedTold, StepFailed, Stopped
@@ -61,8 +62,9 @@ STEPS = frozenset(
 )  # fmt: skip
 """Actions that may follow a dialog whose own step is done, without leaving it first."""
 
-BLINK_S = 0.6
-"""How long a key that was not taken shows."""
+BLINK_S = 0.5
+"""How long a key that was not taken shows. Until then it is not taken again: one held down comes
+again much sooner, and a terminal does not tell when it is let go."""
 
 
 class Dialog(StationModal[None]):
@@ -110,6 +112,7 @@ class Dialog(StationModal[None]):
         self._finished = False
         self._offered = {key.action for key in self.KEYS}
         self._blinking: Timer | None = None
+        self._early_key = ""
 
     def compose(self) -> ComposeResult:
         with Vertical(id="dialog") as dialog:
@@ -200,25 +203,34 @@ class Dialog(StationModal[None]):
         return True
 
     def on_key(self, event: Key) -> None:
-        """A key that comes before its question is on the screen is seen not to be taken; one of
-        another step follows a step that is done."""
+        """A key that comes before its question is on the screen is not taken, and that is seen; one
+        of another step follows a step that is done."""
         if self.FIELDS_FIRST and event.key == "escape" and self.focused is not None:
             event.stop()
             event.prevent_default()
             self.set_focus(None)
             return
-        own = any(event.key in key.keys.split(",") for key in self.KEYS)
         if not self.is_current:
             # It came with the key that left: that one has begun the next step already.
             return
+        own = [key for key in self.KEYS if event.key in key.keys.split(",")]
         if self.finished() and not own and (step := self._step_of(event.key)) is not None:
             event.stop()
             self.dismiss(None)
             self.workstation.action_perform(step)
             return
-        early = [k for k in self.KEYS if k.button and event.key in k.keys.split(",")]
-        if early and not any(self.offered(key.action) for key in early):
-            self._blink(f"{shown_key(event.key)} not taken: not asked yet")
+        buttons = [key.action for key in own if key.button]
+        asked = any(map(self.offered, buttons))
+        if (
+            buttons
+            and not isinstance(self.focused, Input)
+            and (not asked or event.key == self._early_key)
+        ):
+            event.stop()
+            event.prevent_default()
+            self._early_key = event.key
+            why = "let it go first" if asked else "not asked yet"
+            self._blink(f"{shown_key(event.key)} not taken: {why}")
 
     def _step_of(self, key: str) -> str | None:
         """The step of the procedure that a key begins on the screen below."""
@@ -234,8 +246,8 @@ class Dialog(StationModal[None]):
         self._blinking = self.set_timer(BLINK_S, self._blinked)
 
     def _blinked(self) -> None:
-        frame = self.query_one("#dialog")
-        frame.remove_class("-early")
+        self._early_key = ""
+        self.query_one("#dialog").remove_class("-early")
         self._show_speed()
 
     # -- an emulator's time ------------------------------------------------------------------
