@@ -18,8 +18,7 @@ from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext
 from solarcal.mount.drive import RotaryDrive
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.mount.geometry import MountGeometry
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits, MountGeometry
 from solarcal.mount.mechanism import Mechanism
 from solarcal.session.lines import encode_record
 from solarcal.session.records import (

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 from solarcal.mount.drive import RotaryDrive
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits
 from solarcal.session.journal import Journal
 from solarcal.session.records import Header, Note, UnitRecord
 from solarcal.site import Site

@@ -9,7 +9,7 @@ from solarcal.emulator.rotator import EmulatedRotator
 from solarcal.emulator.rotator_protocols import EasyCommProtocol, RotctldProtocol
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import serve_tcp
-from solarcal.mount.limits import AxisLimits
+from solarcal.mount.geometry import AxisLimits
 
 PAGE = Path(__file__).parents[2] / "docs" / "emulator.md"
 

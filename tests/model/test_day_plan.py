@@ -28,7 +28,7 @@ from solarcal.model.schedule import (
     with_point,
 )
 from solarcal.model.sky_context import SkyContext
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits
 from solarcal.site import Site
 from solarcal.stopping_rule import StoppingRule
 from solarcal.timescale import format_utc, parse_utc

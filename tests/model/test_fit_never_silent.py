@@ -10,8 +10,7 @@ from solarcal.errors import FitError
 from solarcal.model.fit import fit_linear
 from solarcal.model.points import Points
 from solarcal.model.terms import TERMS
-from solarcal.mount.geometry import GEOMETRIES, MountGeometry
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import GEOMETRIES, AxisLimits, Limits, MountGeometry
 from solarcal.units import FloatArray
 
 LIMITS = Limits(AxisLimits(-130.0, 130.0), AxisLimits(0.0, 90.0))

@@ -5,7 +5,7 @@ from calibration_days import JUNE, points_of_day
 
 from solarcal.model.fit import fit_linear
 from solarcal.mount.formula import Coefficients
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits
 
 MESSAGE = "Parameters still unrealistic"
 WIDE = Limits(AxisLimits(-130.0, 130.0), AxisLimits(0.0, 90.0))

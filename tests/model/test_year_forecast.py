@@ -11,8 +11,7 @@ from solarcal.model.prior import MechanismPosterior, Prior, symmetric_root
 from solarcal.model.sky_context import SkyContext, sun_directions
 from solarcal.model.year_grid import controller_coefficients, year_grid
 from solarcal.mount.formula import Coefficients
-from solarcal.mount.geometry import MountGeometry
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits, MountGeometry
 from solarcal.mount.mechanism import Mechanism
 from solarcal.site import Site
 

@@ -10,8 +10,7 @@ from solarcal.mount.controller import (
     ideal_axes_deg,
 )
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
-from solarcal.mount.geometry import MountGeometry
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits, MountGeometry
 from solarcal.site import Site
 from solarcal.timescale import parse_utc
 

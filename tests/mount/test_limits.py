@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solarcal.errors import ConfigurationError
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits
 
 LIMITS = Limits(AxisLimits(-120.0, 150.0), AxisLimits(5.0, 88.0))
 

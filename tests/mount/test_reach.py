@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from solarcal.mount.geometry import MountGeometry
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits, MountGeometry
 from solarcal.mount.reach import axis_path, reach_of_day
 from solarcal.site import Site
 from solarcal.sun import sun_position

@@ -7,8 +7,7 @@ from solarcal.model.points import Points
 from solarcal.model.solution import Solution
 from solarcal.mount.drive import RotaryDrive
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
-from solarcal.mount.geometry import MountGeometry
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits, MountGeometry
 from solarcal.session.records import Answers, Header, PointRecord, UnitRecord
 from solarcal.site import Site
 from solarcal.sun import sun_position

@@ -8,8 +8,7 @@ import pytest
 from made_up_session import hourly
 
 from solarcal.errors import ConfigurationError
-from solarcal.mount.geometry import GEOMETRIES, MountGeometry
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import GEOMETRIES, AxisLimits, Limits, MountGeometry
 from solarcal.session.points import PointTable, table_of_points
 from solarcal.site import Site
 from solarcal.station.curves import (

@@ -6,7 +6,7 @@ import numpy as np
 
 from solarcal.mount.drive import RotaryDrive
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits
 from solarcal.session.points import PointTable
 from solarcal.session.records import Answers, Header, Note, PointRecord, UnitRecord
 from solarcal.site import Site

@@ -12,7 +12,7 @@ from solarcal.emulator.server import InProcessLink
 from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.model.evidence.sun_path import branch_warning
 from solarcal.mount.controller import ideal_axes_deg
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits
 from solarcal.optics.offset_mirror import Heliostat
 from solarcal.optics.reflection import Target
 from solarcal.session.interchange import read_table

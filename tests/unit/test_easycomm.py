@@ -3,7 +3,7 @@
 import pytest
 
 from solarcal.errors import LinkError, ProcedureRefused, ProtocolError
-from solarcal.mount.limits import AxisLimits
+from solarcal.mount.geometry import AxisLimits
 from solarcal.unit.drivers.easycomm import ASKED_AT_MOST, EasyCommRotator
 from solarcal.unit.tracker import ROTATOR
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from solarcal.errors import ProtocolError
 from solarcal.mount.drive import parse_drive
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits
 from solarcal.optics.offset_mirror import MirrorOffset
 from solarcal.optics.reflection import Target
 from solarcal.site import Site

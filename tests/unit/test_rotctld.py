@@ -12,7 +12,7 @@ from solarcal.errors import (
     ProtocolError,
     UnitRefused,
 )
-from solarcal.mount.limits import AxisLimits
+from solarcal.mount.geometry import AxisLimits
 from solarcal.unit.drivers.rotctld import RotctldRotator, rotctld_address
 
 

@@ -16,7 +16,7 @@ from solarcal.errors import ConfigurationError
 from solarcal.mount.controller import ControllerModel, ideal_and_elevation_deg
 from solarcal.mount.drive import Drive, reading_deg, register
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.mount.limits import Limits
+from solarcal.mount.geometry import Limits
 from solarcal.site import Site
 from solarcal.unit.tracker import RefCheckResult
 from solarcal.units import Angles, FloatArray

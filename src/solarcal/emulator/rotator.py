@@ -22,7 +22,7 @@ from solarcal.emulator.world import World
 from solarcal.errors import ConfigurationError
 from solarcal.mount.drive import Drive, reading_deg, register
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.mount.limits import AxisLimits
+from solarcal.mount.geometry import AxisLimits
 from solarcal.unit.frames import LineBuffer
 from solarcal.unit.tracker import EmulatedSky, Spot, Truth
 

@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import ClassVar, Protocol
 
-from solarcal.mount.limits import AxisLimits
+from solarcal.mount.geometry import AxisLimits
 
 MODEL = 9001
 """No model of Hamlib's."""

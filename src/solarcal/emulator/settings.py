@@ -14,8 +14,7 @@ from solarcal.errors import ConfigurationError
 from solarcal.input_files import parse_toml
 from solarcal.mount.drive import Drive, parse_drive
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.mount.geometry import MountGeometry
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits, MountGeometry
 from solarcal.optics.offset_mirror import Heliostat, MirrorOffset
 from solarcal.optics.reflection import Target
 from solarcal.site import Site

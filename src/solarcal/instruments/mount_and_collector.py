@@ -4,8 +4,7 @@ import math
 from typing import Any
 
 from solarcal.instruments.form import Form
-from solarcal.mount.geometry import MountGeometry, default_ax1_centre
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits, MountGeometry, default_ax1_centre
 from solarcal.report.blocks import number
 from solarcal.site import Site
 from solarcal.sun.energy import Collector, FixedCollector, OneAxisCollector, TrackingCollector

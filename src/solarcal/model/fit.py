@@ -27,8 +27,7 @@ from solarcal.model.terms import (
     design_matrix,
     tpoint,
 )
-from solarcal.mount.geometry import MountGeometry
-from solarcal.mount.limits import Limits
+from solarcal.mount.geometry import Limits, MountGeometry
 from solarcal.units import RAD_PER_DEG, FloatArray
 
 FEWEST_POINTS = 3

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from solarcal.model.finding import listed
 from solarcal.model.points import Points
 from solarcal.model.terms import NativeAngles, Term, degrees_per_unit, design_matrix
-from solarcal.mount.limits import Limits
+from solarcal.mount.geometry import Limits
 from solarcal.units import FloatArray
 
 NEAR_LIMIT = 0.95

@@ -15,8 +15,12 @@ from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError, FitError
 from solarcal.model.points import Points
-from solarcal.mount.geometry import MountGeometry, axes_of_horizontal_deg, horizontal_of_axes_deg
-from solarcal.mount.limits import Limits
+from solarcal.mount.geometry import (
+    Limits,
+    MountGeometry,
+    axes_of_horizontal_deg,
+    horizontal_of_axes_deg,
+)
 from solarcal.optics.offset_mirror import Heliostat
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun.appendix_a import horizontal_deg

@@ -22,8 +22,7 @@ from solarcal.model.terms import (
     labels,
 )
 from solarcal.mount.formula import Coefficients
-from solarcal.mount.geometry import MountGeometry
-from solarcal.mount.limits import Limits
+from solarcal.mount.geometry import Limits, MountGeometry
 from solarcal.units import RAD_PER_DEG, FloatArray, rms
 
 

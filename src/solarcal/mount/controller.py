@@ -17,8 +17,7 @@ import msgspec
 
 from solarcal.decimals import Pair
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
-from solarcal.mount.geometry import MountGeometry
-from solarcal.mount.limits import Limits
+from solarcal.mount.geometry import Limits, MountGeometry
 from solarcal.site import Site
 from solarcal.sun.appendix_a import horizontal_deg
 from solarcal.units import Angles

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solarcal.mount.geometry import MountGeometry, crosses_branch
-from solarcal.mount.limits import Limits
+from solarcal.mount.geometry import Limits, MountGeometry, crosses_branch
 from solarcal.site import Site
 from solarcal.sun.ephemeris import SiteEphemeris
 from solarcal.timescale import SECONDS_PER_DAY

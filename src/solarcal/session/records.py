@@ -12,7 +12,7 @@ import msgspec
 from solarcal.decimals import Pair
 from solarcal.mount.drive import Drive
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.mount.limits import Limits
+from solarcal.mount.geometry import Limits
 from solarcal.optics.offset_mirror import Heliostat
 from solarcal.site import BoltCircle, Inclinometer, Site, Weather
 from solarcal.stopping_rule import DEFAULT_UNMODELLED, StoppingRule, Unmodelled

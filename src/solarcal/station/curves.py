@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from solarcal.errors import ConfigurationError
 from solarcal.model.solution import Solution
 from solarcal.mount.formula import Coefficients, correction_deg
-from solarcal.mount.geometry import MountGeometry
-from solarcal.mount.limits import Limits
+from solarcal.mount.geometry import Limits, MountGeometry
 from solarcal.optics.offset_mirror import Heliostat
 from solarcal.session.points import PointTable, table_of_points
 from solarcal.session.records import CheckRecord, Header, PointRecord, UploadRecord

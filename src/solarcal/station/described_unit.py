@@ -2,8 +2,7 @@
 
 from solarcal.errors import ConfigurationError
 from solarcal.mount.drive import Drive, parse_drive
-from solarcal.mount.geometry import default_ax1_centre
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits, default_ax1_centre
 from solarcal.profiles import MountDescription
 from solarcal.site import Site
 from solarcal.unit.tracker import UnitParameters, UnitSite

@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar
 from solarcal.errors import ConfigurationError, ProtocolError
 from solarcal.mount.drive import format_drive, parse_drive
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits
 from solarcal.optics.offset_mirror import format_mirror, format_target, parse_mirror, parse_target
 from solarcal.site import Site, Weather
 from solarcal.unit.tracker import (

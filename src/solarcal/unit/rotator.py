@@ -14,7 +14,7 @@ from typing import Protocol
 import msgspec
 
 from solarcal.errors import ProcedureRefused
-from solarcal.mount.limits import AxisLimits
+from solarcal.mount.geometry import AxisLimits
 from solarcal.unit.link import Link
 
 Direction = tuple[float, float]

@@ -14,7 +14,7 @@ import msgspec
 from solarcal.decimals import Pair
 from solarcal.mount.drive import Drive
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.mount.limits import Limits
+from solarcal.mount.geometry import Limits
 from solarcal.optics.offset_mirror import Heliostat, MirrorOffset, heliostat_of
 from solarcal.optics.reflection import Target
 from solarcal.site import Site, Weather

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from solarcal.errors import ConfigurationError
-from solarcal.mount.geometry import MountGeometry
-from solarcal.mount.limits import AxisLimits
+from solarcal.mount.geometry import AxisLimits, MountGeometry
 from solarcal.station.software_controller.controller_model import AzElAxes
 
 UPPER = AxisLimits(0.0, 90.0)

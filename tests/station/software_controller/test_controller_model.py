@@ -5,7 +5,7 @@ import pytest
 from solarcal.errors import ConfigurationError, UnitRefused
 from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits
 from solarcal.profiles import MountDescription
 from solarcal.site import Site
 from solarcal.station.described_unit import unit_parameters

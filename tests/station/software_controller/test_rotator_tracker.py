@@ -8,7 +8,7 @@ from solarcal.errors import ConfigurationError, LinkError, ProcedureRefused, Uni
 from solarcal.model.evidence.unit_state import check_unit_sun
 from solarcal.mount.drive import RotaryDrive
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.mount.limits import AxisLimits
+from solarcal.mount.geometry import AxisLimits
 from solarcal.station.software_controller.coefficient_store import FileStore
 from solarcal.unit.frames import Code
 from solarcal.unit.tracker import ROTATOR, Mode

@@ -25,8 +25,7 @@ from solarcal.model.evidence.stamp_search import (
 )
 from solarcal.model.finding import Finding, Kind, points_named
 from solarcal.model.sky_context import Ideal, SkyContext, sun_directions
-from solarcal.mount.geometry import MountGeometry, crosses_branch
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits, MountGeometry, crosses_branch
 from solarcal.optics.offset_mirror import Heliostat
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header

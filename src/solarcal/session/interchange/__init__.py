@@ -15,7 +15,7 @@ from solarcal import __version__
 from solarcal.errors import ConfigurationError, InputFileError, SessionFileError
 from solarcal.input_files import read_beginning
 from solarcal.mount.drive import RotaryDrive
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits
 from solarcal.session.interchange.altaz import read_pmfit
 from solarcal.session.interchange.csv_head import SEPARATOR_LINE, UnitFillIn, instant_text
 from solarcal.session.interchange.csv_points import read_points_csv, write_points_csv

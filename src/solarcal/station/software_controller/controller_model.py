@@ -10,8 +10,7 @@ from solarcal.decimals import Pair
 from solarcal.errors import ConfigurationError, UnitRefused
 from solarcal.mount.controller import ControllerModel, ideal_and_elevation_deg, ideal_axes_deg
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.mount.geometry import MountGeometry
-from solarcal.mount.limits import AxisLimits, Limits
+from solarcal.mount.geometry import AxisLimits, Limits, MountGeometry
 from solarcal.profiles import MountDescription
 from solarcal.site import Site
 from solarcal.station.described_unit import unit_parameters, unit_site

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from solarcal.decimals import Pair
-from solarcal.mount.limits import Limits
+from solarcal.mount.geometry import Limits
 from solarcal.timescale import SystemClock
 
 AHEAD_S = 30.0

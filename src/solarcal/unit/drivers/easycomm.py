@@ -14,7 +14,7 @@ import re
 import time
 
 from solarcal.errors import LinkError, ProtocolError
-from solarcal.mount.limits import AxisLimits
+from solarcal.mount.geometry import AxisLimits
 from solarcal.unit.link import Link
 from solarcal.unit.rotator import Direction, RotatorIdentity, RotatorOnALine
 

@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterable
 
 from solarcal.errors import ConfigurationError, LinkError, ProtocolError, SolarcalError, UnitRefused
-from solarcal.mount.limits import AxisLimits
+from solarcal.mount.geometry import AxisLimits
 from solarcal.unit.rotator import Direction, RotatorIdentity
 
 MOST_LINES = 250
