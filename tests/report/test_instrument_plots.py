@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from solarcal.report.instrument_plots import Curve, curve_plot, plate_drawing
+from solarcal.report.instrument_plots import Curve, curve_plot, directions_plot, plate_drawing
 from solarcal.report.scales import Sheet
-from solarcal.report.sky_plots import directions_plot
 
 HOURS = np.linspace(6.0, 18.0, 73)
 

@@ -16,8 +16,8 @@ from made_up_session import hourly
 from solarcal.mount.formula import Coefficients
 from solarcal.report import plots, scales
 from solarcal.report.canvas import Canvas
+from solarcal.report.instrument_plots import sky_map
 from solarcal.report.scales import Scale, Sheet
-from solarcal.report.sky_plots import sky_map
 from solarcal.session.records import FitRecord
 from solarcal.station.curves import session_plot_data
 

@@ -11,9 +11,8 @@ from solarcal.instruments.mount_and_collector import asked_mount
 from solarcal.instruments.sun import iso, moon_not_usable, moon_phase, solar_clock
 from solarcal.mount.reach import AxisPath, axis_path, reach_of_day
 from solarcal.report.blocks import columns, number
-from solarcal.report.instrument_plots import Curve, curve_plot
+from solarcal.report.instrument_plots import Curve, DayTrack, curve_plot, day_chart
 from solarcal.report.scales import Sheet
-from solarcal.report.sky_plots import DayTrack, day_chart
 from solarcal.site import Site
 from solarcal.sun import sun_position
 from solarcal.sun.day import (

@@ -18,9 +18,8 @@ from solarcal.optics.offset_mirror import (
     format_target,
 )
 from solarcal.optics.reflection import Target, angle_deg, direction_enu, targeting, translation_deg
-from solarcal.report.instrument_plots import Curve, curve_plot
+from solarcal.report.instrument_plots import Curve, curve_plot, directions_plot
 from solarcal.report.scales import Sheet
-from solarcal.report.sky_plots import directions_plot
 from solarcal.sun.day import daylight
 from solarcal.timescale import format_utc
 from solarcal.units import format_degrees

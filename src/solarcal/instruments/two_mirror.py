@@ -10,8 +10,7 @@ from solarcal.instruments.mount_and_collector import drawn_latitude_deg
 from solarcal.instruments.sun import asked_sun_deg
 from solarcal.instruments.sunspot import asked_image, asked_view, disc_line, found_in
 from solarcal.optics.disc_image import find_disc
-from solarcal.report.instrument_plots import Ring, rings_drawing
-from solarcal.report.sky_plots import directions_plot
+from solarcal.report.instrument_plots import Ring, directions_plot, rings_drawing
 from solarcal.two_mirror.diode import (
     SUN_RADIUS_MRAD,
     QuadrantDiode,

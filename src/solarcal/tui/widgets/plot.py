@@ -18,9 +18,9 @@ from textual.widget import Widget
 from solarcal.model.analysis import Analysis
 from solarcal.model.solution import Solution
 from solarcal.report.forecast_map import forecast_map
+from solarcal.report.instrument_plots import sky_map
 from solarcal.report.plots import convergence_plot, error_plot, residual_plot
 from solarcal.report.scales import Sheet, Theme, View
-from solarcal.report.sky_plots import sky_map
 from solarcal.session.records import PointRecord
 from solarcal.session.view import SessionView
 from solarcal.station.curves import ErrorPlotData, session_plot_data
