@@ -15,8 +15,7 @@ from solarcal.profiles import Profile
 from solarcal.session.records import PointRecord, Typed
 from solarcal.session.view import read_session
 from solarcal.site import Site
-from solarcal.station.described_unit import unit_parameters, unit_site
-from solarcal.station.typed.controller_model import TypedControllerModel
+from solarcal.station.described_unit import TypedControllerModel, unit_parameters, unit_site
 
 F5 = b"\x1b[15~"
 

@@ -11,9 +11,8 @@ from solarcal.mount.formula import Coefficients, Offsets, correction_deg
 from solarcal.profiles import MountDescription
 from solarcal.session.journal import Journal
 from solarcal.site import Site
-from solarcal.station.described_unit import unit_parameters, unit_site
+from solarcal.station.described_unit import TypedControllerModel, unit_parameters, unit_site
 from solarcal.station.procedure import Station
-from solarcal.station.typed.controller_model import TypedControllerModel
 from solarcal.station.typed.forms import DisplayForm, TypedAnswer, WaitingDisplay
 from solarcal.station.typed.unit import TypedUnit
 from solarcal.timescale import parse_utc

@@ -1,11 +1,20 @@
-"""A mount from the technician's description of it: what a unit would have answered if asked."""
+"""A unit that cannot be asked: its mount as it was described, its controller as it was typed."""
 
+from dataclasses import dataclass, field
+
+from solarcal.decimals import Pair
 from solarcal.errors import ConfigurationError
-from solarcal.mount.drive import Drive, parse_drive
-from solarcal.mount.geometry import AxisLimits, Limits, default_ax1_centre
+from solarcal.mount.controller import ControllerModel, ideal_axes_deg
+from solarcal.mount.drive import Drive, parse_drive, reading_deg, register
+from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.mount.geometry import AxisLimits, Limits, MountGeometry, default_ax1_centre
 from solarcal.profiles import MountDescription
 from solarcal.site import Site
+from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
+from solarcal.station.typed.forms import Values
+from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.unit.tracker import UnitParameters, UnitSite
+from solarcal.units import Angles, wrap_deg
 
 HALF_TURN_DEG = 180.0
 
@@ -74,3 +83,93 @@ def _within(described: tuple[float, float] | None, told: AxisLimits, axis: int) 
             f"what the unit can do ({told.low_deg:g} to {told.high_deg:g})"
         )
     return AxisLimits(low, high)
+
+
+@dataclass(frozen=True, slots=True)
+class TypedControllerModel:
+    """A unit as its technician described and typed it.
+
+    Attributes
+    ----------
+    unit_site, parameters : place, mount and set-up, as described.
+    shows_counts : the display gives counts since the last reference, not degrees.
+    unit_minus_laptop_s : difference of the clocks as typed last.
+    coefficients, offsets : in force, as typed last.
+    """
+
+    unit_site: UnitSite
+    parameters: UnitParameters
+    shows_counts: bool = False
+    unit_minus_laptop_s: float = 0.0
+    coefficients: Coefficients = field(default_factory=Coefficients)
+    offsets: Offsets = field(default_factory=Offsets)
+
+    @property
+    def geometry(self) -> MountGeometry:
+        told = self.unit_site
+        return MountGeometry(told.geometry, told.site.latitude_deg, told.ax1_centre_deg)
+
+    def unit_utc_s(self, laptop_utc_s: Angles) -> Angles:
+        """What the unit's clock makes of an instant (or of several), as UTC."""
+        return laptop_utc_s + self.unit_minus_laptop_s
+
+    def unit_day_s(self, laptop_utc_s: float) -> float:
+        """Seconds since midnight on the unit's clock."""
+        local_s = self.unit_utc_s(laptop_utc_s) - 3600.0 * self.unit_site.zone_west_h
+        return local_s % SECONDS_PER_DAY
+
+    def clock_off_s(self, shown_s: float, laptop_utc_s: float) -> float:
+        """By how much a shown time of day is ahead of what the unit's clock was taken for."""
+        return (
+            shown_s - self.unit_day_s(laptop_utc_s) + SECONDS_PER_DAY / 2.0
+        ) % SECONDS_PER_DAY - SECONDS_PER_DAY / 2.0
+
+    def ideal_deg(self, laptop_utc_s: float) -> Pair:
+        """The Sun the unit computes at that instant of the laptop's clock."""
+        return ideal_axes_deg(self.geometry, self.unit_site.site, self.unit_utc_s(laptop_utc_s))
+
+    def rates_deg_per_s(self, laptop_utc_s: float) -> Pair:
+        """How fast that Sun moves in the axes."""
+        return sun_rates_deg_per_s(
+            self.geometry, self.unit_site.site, self.unit_utc_s(laptop_utc_s)
+        )
+
+    def senses(self, laptop_utc_s: float, came: tuple[int, int] = (0, 0)) -> tuple[int, int]:
+        """The sense in which each axis comes from behind the Sun."""
+        rate1, rate2 = self.rates_deg_per_s(laptop_utc_s)
+        return forward_sense(rate1, came[0]), forward_sense(rate2, came[1])
+
+    def target_deg(self, laptop_utc_s: float, offsets: Offsets | None = None) -> Pair:
+        """Where the unit drives its axes: ideal + E(P in force) + O."""
+        in_force = ControllerModel(
+            self.parameters.limits,
+            coefficients=self.coefficients,
+            offsets=self.offsets if offsets is None else offsets,
+        )
+        target1, target2 = in_force.target_deg(*self.ideal_deg(laptop_utc_s))
+        return float(target1), float(target2)
+
+    def reading_deg(self, axis: int, shown: float) -> float:
+        """Absolute read-out of axis 0 or 1 from what the display shows, AX1 on its branch."""
+        angle = shown
+        if self.shows_counts:
+            drive = (self.parameters.drive1, self.parameters.drive2)[axis]
+            angle = float(reading_deg(drive, self._reference_deg(axis), shown))
+        if axis == 0:
+            return float(wrap_deg(angle, self.unit_site.ax1_centre_deg))
+        return angle
+
+    def counts(self, axis: int, reading: float) -> int:
+        """Counts since the last reference at a read-out."""
+        drive = (self.parameters.drive1, self.parameters.drive2)[axis]
+        return register(drive, self._reference_deg(axis), reading)
+
+    def _reference_deg(self, axis: int) -> float:
+        return (self.parameters.reference1_deg, self.parameters.reference2_deg)[axis]
+
+    def moment_s(self, values: Values, read_utc_s: float) -> float:
+        """The laptop's UTC of a reading: by the unit's clock where it was typed with it."""
+        shown_s = values.get("time")
+        if shown_s is None:
+            return read_utc_s
+        return read_utc_s + self.clock_off_s(float(shown_s), read_utc_s)

@@ -6,8 +6,8 @@ from solarcal.errors import ProcedureRefused
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
 from solarcal.profiles import MountDescription
 from solarcal.site import Site
+from solarcal.station.described_unit import TypedControllerModel as Model
 from solarcal.station.described_unit import unit_parameters, unit_site
-from solarcal.station.typed.controller_model import TypedControllerModel as Model
 from solarcal.station.typed.forms import DisplayForm, TypedAnswer
 from solarcal.station.typed.unit import TypedUnit
 from solarcal.timescale import parse_utc

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace as with_fields
 
 from solarcal.mount.formula import Coefficients, Offsets
-from solarcal.station.typed.controller_model import TypedControllerModel as Model
+from solarcal.station.described_unit import TypedControllerModel as Model
 from solarcal.station.typed.plausibility import clock_doubts, key_in_doubts, reading_sheet_doubts
 from solarcal.station.typed.typo_hints import Fit, difference_named, reading_doubts
 

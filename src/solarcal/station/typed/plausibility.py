@@ -9,7 +9,7 @@ from solarcal.decimals import Pair
 from solarcal.errors import ConfigurationError
 from solarcal.model.evidence.unit_state import AGREEMENT_DEG, check_unit_sun, sun_difference_deg
 from solarcal.mount.formula import Offsets
-from solarcal.station.typed.controller_model import TypedControllerModel
+from solarcal.station.described_unit import TypedControllerModel
 from solarcal.station.typed.forms import Doubt, decimals, number, plain_text, time_of_day_s
 from solarcal.station.typed.typo_hints import Fit, difference_named, reading_doubts
 from solarcal.timescale import SECONDS_PER_SUN_DEG, clock_face

@@ -15,9 +15,8 @@ from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Offsets
 from solarcal.profiles import MountDescription
 from solarcal.session.records import TYPED_FIRMWARE
 from solarcal.site import Site
-from solarcal.station.described_unit import unit_parameters, unit_site
+from solarcal.station.described_unit import TypedControllerModel, unit_parameters, unit_site
 from solarcal.station.typed import entry_forms
-from solarcal.station.typed.controller_model import TypedControllerModel
 from solarcal.station.typed.forms import Display, DisplayForm, Doubting, TypedAnswer, Value, Values
 from solarcal.station.typed.plausibility import clock_doubts, key_in_doubts, reading_sheet_doubts
 from solarcal.timescale import Clock, format_utc
