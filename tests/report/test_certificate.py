@@ -320,11 +320,26 @@ def test_a_certificate_is_issued_again_and_nothing_else_is_replaced(judged, tmp_
 def test_a_zip_of_the_same_name_is_left_alone(judged, tmp_path, capsys):
     session, archive = judged.files.paths[0], tmp_path / "day.zip"
     call = ["report", str(session), "-o", str(tmp_path / "day.md"), "--zip"]
-    archive.write_bytes(b"PK not really")
-    assert run_command(call) == 2
-    assert "day.zip exists and is not a certificate" in capsys.readouterr().err
-    assert archive.read_bytes() == b"PK not really"
-    assert not (tmp_path / "day.md").exists()
-    archive.unlink()
     assert run_command(call) == 0
     assert run_command(call) == 0
+    whole = archive.read_bytes()
+    (tmp_path / "day.md").unlink()
+    broken = whole.replace(b"PK\1\2", b"PK\7\7")
+    for other in (b"PK not really", b"", b"PK\5\6" + bytes(18), broken, whole[:-10]):
+        archive.write_bytes(other)
+        assert run_command(call) == 2
+        assert "day.zip exists and is not a certificate" in capsys.readouterr().err
+        assert archive.read_bytes() == other
+        assert not (tmp_path / "day.md").exists()
+
+
+def test_what_cannot_be_looked_at_is_not_replaced(judged, tmp_path, capsys, monkeypatch):
+    path = tmp_path / "day.txt"
+    path.write_text("locked")
+
+    def refused(self: Path, mode: str) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "open", refused)
+    assert run_command(["report", str(judged.files.paths[0]), "-o", str(path)]) == 2
+    assert "day.txt cannot be replaced: Permission denied" in capsys.readouterr().err

@@ -20,7 +20,7 @@ import numpy as np
 from solarcal import __version__
 from solarcal.config import toml_text
 from solarcal.errors import ConfigurationError
-from solarcal.input_files import read_bytes, write_whole
+from solarcal.input_files import read_bytes, reason_of, write_whole
 from solarcal.profiles import Profile
 from solarcal.report.blocks import Certificate, Facts, Section, Signatures, Table, plain_text
 from solarcal.report.certificate_sections import (
@@ -215,17 +215,25 @@ def _refuse_to_replace(path: Path) -> None:
     ConfigurationError
         The file is there and is no certificate.
     """
-    if not path.is_file():
-        return
-    if path.suffix.lower() == ".zip":
-        ours = zipfile.is_zipfile(path) and _SUMS in zipfile.ZipFile(path).namelist()
-    else:
-        with path.open("rb") as file:
-            ours = b"calibration certificate" in file.read(_HEAD_BYTES).lower()
+    try:
+        ours = not path.is_file() or _is_certificate(path)
+    except OSError as error:
+        raise ConfigurationError(f"{path} cannot be replaced: {reason_of(error)}") from error
     if not ours:
         raise ConfigurationError(
             f"{path} exists and is not a certificate: it is not replaced; give another name"
         )
+
+
+def _is_certificate(path: Path) -> bool:
+    if path.suffix.lower() != ".zip":
+        with path.open("rb") as file:
+            return b"calibration certificate" in file.read(_HEAD_BYTES).lower()
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return _SUMS in archive.namelist()
+    except (zipfile.BadZipFile, ValueError):
+        return False
 
 
 def office_zip(
