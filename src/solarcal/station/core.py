@@ -11,8 +11,7 @@ from solarcal.mount.formula import Coefficients
 from solarcal.session.journal import Journal
 from solarcal.session.records import Closed, InForce, LinkLost, LinkRestored, Restarted
 from solarcal.station import guards
-from solarcal.station.recording import Recorded, StationFile
-from solarcal.station.session_header import SessionSettings, refuse_another_unit
+from solarcal.station.recording import Recorded, SessionSettings, StationFile, refuse_another_unit
 from solarcal.station.state import Activity, LinkState
 from solarcal.timescale import Clock
 from solarcal.unit.tracker import Mode, Status, Tracker, UnitIdentity

@@ -19,7 +19,7 @@ from solarcal.station.clocks import EmulatedClock
 from solarcal.station.connect import disagreements
 from solarcal.station.fitting import solve
 from solarcal.station.procedure import Station
-from solarcal.station.session_header import SessionSettings
+from solarcal.station.recording import SessionSettings
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule
 from solarcal.timescale import Clock, SystemClock

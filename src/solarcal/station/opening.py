@@ -18,8 +18,8 @@ from solarcal.session.records import Header
 from solarcal.station.clocks import clock_beside, clock_sigma_s
 from solarcal.station.connect import disagreements
 from solarcal.station.procedure import Station
+from solarcal.station.recording import profile_settings
 from solarcal.station.saved_sessions import finished, unfinished_sessions
-from solarcal.station.session_header import profile_settings
 from solarcal.stopping_rule import SYNCHRONISED_S
 from solarcal.timescale import Clock
 from solarcal.unit.tracker import Tracker, UnitIdentity

@@ -14,7 +14,7 @@ from solarcal.session.records import Header, Record, Typed, UploadRecord
 from solarcal.session.view import SessionView
 from solarcal.station.connect import open_tracker
 from solarcal.station.procedure import Station
-from solarcal.station.session_header import profile_settings
+from solarcal.station.recording import profile_settings
 from solarcal.station.typed.entry_forms import key_in_texts
 from solarcal.station.typed.field_book import BookClock, Entry, FieldBook
 from solarcal.station.uploading import UploadOffer, propose_upload, refuse_doubtful
