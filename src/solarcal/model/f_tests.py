@@ -22,7 +22,6 @@ from solarcal.model.sky_context import SkyContext, TruePoints, true_points
 from solarcal.model.terms import TERMS, NativeAngles, Term, design_matrix, terms_tested
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.mechanism import Circumstances, Mechanism
-from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.units import FloatArray, wrap_deg
 
 UNSEEN = 1e-9
@@ -110,7 +109,8 @@ class PointsTested:
         bent = [term for term in self.terms if term.exact is not None]
         plain = [term for term in self.terms if term.exact is None]
         names = (*COEFFICIENT_NAMES, *(term.exact for term in bent if term.exact is not None))
-        at = Mechanism.linearised(values, geometry, ax1, ax2, names, self._circumstances(), **exact)
+        seen = Circumstances(self.approach.T, self.context.lifted(ax1, ax2))
+        at = Mechanism.linearised(values, geometry, ax1, ax2, names, seen, **exact)
         design = design_matrix(plain, NativeAngles.at(geometry, ax1, ax2))
         more = np.array([amounts.get(term.name, 0.0) for term in plain])
         left = np.stack((self.seen.err1_deg, self.seen.err2_deg)) - at.errors
@@ -129,15 +129,6 @@ class PointsTested:
             np.column_stack(columns[:6]),
             {term.name: effects[term.name] for term in self.terms},
         )
-
-    def _circumstances(self) -> Circumstances:
-        azimuth, zenith = self.context.sun_of_axes_deg(self.seen.ax1_deg, self.seen.ax2_deg)
-        air = zenith - apparent_zenith_deg(zenith, self.context.refraction, self.context.air)
-
-        def lifted(amount: float) -> tuple[FloatArray, FloatArray]:
-            return self.context.true_axes_deg(azimuth, zenith - amount * air)
-
-        return Circumstances(self.approach.T, lifted)
 
 
 def _told(approach: NDArray[np.int_], axis: int | None) -> bool:

@@ -5,6 +5,7 @@ a little beside it. Neither is an error of the mount, so neither belongs into a 
 the fit uses the Sun's true position.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal, NamedTuple, get_args
@@ -141,6 +142,18 @@ class SkyContext(msgspec.Struct, frozen=True):
         return (
             (azimuth, zenith) if self.heliostat is None else self.heliostat.sun_deg(azimuth, zenith)
         )
+
+    def lifted(
+        self, ax1_deg: FloatArray, ax2_deg: FloatArray
+    ) -> Callable[[float], tuple[FloatArray, FloatArray]]:
+        """Of so much more of the assumed air: the axes that belong to the Sun of these (n,)."""
+        azimuth, zenith = self.sun_of_axes_deg(ax1_deg, ax2_deg)
+        air = zenith - apparent_zenith_deg(zenith, self.refraction, self.air)
+
+        def axes_deg(amount: float) -> tuple[FloatArray, FloatArray]:
+            return self.true_axes_deg(azimuth, zenith - amount * air)
+
+        return axes_deg
 
     @property
     def air(self) -> Weather:

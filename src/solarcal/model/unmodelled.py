@@ -18,7 +18,6 @@ from solarcal.model.sky_context import SkyContext
 from solarcal.model.year_grid import SunGrid
 from solarcal.mount.mechanism import Mechanism
 from solarcal.stopping_rule import Unmodelled
-from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray, wrap_deg
 
@@ -57,11 +56,8 @@ def sky_columns(
     at = Mechanism.linearised(values, context.geometry, ax1_deg, ax2_deg, _BENT)
     columns = np.zeros((len(NAMES), 2, len(ax1_deg)))
     columns[: len(_BENT)] = at.sky_slopes
-    azimuth, zenith = context.sun_of_axes_deg(ax1_deg, ax2_deg)
-    bent = zenith - apparent_zenith_deg(zenith, context.refraction, context.air)
-    columns[3] = _wrapped(
-        np.stack(context.true_axes_deg(azimuth, zenith - bent)) - np.stack((ax1_deg, ax2_deg))
-    )
+    columns[3] = np.stack(context.lifted(ax1_deg, ax2_deg)(1.0)) - np.stack((ax1_deg, ax2_deg))
+    columns[3, 0] = wrap_deg(columns[3, 0])
     columns[3] *= at.sky
     if context.heliostat is None:
         columns[4] = _clock_column(context, ax1_deg, ax2_deg)
@@ -87,11 +83,6 @@ def _clock_column(context: SkyContext, ax1_deg: FloatArray, ax2_deg: FloatArray)
     sine = np.maximum(sine, 1e-6)
     cross = (s[0] * moved[1] - s[1] * moved[0]) / sine
     return np.stack((-cross, moved[2] / sine))
-
-
-def _wrapped(axes: FloatArray) -> FloatArray:
-    axes[0] = wrap_deg(axes[0])
-    return axes
 
 
 def widened(solution: MechanismSolution, unmodelled: Unmodelled) -> MechanismPosterior:
