@@ -24,7 +24,12 @@ from solarcal.model.evidence.stamp_search import (
     StampSearch,
 )
 from solarcal.model.finding import Finding, Kind, points_named
-from solarcal.model.sky_context import Ideal, SkyContext, sun_directions
+from solarcal.model.sky_context import (
+    LOWEST_ELEVATION_DEG,
+    Ideal,
+    SkyContext,
+    sun_directions,
+)
 from solarcal.mount.geometry import AxisLimits, Limits, MountGeometry, crosses_branch
 from solarcal.optics.offset_mirror import Heliostat
 from solarcal.session.points import PointTable
@@ -217,9 +222,6 @@ def _kind_shown(
     )
 
 
-LOWEST_DEG = 5.0
-"""Points lower than this are never taken."""
-
 _STEP_S = 60.0
 
 
@@ -291,7 +293,7 @@ def _crossing(
     if heliostat is not None:
         aim = heliostat.controller_normal_deg(azimuth, zenith)
     ax1, ax2 = geometry.axes_from_horizontal(*aim)
-    high = (90.0 - zenith > LOWEST_DEG) & _within_limits(limits.axis2, ax2)
+    high = (90.0 - zenith > LOWEST_ELEVATION_DEG) & _within_limits(limits.axis2, ax2)
     path = np.where(high, ax1, np.nan)
     centre_deg = geometry.ax1_centre_deg
     if not crosses_branch(path, centre_deg):
