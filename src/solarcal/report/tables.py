@@ -11,7 +11,7 @@ import numpy as np
 from solarcal.model.solution import Solution
 from solarcal.model.terms import TERMS
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients
-from solarcal.report.blocks import BLANK, Blocks, Prose, Table, clock_text, number
+from solarcal.report.blocks import BLANK, Blocks, Prose, Table, clock_text, columns, number
 from solarcal.report.judgement import meaning, values_table
 from solarcal.session.points import PointTable, table_of_points
 from solarcal.session.records import (
@@ -22,6 +22,7 @@ from solarcal.session.records import (
     RefCheck,
     UploadRecord,
 )
+from solarcal.station.point_judgement import PointJudgement
 from solarcal.station.sun_path import SunModel
 from solarcal.sun.position import sun_known
 from solarcal.timescale import format_many_utc, format_utc, parse_utc
@@ -270,3 +271,39 @@ def truth_table(truth: Mapping[str, float | None], found: Coefficients | None = 
         Prose(("",)),
         Table(("true error on the sky, deg", "before", "after"), errors, "<>>"),
     )
+
+
+def point_result(candidate: PointRecord, judgement: PointJudgement) -> str:
+    """Counts expected and found since the last point, and the error against the prediction."""
+    rows = []
+    for axis, judged in enumerate(judgement.axes, start=1):
+        missing = None
+        if judged.expected_counts is not None and judged.found_counts is not None:
+            missing = judged.found_counts - judged.expected_counts
+        rows.append(
+            [
+                str(axis),
+                number(judged.expected_counts, 0, True),
+                number(judged.found_counts, 0, True),
+                number(missing, 0, True),
+                number(judged.error_deg, 4, True),
+                number(judged.off_deg, 4, True),
+                number(judged.sigmas, 1, True),
+                "LOOK" if judged.suspicious else "",
+            ]
+        )
+    headings = (
+        "axis", "expected", "found", "difference", "error, deg", "off fit", "in sigmas", "",
+    )  # fmt: skip
+    source = "Set Sun Offset" if candidate.basis == "sun_offset" else "the gathering"
+    lines = ["Counts moved since the last point:", *columns(headings, rows, "<>>>>>><")]
+    lines.append(f"Error taken from {source}" + (f": {candidate.reason}" * bool(candidate.reason)))
+    return "\n".join(lines)
+
+
+def check_result(candidate: CheckRecord) -> str:
+    """What is left of the error after the upload."""
+    e1, e2 = candidate.error_deg or (None, None)
+    row = [number(e1, 4, True), number(e2, 4, True), number(candidate.sky_error_deg, 4)]
+    headings = ("left, axis 1", "left, axis 2", "on the sky, deg")
+    return "\n".join(["Check point, never fitted:", *columns(headings, [row], ">>>")])

@@ -4,14 +4,17 @@ What is shown follows from the station's state alone: left and opened again, the
 where the attempt stands.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, ClassVar
 
+from textual.content import Content
 from textual.widget import Widget
 from textual.widgets import Input
 
 from solarcal.errors import ProcedureRefused
-from solarcal.session.records import CheckRecord, PointRecord
+from solarcal.report.tables import check_result, point_result
+from solarcal.session.records import Answers, CheckRecord, PointRecord
+from solarcal.station.gathering import GATHERING_S, READING_INTERVAL_S, READINGS
 from solarcal.station.guards import GuardRefused
 from solarcal.station.news import (
     Answered,
@@ -26,18 +29,63 @@ from solarcal.station.news import (
 )
 from solarcal.station.point_judgement import PointJudgement, judge_check, judge_point
 from solarcal.station.procedure import Station
-from solarcal.station.question_evidence import question_evidence
-from solarcal.station.state import Activity, Attempt, StationState
+from solarcal.station.question_evidence import Fact, question_evidence
+from solarcal.station.state import QUESTIONS, Activity, Attempt, StationState
 from solarcal.tui.base import is_typed
 from solarcal.tui.dialogs.dialog import DialogKey, reason_field
-from solarcal.tui.dialogs.paced import PacedDialog
+from solarcal.tui.dialogs.paced import PacedDialog, progress_bar
 from solarcal.tui.dialogs.report import open_comparison, proven
-from solarcal.tui.point.question import Gathering, Question, check_result, point_result
 from solarcal.tui.widgets.lines import Field, Words
 from solarcal.unit.tracker import Spot
 
 LOOK_EVERY_S = 2.0
 NOT_STORED = "the technician did not store it"
+
+
+class Question(Words):
+    """One of the three, with what speaks for and against it."""
+
+    DEFAULT_CSS = """
+    Question { height: auto; }
+    """
+
+    def ask(self, number: int, facts: Sequence[Fact], answers: Answers) -> None:
+        given = (answers.ref_check, answers.sun_offset, answers.tracking)
+        lines: list[str | tuple[str, str]] = []
+        for index, question in enumerate(QUESTIONS):
+            answer = given[index]
+            if index < number:
+                lines.append(f"   {question}  {'YES' if answer else 'NO'}\n")
+            elif index == number:
+                lines.append((f"{index + 1}. {question}\n", "bold $accent"))
+                for fact in facts:
+                    style = "bold $warning" if fact.against else ""
+                    lines.append(
+                        (f"      {'! ' if fact.against else '- '}{fact.sentence}\n", style)
+                    )
+        self.update(Content.assemble(*lines))
+
+
+class Gathering(Words):
+    """Progress of a gathering. The words say that keys are held."""
+
+    DEFAULT_CSS = """
+    Gathering { height: auto; }
+    """
+
+    def at(self, fraction: float) -> None:
+        left_s = min(GATHERING_S, (1.0 - fraction) * READINGS * READING_INTERVAL_S)
+        self.update(
+            Content.assemble(
+                ("GATHERING  ", "bold $accent"),
+                f"{progress_bar(fraction)}, about {left_s:.0f} s to go\n\n",
+                "Keys are ignored for a few seconds. Touch nothing. STOP works.",
+            )
+        )
+
+    def typing(self) -> None:
+        """Nothing is gathered: what the display shows is typed."""
+        self.update(Content.assemble(("Type what the display shows.", "bold $accent")))
 
 
 class TakePointDialog(PacedDialog):
