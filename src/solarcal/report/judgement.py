@@ -72,13 +72,14 @@ def values_table(
 
 def coefficients_table(solution: Solution) -> Table:
     """Fitted terms: value, one sigma, unit, meaning."""
+    geometry = solution.geometry.name
     rows = tuple(
         (
             term.name,
             number(value, DECIMALS[term.unit], signed=True),
             number(sigma, DECIMALS[term.unit]),
             term.unit,
-            meaning(term, solution.geometry.name),
+            meaning(term, geometry),
         )
         for term, value, sigma in zip(
             solution.model_terms, solution.values.tolist(), solution.sigma_list(), strict=True
