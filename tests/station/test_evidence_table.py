@@ -349,7 +349,7 @@ def test_the_year_in_force_forbids_an_upload_that_gains_nothing(day_of) -> None:
 
 ELSEWHERE = {
     "kind of ideal angles and stamps": "tests/model/test_time_stamps.py",
-    "sessions of one unit": "tests/model/test_merging.py",
+    "sessions of one unit": "tests/model/test_earlier_sessions.py",
 }
 HERE_ALONE = {"error and half a turn, read-outs and limits", "the year in force and proposed"}
 
