@@ -227,9 +227,7 @@ class StationWorker:
         """Whether something was waiting. What needs the unit is refused, not done later in a new
         situation."""
         try:
-            waiting = (
-                self._steps.get(timeout=patience_s) if patience_s else self._steps.get_nowait()
-            )
+            waiting = self._steps.get(timeout=patience_s)
         except queue.Empty:
             return False
         if waiting is not None:
