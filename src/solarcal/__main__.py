@@ -18,9 +18,10 @@ def main() -> int:
 
         complete()
     from solarcal.cli import run_command
-    from solarcal.cli.process import end_by_signals
+    from solarcal.cli.process import demand_streams, end_by_signals
 
     gc.set_threshold(ALLOCATIONS_BETWEEN_COLLECTIONS)
+    demand_streams()
     end_by_signals()
     return run_command(sys.argv[1:])
 

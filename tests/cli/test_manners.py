@@ -1,7 +1,9 @@
 """What all commands do alike: one line for a usage error, full disks, poor terminals, --debug."""
 
 import io
+import json
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -58,6 +60,43 @@ def test_a_full_disk_is_one_line(capsys, monkeypatch):
     assert capsys.readouterr().err == (
         "solarcal: the output cannot be written: No space left on device\n"
     )
+
+
+def _through_a_shell(words, redirections, buffered=True):
+    environment = {**os.environ, "PYTHONUNBUFFERED": "" if buffered else "1"}
+    line = f'"{sys.executable}" -m solarcal {words} {redirections}'
+    return subprocess.run(
+        ["bash", "-o", "pipefail", "-c", line], env=environment, capture_output=True, text=True
+    )
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="this system has no /dev/full")
+@pytest.mark.parametrize("buffered", [True, False])
+@pytest.mark.parametrize("words", ["--help", "fit --help", "--version", "scenarios --json"])
+def test_an_output_that_cannot_be_written_is_no_success(words, buffered):
+    for redirection, reason in ((">/dev/full", "No space left on"), (">&-", "Bad file descriptor")):
+        ended = _through_a_shell(words, redirection, buffered)
+        assert ended.returncode == 2
+        assert ended.stderr.startswith(f"solarcal: the output cannot be written: {reason}")
+        assert ended.stderr.count("\n") == 1
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="this system has no /dev/full")
+@pytest.mark.parametrize("words", ["--help", "scenarios"])
+def test_a_reader_that_leaves_is_no_failure(words):
+    ended = _through_a_shell(words, "| true")
+    assert (ended.returncode, ended.stderr) == (0, "")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="this system has no /dev/full")
+@pytest.mark.parametrize("redirection", ["2>/dev/full", "2>&-", "2>&- <&-"])
+def test_a_stderr_that_fails_changes_no_exit_code_and_no_result(redirection):
+    assert _through_a_shell("fit no.csv", redirection).returncode == 2
+    assert _through_a_shell("run", redirection).returncode == 2
+    at_night = "--lat 35 --lon 0 --at 2026-06-03T00:00Z --model noaa --json"
+    ended = _through_a_shell(f"sun {at_night}", redirection)
+    assert (ended.returncode, ended.stderr) == (0, "")
+    json.loads(ended.stdout)
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp1252"])

@@ -6,17 +6,15 @@ name in them where two share a module. It imports what is heavy inside ``run``, 
 """
 
 import argparse
-import contextlib
 import errno
 import importlib
-import os
 import sys
 import traceback
 from collections.abc import Callable, Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from solarcal import __version__
-from solarcal.cli.process import let_go_of_terminal, never_fail
+from solarcal.cli.process import let_go, let_go_of_terminal, never_fail, say
 from solarcal.errors import SolarcalError
 
 COMMANDS: dict[str, str] = {
@@ -73,7 +71,7 @@ _SHARED = {
     "upload": "upload",
     "void": "session_files",
 }
-_NOT_WRITTEN = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG)
+_NOT_WRITTEN = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG, errno.EBADF)
 
 
 class OneLineParser(argparse.ArgumentParser):
@@ -81,6 +79,13 @@ class OneLineParser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"{self.prog}: {message}; `{self.prog} --help` lists the options\n")
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        # argparse keeps it to itself when this fails.
+        if file is None or file is sys.stderr:
+            say(message.rstrip("\n"))
+        else:
+            print(message, end="", file=file, flush=True)
 
 
 def command_functions(name: str) -> tuple[AddArguments, Run]:
@@ -118,50 +123,46 @@ def build_parser(asked: str | None = None) -> argparse.ArgumentParser:
 def run_command(argv: Sequence[str]) -> int:
     """Run one command line; the exit code. Errors meant for the user go to stderr in one line."""
     never_fail(sys.stdout)
-    asked = next((word for word in argv if not word.startswith("-")), None)
-    if asked is None and not {"-h", "--help", "--version"}.intersection(argv):
-        asked, argv = "run", [*argv, "run"]
-    parser = build_parser(asked)
-    args, unknown = parser.parse_known_args(argv)
-    if unknown:
-        parser.prog = f"solarcal {args.command}"
-        parser.error(f"unrecognized arguments: {' '.join(unknown)}")
+    args = argparse.Namespace(debug=False)
     try:
-        code = let_go_of_terminal(int(args.run(args)))
+        code = let_go_of_terminal(_run(argv, args))
         # Here a full disk or a closed pipe still has an answer; at the interpreter's end none.
-        if sys.stdout is not None:
-            sys.stdout.flush()
+        sys.stdout.flush()
         return code
     except SolarcalError as error:
         if args.debug:
             traceback.print_exc()
-        print(f"solarcal: {error}", file=sys.stderr)
+        say(f"solarcal: {error}")
         return error.exit_code
     except KeyboardInterrupt as interrupt:
-        # A terminal that is gone takes no words.
-        with contextlib.suppress(OSError):
-            print(f"solarcal: {str(interrupt) or 'interrupted'}", file=sys.stderr)
+        say(f"solarcal: {str(interrupt) or 'interrupted'}")
         return let_go_of_terminal(int(getattr(interrupt, "exit_code", 130)))
     except BrokenPipeError:
         # The reader of our output went away (`| head`); nothing is wrong.
-        sys.stderr.close()
+        let_go(sys.stdout, sys.stderr)
         return 0
     except OSError as error:
         if args.debug or error.errno not in (*_NOT_WRITTEN, errno.ENAMETOOLONG):
             raise
         if error.errno == errno.ENAMETOOLONG:
             name = str(error.filename)
-            print(
+            say(
                 f"solarcal: the file name {name[:30]}... has {len(name)} characters; this system "
-                "allows fewer",
-                file=sys.stderr,
+                "allows fewer"
             )
             return 2
-        print(f"solarcal: the output cannot be written: {error.strerror}", file=sys.stderr)
-        _abandon_stdout()
+        say(f"solarcal: the output cannot be written: {error.strerror}")
+        let_go(sys.stdout)
         return 2
 
 
-def _abandon_stdout() -> None:
-    """Let go of what cannot be written, or the interpreter complains about it when it leaves."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _run(argv: Sequence[str], args: argparse.Namespace) -> int:
+    asked = next((word for word in argv if not word.startswith("-")), None)
+    if asked is None and not {"-h", "--help", "--version"}.intersection(argv):
+        asked, argv = "run", [*argv, "run"]
+    parser = build_parser(asked)
+    _, unknown = parser.parse_known_args(argv, args)
+    if unknown:
+        parser.prog = f"solarcal {args.command}"
+        parser.error(f"unrecognized arguments: {' '.join(unknown)}")
+    return int(args.run(args))

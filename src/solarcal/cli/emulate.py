@@ -10,11 +10,10 @@ name).
 
 import argparse
 import signal
-import sys
 import threading
 from typing import TYPE_CHECKING, Any
 
-from solarcal.cli.process import add_json_option, print_json
+from solarcal.cli.process import add_json_option, print_json, say
 from solarcal.decimals import number_option, speed_option
 from solarcal.errors import ConfigurationError
 from solarcal.timescale import SystemClock, format_utc
@@ -113,7 +112,7 @@ def run_emulate(args: argparse.Namespace) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: ended.set())
     if address and (warning := exposure(address[0])):
-        print(f"solarcal: {warning}", file=sys.stderr)
+        say(f"solarcal: {warning}")
     serving = serve_tcp(line, *address) if address else serve_pty(line, args.pty)
     with serving as port:
         print(f"connect to {port}", flush=True)
@@ -126,7 +125,7 @@ def run_emulate(args: argparse.Namespace) -> int:
                 left_s = args.watch
                 print(_seen(rotator), flush=True)
     if isinstance(line, FaultyLine):
-        print(f"line faults: {line.damages} in {line.frames} pieces of the stream", file=sys.stderr)
+        say(f"line faults: {line.damages} in {line.frames} pieces of the stream")
     return 0
 
 

@@ -54,6 +54,35 @@ def never_fail(stream: TextIO | None) -> None:
         stream.reconfigure(errors="nearest")
 
 
+def demand_streams() -> None:
+    """Open streams that the program was started without (``>&-``).
+
+    Nothing typed, words into nowhere, and a result that fails where it is written. Otherwise the
+    next file opened becomes the standard output, and words for stderr go to stdout.
+    """
+    missing: list[object] = [sys.stdin, sys.stdout, sys.stderr]
+    if missing[0] is None:
+        sys.stdin = os.fdopen(os.open(os.devnull, os.O_RDONLY))
+    if missing[1] is None:
+        sys.stdout = os.fdopen(os.open(os.devnull, os.O_RDONLY), "w", encoding="utf-8")
+    if missing[2] is None:
+        sys.stderr = os.fdopen(os.open(os.devnull, os.O_WRONLY), "w", encoding="utf-8")
+
+
+def let_go(*streams: TextIO) -> None:
+    """Write nothing more to streams that fail.
+
+    What a failed write leaves in a stream is written again when the interpreter ends. It fails
+    again, and the program would end with the interpreter's own code for that (120).
+    """
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in streams:
+        # A stream that is no file has nothing to let go of.
+        with contextlib.suppress(OSError, ValueError, AttributeError):
+            os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
+
+
 GRACE_S = 5.0
 """A terminal that is gone may block whoever draws on it; the program ends all the same."""
 
@@ -90,18 +119,9 @@ def end_by_signals() -> None:
 
 
 def let_go_of_terminal(code: int) -> int:
-    """The exit code; after a hang-up nothing more is written to the terminal, which is gone.
-
-    What a failed write leaves in a stream is written again when the interpreter ends. It fails
-    again, and the program would end with the interpreter's own code for that (120).
-    """
+    """The exit code; after a hang-up nothing more is written to the terminal, which is gone."""
     if code == 128 + getattr(signal, "SIGHUP", 0):
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        for stream in (sys.stdout, sys.stderr):
-            # A stream that is no file has nothing to let go of.
-            with contextlib.suppress(OSError, ValueError, AttributeError):
-                os.dup2(nowhere, stream.fileno())
-        os.close(nowhere)
+        let_go(sys.stdout, sys.stderr)
     return code
 
 
@@ -211,8 +231,16 @@ def print_answer(answer: "Answer", as_json: bool) -> int:
 
 
 def say(sentence: str) -> None:
-    """Progress for a person; stderr, so that stdout stays the result."""
-    print(sentence, file=sys.stderr, flush=True)
+    """Progress for a person; stderr, so that stdout stays the result.
+
+    A log that is full takes no words; the work goes on.
+    """
+    try:
+        print(sentence, file=sys.stderr, flush=True)
+    except BrokenPipeError:
+        raise
+    except OSError:
+        let_go(sys.stderr)
 
 
 def warn(warnings: Iterable[str]) -> None:
