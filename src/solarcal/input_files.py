@@ -1,14 +1,16 @@
 """Files read and written whole; of others regular ones only, and none larger than has a use.
 
 A pipe would be waited for, a device or a growing file would never end: both are refused before a
-byte is read.
+byte is read. Only ``-`` is waited for: standard input, whatever that is.
 """
 
 import os
 import stat
+import sys
 import threading
 import tomllib
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +27,8 @@ LARGEST_RECORD_BYTES = 32_000_000
 
 LARGEST_SETTINGS_BYTES = 1_000_000
 """Of a profile, a scenario, settings, a field book: a hundred times what one has."""
+
+STANDARD_INPUT = "-"
 
 
 def read_bytes(
@@ -49,7 +53,7 @@ def read_bytes(
 def read_beginning(
     path: str | Path, most: int, error: type[SolarcalError] = InputFileError
 ) -> bytes:
-    """The first bytes of a regular file, ``most`` at most.
+    """The first bytes of a regular file or of standard input, ``most`` at most.
 
     Raises
     ------
@@ -57,6 +61,8 @@ def read_beginning(
         Of the class ``error``: not there, not readable, not a regular file.
     """
     try:
+        if str(path) == STANDARD_INPUT:
+            return _standard_input()[:most]
         refuse_irregular(path, error)
         # A pipe without a writer must not be waited for, nor a terminal become ours.
         flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
@@ -70,6 +76,12 @@ def read_beginning(
         raise error(f"{path} is missing: no such file") from None
     except (OSError, ValueError) as failure:
         raise error(f"{path} cannot be read: {reason_of(failure)}") from None
+
+
+@cache
+def _standard_input() -> bytes:
+    """Read once, for whoever looks at its beginning first."""
+    return sys.stdin.buffer.read(LARGEST_RECORD_BYTES + 1)
 
 
 def read_utf8(path: str | Path) -> str:

@@ -62,11 +62,14 @@ def test_a_full_disk_is_one_line(capsys, monkeypatch):
     )
 
 
-def _through_a_shell(words, redirections, buffered=True):
+def _through_a_shell(words, redirections="", buffered=True, typed=""):
     environment = {**os.environ, "PYTHONUNBUFFERED": "" if buffered else "1"}
-    line = f'"{sys.executable}" -m solarcal {words} {redirections}'
     return subprocess.run(
-        ["bash", "-o", "pipefail", "-c", line], env=environment, capture_output=True, text=True
+        ["bash", "-o", "pipefail", "-c", f'"{sys.executable}" -m solarcal {words} {redirections}'],
+        env=environment,
+        input=typed,
+        capture_output=True,
+        text=True,
     )
 
 
@@ -97,6 +100,26 @@ def test_a_stderr_that_fails_changes_no_exit_code_and_no_result(redirection):
     ended = _through_a_shell(f"sun {at_night}", redirection)
     assert (ended.returncode, ended.stderr) == (0, "")
     json.loads(ended.stdout)
+
+
+def test_a_dash_is_standard_input_in_every_format_of_points(tmp_path, capsys):
+    session = Path("sessions/azel-good-day.jsonl")
+    points = tmp_path / "day.csv"
+    assert run_command(["export", str(session), str(points)]) == 0
+    for file in (session, points):
+        capsys.readouterr()
+        assert run_command(["fit", str(file), "--json"]) == 0
+        expected = json.loads(capsys.readouterr().out)
+        ended = _through_a_shell("fit - --json", typed=file.read_text("utf-8"))
+        assert json.loads(ended.stdout) == {**expected, "files": ["-"]}
+
+
+@pytest.mark.parametrize("typed", ["", "hello\n"])
+def test_standard_input_without_points_is_bad_input(typed):
+    ended = _through_a_shell("forecast -", typed=typed)
+    assert ended.returncode == 2
+    assert ended.stderr.startswith("solarcal: standard input is in no format that points are read")
+    assert ended.stderr.count("\n") == 1
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp1252"])

@@ -45,7 +45,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def add_judging_arguments(parser: argparse.ArgumentParser) -> None:
     """Files, and all that has to do with judging them: see ``judging``."""
-    parser.add_argument("files", nargs="+", type=Path, metavar="FILE")
+    parser.add_argument(
+        "files", nargs="+", type=Path, metavar="FILE", help="session or points; -: standard input"
+    )
     add_method_option(parser)
     add_last_option(parser)
     add_rule_options(parser)

@@ -13,7 +13,7 @@ import numpy as np
 
 from solarcal import __version__
 from solarcal.errors import ConfigurationError, InputFileError, SessionFileError
-from solarcal.input_files import read_beginning
+from solarcal.input_files import STANDARD_INPUT, read_beginning
 from solarcal.mount.drive import RotaryDrive
 from solarcal.mount.geometry import AxisLimits, Limits
 from solarcal.session.interchange.altaz import read_pmfit
@@ -76,8 +76,8 @@ POINT_FORMATS = (SESSION, POINTS_CSV, TPOINT, PMFIT, OFFSETS, PAINT_CALIBRATION)
 def point_format(path: str | Path) -> Format:
     """The format in which to read points from a file: known by its ending, checked by its text.
 
-    A file whose text is of no known kind is left to the reader of its ending, which names the
-    line at fault.
+    Standard input has no ending: its text decides. A file whose text is of no known kind is left
+    to the reader of its ending, which names the line at fault.
 
     Raises
     ------
@@ -87,12 +87,17 @@ def point_format(path: str | Path) -> Format:
         The ending is none that points are read from.
     """
     ending = Path(path).suffix.lower()
-    asked = [known for known in POINT_FORMATS if ending in known.endings]
+    nameless = str(path) == STANDARD_INPUT
+    asked = [known for known in POINT_FORMATS if nameless or ending in known.endings]
     found = recognised(read_beginning(path, _LOOKED_AT).decode("utf-8-sig", errors="replace"))
     if found in asked:
         return found
     if found is not None:
         raise InputFileError(f"{path}: this looks like a {found.name}; {found.advice}")
+    if nameless:
+        raise InputFileError(
+            "standard input is in no format that points are read from (docs/formats.md)"
+        )
     if not asked:
         endings = sorted({ending for known in POINT_FORMATS for ending in known.endings})
         raise ConfigurationError(
@@ -205,7 +210,8 @@ def read_paint(paths: Sequence[str | Path], fill_in: FillIn) -> PaintFiles:
 
 def is_paint(path: str | Path) -> bool:
     """Whether a file is a PAINT calibration record."""
-    return Path(path).suffix.lower() == ".json" and point_format(path) == PAINT_CALIBRATION
+    may_be = str(path) == STANDARD_INPUT or Path(path).suffix.lower() == ".json"
+    return may_be and point_format(path) == PAINT_CALIBRATION
 
 
 def write_table(table: PointTable, path: str | Path) -> None:
