@@ -233,7 +233,6 @@ SUNCALC_W_M2 = 1400.0
 """SUNCALC's flux outside the air."""
 SOLAR_CONSTANT_W_M2 = 1361.0
 CLEAN_TURBIDITY = 3.0
-_STEPS = 720
 
 
 def air_mass(zenith_deg: FloatArray) -> FloatArray:

@@ -47,9 +47,12 @@ class _Place(Generic[Angles]):
     east_rad: Angles
 
     @classmethod
-    def at(
-        cls, sin_lat: Angles, cos_lat: Angles, north_m: Angles, up_m: Angles, east_rad: Angles
-    ) -> "_Place[Angles]":
+    def at(cls, latitude_deg: Angles, elevation_m: Angles, east_rad: Angles) -> "_Place[Angles]":
+        latitude = latitude_deg * RAD_PER_DEG
+        sin_lat, cos_lat = np.sin(latitude), np.cos(latitude)
+        # Nothing of the vector from the geocentre points east: an ellipsoid of revolution.
+        x, _, z = np.moveaxis(precise.places_m(latitude_deg, elevation_m), -1, 0)
+        north_m, up_m = cos_lat * z - sin_lat * x, sin_lat * z + cos_lat * x
         axis_m = cos_lat * up_m - sin_lat * north_m
         aberration = _EARTH_RAD_PER_S * axis_m / _LIGHT_M_PER_S
         return cls(sin_lat, cos_lat, north_m / _AU_M, up_m / _AU_M, aberration, east_rad)
@@ -97,18 +100,16 @@ class SiteEphemeris:
         # Two nodes more on either side give the slopes of the first and the last cubic.
         node_s = _STEP_S * np.arange(-2.0, self._count + 3.0)
         nodes = precise.Instants.of_utc(self.start_utc_s + node_s, dut1_s)
-        sun = precise.geocentric_sun(nodes, self._motion_at(node_s))
+        sun = precise.Frame.of(nodes, self._motion_at(node_s)).sun(None)
         ahead = sun.hour_angle_rad(site.longitude_deg) - _MEAN_SUN_RAD_PER_S * node_s
         self._hour_angle = _cubics(np.unwrap(ahead))
         self._sin_declination = _cubics(sun.direction[:, 2])
         # 1/r changes by 0.0003 a day, and so the parallax by 0.003 arcsec.
         self._inverse_distance = 0.5 * (1.0 / sun.distance_au[2:-3] + 1.0 / sun.distance_au[3:-2])
 
-        latitude = site.latitude_deg * RAD_PER_DEG
-        north_m, up_m = precise.site_in_local_frame_m(site)
-        self._here = _Place.at(math.sin(latitude), math.cos(latitude), north_m, up_m, 0.0)
-
         # Plain numbers for the path of a single position.
+        here = _Place.at(site.latitude_deg, site.elevation_m, 0.0)
+        self._here = _Place(*(float(getattr(here, name)) for name in _Place.__slots__))
         self._cubics = [
             (*hour_angle, *sin_declination, inverse_distance)
             for hour_angle, sin_declination, inverse_distance in zip(
@@ -152,12 +153,8 @@ class SiteEphemeris:
         ConfigurationError
             A time outside the interval.
         """
-        latitude = latitude_deg * RAD_PER_DEG
-        sin_lat, cos_lat = np.sin(latitude), np.cos(latitude)
-        x, _, z = np.moveaxis(precise.places_m(latitude_deg, elevation_m), -1, 0)
-        north_m, up_m = cos_lat * z - sin_lat * x, sin_lat * z + cos_lat * x
         east_rad = (longitude_deg - self.site.longitude_deg) * RAD_PER_DEG
-        places = _Place.at(sin_lat, cos_lat, north_m, up_m, east_rad)
+        places = _Place.at(latitude_deg, elevation_m, east_rad)
         return self._seen_from(places, np.ascontiguousarray(utc_s, dtype=np.float64))
 
     def _seen_from(

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from solarcal.site import Site
 from solarcal.sun.day import crossing_nearest_transit
 from solarcal.sun.position import require_supported_times
-from solarcal.sun.precise import EarthMotion, Frame, Instants, TrueSun, horizontal_deg, observer_m
+from solarcal.sun.precise import Frame, Instants, TrueSun, horizontal_deg, observer_m
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import RAD_PER_DEG, FloatArray
 
@@ -69,7 +69,7 @@ def moon_position(utc_s: FloatArray | float, site: Site, dut1_s: float = 0.0) ->
     """The Moon from a site at POSIX UTC seconds."""
     instants = Instants.of_utc(np.asarray(utc_s, dtype=np.float64), dut1_s)
     moon = _moon(instants, site)
-    sun = Frame.of(instants, EarthMotion.at(instants)).sun(site)
+    sun = Frame.of(instants).sun(site)
     azimuth, zenith = horizontal_deg(moon, site)
     to_moon = moon.direction * moon.distance_au[..., np.newaxis]
     moon_to_sun = sun.direction * sun.distance_au[..., np.newaxis] - to_moon
@@ -171,7 +171,7 @@ class MoonLight:
         times = np.linspace(start_utc_s, end_utc_s, count)
         moon = moon_position(times, site, dut1_s)
         instants = Instants.of_utc(times, dut1_s)
-        sun = Frame.of(instants, EarthMotion.at(instants)).sun(site)
+        sun = Frame.of(instants).sun(site)
         towards = _enu(moon.azimuth_deg, moon.zenith_deg)
         away = _enu(*horizontal_deg(sun, site)) - towards
         across = away - np.sum(away * towards, axis=-1)[:, np.newaxis] * towards
@@ -196,7 +196,7 @@ def _enu(azimuth_deg: FloatArray, zenith_deg: FloatArray) -> FloatArray:
 
 
 def _moon(instants: Instants, site: Site) -> TrueSun:
-    frame = Frame.of(instants, EarthMotion.at(instants))
+    frame = Frame.of(instants)
     towards = geocentric_au(instants, frame) - observer_m(site, frame.sidereal_rad) / erfa.DAU
     distance = np.linalg.norm(towards, axis=-1)
     return TrueSun(towards / distance[..., np.newaxis], distance, frame.sidereal_rad)

@@ -4,24 +4,10 @@ Up to 0.63 deg from the truth. Two corrections to its common print: there is no 
 cos(180 - azimuth), and the afternoon needs a branch of its own; both are met by `atan2`.
 """
 
-from dataclasses import dataclass
-from typing import Generic
-
 import numpy as np
 
 from solarcal.timescale import SECONDS_PER_DAY
-from solarcal.units import RAD_PER_DEG, Angles, FloatArray
-
-
-@dataclass(frozen=True, slots=True)
-class NoaaSun(Generic[Angles]):
-    """Azimuth (north through east), zenith angle, declination, equation and solar time."""
-
-    azimuth_deg: Angles
-    zenith_deg: Angles
-    declination_deg: Angles
-    equation_of_time_min: Angles
-    solar_time_h: Angles
+from solarcal.units import RAD_PER_DEG, FloatArray
 
 
 def fractional_year_rad(utc_s: FloatArray) -> FloatArray:
@@ -58,8 +44,14 @@ def declination_rad(fractional_year: FloatArray) -> FloatArray:
     )
 
 
-def noaa_sun(utc_s: FloatArray, latitude_deg: float, longitude_deg: float) -> NoaaSun[FloatArray]:
-    """The Sun at POSIX UTC seconds (any shape), longitude positive EAST."""
+def noaa_sun(
+    utc_s: FloatArray, latitude_deg: float, longitude_deg: float
+) -> tuple[FloatArray, ...]:
+    """The Sun at POSIX UTC seconds (any shape), longitude positive EAST.
+
+    Azimuth (north through east), zenith angle, declination; equation of time, minutes; apparent
+    solar time, hours.
+    """
     g = fractional_year_rad(utc_s)
     equation = equation_of_time_min(g)
     declination = declination_rad(g)
@@ -73,10 +65,10 @@ def noaa_sun(utc_s: FloatArray, latitude_deg: float, longitude_deg: float) -> No
     east = -cos_dec * np.sin(hour_angle)
     north = cos_lat * sin_dec - sin_lat * cos_dec * np.cos(hour_angle)
     up = sin_lat * sin_dec + cos_lat * cos_dec * np.cos(hour_angle)
-    return NoaaSun(
-        azimuth_deg=np.mod(180.0 - np.arctan2(east, -north) / RAD_PER_DEG, 360.0),
-        zenith_deg=np.arctan2(np.hypot(east, north), up) / RAD_PER_DEG,
-        declination_deg=declination / RAD_PER_DEG,
-        equation_of_time_min=equation,
-        solar_time_h=true_solar_min / 60.0,
+    return (
+        np.mod(180.0 - np.arctan2(east, -north) / RAD_PER_DEG, 360.0),
+        np.arctan2(np.hypot(east, north), up) / RAD_PER_DEG,
+        declination / RAD_PER_DEG,
+        equation,
+        true_solar_min / 60.0,
     )

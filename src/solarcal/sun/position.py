@@ -45,16 +45,6 @@ class SunPosition(Generic[Angles]):
         """Height above the horizon, degrees."""
         return 90.0 - self.zenith_deg
 
-    @property
-    def enu(self) -> FloatArray:
-        """Unit vector towards the Sun, components East, North, Up; (..., 3)."""
-        azimuth = np.asarray(self.azimuth_deg) * RAD_PER_DEG
-        zenith = np.asarray(self.zenith_deg) * RAD_PER_DEG
-        sin_zenith = np.sin(zenith)
-        return np.stack(
-            [sin_zenith * np.sin(azimuth), sin_zenith * np.cos(azimuth), np.cos(zenith)], axis=-1
-        )
-
 
 @overload
 def sun_position(
@@ -119,14 +109,16 @@ def sun_position(
     if model == "precise":
         position = _precise(times, site, dut1_s)
     elif model == "noaa":
-        position = _noaa(times, site)
+        position = SunPosition(times, *noaa_sun(times, site.latitude_deg, site.longitude_deg))
     else:
         position = _appendix_a(times, site, plus=model == "solartrak+")
     if refraction != "none":
         air = weather or Weather(pressure_hpa=standard_pressure_hpa(site.elevation_m))
         seen = apparent_zenith_deg(position.zenith_deg, refraction, air)
         position = replace(position, zenith_deg=np.asarray(seen))
-    return position if times.ndim else _scalars(position)
+    if times.ndim:
+        return position
+    return SunPosition(*(float(getattr(position, name)) for name in SunPosition.__slots__))
 
 
 def sun_known(utc_s: FloatArray, *, year_ahead: bool = False) -> NDArray[np.bool_]:
@@ -168,23 +160,10 @@ def _appendix_a(times: FloatArray, site: Site, *, plus: bool) -> SunPosition[Flo
     )
 
 
-def _noaa(times: FloatArray, site: Site) -> SunPosition[FloatArray]:
-    sun = noaa_sun(times, site.latitude_deg, site.longitude_deg)
-    return SunPosition(
-        utc_s=times,
-        azimuth_deg=sun.azimuth_deg,
-        zenith_deg=sun.zenith_deg,
-        declination_deg=sun.declination_deg,
-        equation_of_time_min=sun.equation_of_time_min,
-        solar_time_h=sun.solar_time_h,
-    )
-
-
 def _precise(times: FloatArray, site: Site, dut1_s: float) -> SunPosition[FloatArray]:
-    geocentric, topocentric = precise.geocentric_and_topocentric_sun(
-        precise.Instants.of_utc(times, dut1_s), site
-    )
-    azimuth, zenith = precise.horizontal_deg(topocentric, site)
+    frame = precise.Frame.of(precise.Instants.of_utc(times, dut1_s))
+    geocentric = frame.sun(None)
+    azimuth, zenith = precise.horizontal_deg(frame.sun(site), site)
     solar_time = 12.0 + geocentric.hour_angle_rad(site.longitude_deg) / RAD_PER_DEG / 15.0
     return SunPosition(
         utc_s=times,
@@ -200,17 +179,6 @@ def _equation_of_time_min(solar_time_h: FloatArray, ut1_s: FloatArray, site: Sit
     """Apparent minus mean solar time; the mean one is UT1 turned by the longitude."""
     mean_solar_time_h = np.mod(ut1_s, SECONDS_PER_DAY) / 3600.0 + site.longitude_deg / 15.0
     return wrap_deg(15.0 * (solar_time_h - mean_solar_time_h)) * 4.0
-
-
-def _scalars(position: SunPosition[FloatArray]) -> SunPosition[float]:
-    return SunPosition(
-        utc_s=float(position.utc_s),
-        azimuth_deg=float(position.azimuth_deg),
-        zenith_deg=float(position.zenith_deg),
-        declination_deg=float(position.declination_deg),
-        equation_of_time_min=float(position.equation_of_time_min),
-        solar_time_h=float(position.solar_time_h),
-    )
 
 
 EVERY_S = 3600.0 * 5.0

@@ -139,17 +139,6 @@ class EarthMotion:
         return EarthMotion(towards, sun - (slope0 + x * (2.0 * second + 3.0 * x * third)), sun)
 
 
-def geocentric_sun(instants: Instants, motion: EarthMotion) -> TrueSun:
-    """Apparent place seen from the centre of the Earth: slowly varying."""
-    return Frame.of(instants, motion).sun(None)
-
-
-def geocentric_and_topocentric_sun(instants: Instants, site: Site) -> tuple[TrueSun, TrueSun]:
-    """Apparent places seen from the centre of the Earth and from the site."""
-    frame = Frame.of(instants, EarthMotion.at(instants))
-    return frame.sun(None), frame.sun(site)
-
-
 def horizontal_deg(true_sun: TrueSun, site: Site) -> tuple[FloatArray, FloatArray]:
     """Azimuth (north through east, [0, 360)) and zenith angle of an apparent place."""
     angle = true_sun.sidereal_rad + site.longitude_deg * RAD_PER_DEG
@@ -174,15 +163,16 @@ class Frame:
     sidereal_rad: FloatArray
 
     @classmethod
-    def of(cls, instants: Instants, motion: EarthMotion) -> "Frame":
+    def of(cls, instants: Instants, motion: EarthMotion | None = None) -> "Frame":
+        """At these instants; ``motion`` where it is known for them already."""
         dpsi, _, obliquity, _, _, _, _, to_true_equator = _erfa().pn00b(*instants.tt)
         sidereal = _erfa().gmst00(*instants.ut1, *instants.tt) + _erfa().ee00(
             *instants.tt, obliquity, dpsi
         )
-        return cls(motion, to_true_equator, np.asarray(sidereal))
+        return cls(motion or EarthMotion.at(instants), to_true_equator, np.asarray(sidereal))
 
     def sun(self, site: Site | None) -> TrueSun:
-        """Apparent place from the site, or from the geocentre where there is none."""
+        """Apparent place from the site; without one from the geocentre, which varies slowly."""
         # The Sun moves 7 km about the barycentre while its light is on the way: 0.01 arcsec.
         geometric_au = self.motion.earth_to_sun
         light_days = np.linalg.norm(geometric_au, axis=-1) / _erfa().DC
@@ -210,22 +200,9 @@ def _observer(site: Site, sidereal_rad: FloatArray) -> Any:
         site.longitude_deg * RAD_PER_DEG,
         site.latitude_deg * RAD_PER_DEG,
         site.elevation_m,
-        0.0,
-        0.0,
-        0.0,
+        *(0.0, 0.0, 0.0),  # no polar motion
         sidereal_rad,
     )
-
-
-def site_in_local_frame_m(site: Site) -> tuple[float, float]:
-    """Northward and upward components of the vector from the geocentre to the site, metres.
-
-    The eastward one is zero: the ellipsoid is one of revolution.
-    """
-    x, _, z = places_m(site.latitude_deg, site.elevation_m)
-    latitude = site.latitude_deg * RAD_PER_DEG
-    sin_lat, cos_lat = math.sin(latitude), math.cos(latitude)
-    return float(cos_lat * z - sin_lat * x), float(sin_lat * z + cos_lat * x)
 
 
 def places_m(latitude_deg: Angles, elevation_m: Angles) -> FloatArray:
