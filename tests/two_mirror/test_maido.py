@@ -15,11 +15,12 @@ import pytest
 import solarcal.two_mirror
 from solarcal.cli import run_command
 from solarcal.errors import ConfigurationError
+from solarcal.sun.energy import disc_share
 from solarcal.two_mirror.controller import LoopMode
 from solarcal.two_mirror.day import MirrorDay, day_lines, simulate_day
 from solarcal.two_mirror.scenario import load_mirror_scenario, mirror_scenario_names
 from solarcal.two_mirror.tuning import tune
-from solarcal.two_mirror.world import overlap, quadrant_parts
+from solarcal.two_mirror.world import quadrant_parts
 
 UPRIGHT = ("truth.beta_deg=0", "truth.gamma_deg=0")
 LATE_NOVEMBER = "day=2024-11-28"
@@ -249,10 +250,10 @@ def test_the_light_of_a_disc_on_four_quadrants() -> None:
 
 
 def test_the_field_lets_the_sun_through_until_it_passes_its_edge() -> None:
-    assert overlap(0.0, 4.65, 10.0) == 1.0
-    assert overlap(5.35, 4.65, 10.0) == pytest.approx(1.0)
-    assert 0.4 < overlap(10.0, 4.65, 10.0) < 0.5
-    assert overlap(14.65, 4.65, 10.0) == 0.0
+    assert disc_share(0.0, 4.65, 10.0) == 1.0
+    assert disc_share(5.35, 4.65, 10.0) == pytest.approx(1.0)
+    assert 0.4 < disc_share(10.0, 4.65, 10.0) < 0.5
+    assert disc_share(14.65, 4.65, 10.0) == 0.0
 
 
 @pytest.mark.parametrize(

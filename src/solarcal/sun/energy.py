@@ -199,8 +199,7 @@ def disc_percent(acceptance_deg: float, error_deg: float) -> float:
     """How much of the Sun's disc a concentrator still sees, percent.
 
     Its acceptance is a cone of half angle ``acceptance_deg`` around where it points, the Sun an
-    even disc of 0.2666 deg radius, ``error_deg`` away from the middle: the share of the disc inside
-    (two circles that overlap).
+    even disc of 0.2666 deg radius, ``error_deg`` away from the middle.
 
     Raises
     ------
@@ -212,16 +211,21 @@ def disc_percent(acceptance_deg: float, error_deg: float) -> float:
         raise ConfigurationError(
             f"acceptance half angle {acceptance_deg:g} deg is not between 0 and 90"
         )
-    cone, disc, apart = acceptance_deg, SUN_RADIUS_DEG, error_deg
-    if apart >= cone + disc:
+    return 100.0 * disc_share(error_deg, SUN_RADIUS_DEG, acceptance_deg)
+
+
+def disc_share(apart: float, radius: float, field_radius: float) -> float:
+    """Part of an even disc that a round field lets through, their centres so far apart."""
+    if apart >= radius + field_radius:
         return 0.0
-    if apart <= abs(cone - disc):
-        return 100.0 * min(1.0, (cone / disc) ** 2)
+    if apart <= abs(field_radius - radius):
+        return min(1.0, (field_radius / radius) ** 2)
     # Lens of two circles: two sectors less the kite between their centres.
-    at_disc = math.acos((apart**2 + disc**2 - cone**2) / (2.0 * apart * disc))
-    at_cone = math.acos((apart**2 + cone**2 - disc**2) / (2.0 * apart * cone))
-    lens = disc**2 * at_disc + cone**2 * at_cone - apart * disc * math.sin(at_disc)
-    return 100.0 * lens / (math.pi * disc**2)
+    r, big, d = radius, field_radius, apart
+    at_disc = math.acos((d * d + r * r - big * big) / (2.0 * d * r))
+    at_field = math.acos((d * d + big * big - r * r) / (2.0 * d * big))
+    lens = r * r * at_disc + big * big * at_field - d * r * math.sin(at_disc)
+    return lens / (math.pi * r * r)
 
 
 def _require_error(error_deg: float) -> None:

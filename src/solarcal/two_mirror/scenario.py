@@ -137,7 +137,6 @@ class MirrorScenario(msgspec.Struct, frozen=True, kw_only=True):
         if self.target == "sun":
             span = daylight(place, noon_s, lowest_deg)
         else:
-            # erfa takes 70 ms to import and the Sun's loop does not need the Moon.
             passage = moon_day(noon_s, place, altitude_deg=lowest_deg)
             lit = float(passage.at_transit.illuminated)
             if lit < BRIGHT_ENOUGH:

@@ -10,6 +10,7 @@ import numpy as np
 from solarcal.mount.geometry import rotated
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.sun import apparent_zenith_deg
+from solarcal.sun.energy import disc_share
 from solarcal.two_mirror.mirrors import (
     Components,
     EulerBase,
@@ -119,7 +120,7 @@ class MirrorWorld:
         away = math.hypot(d1, d2)
         light = 0.0
         if not clouded and away < 0.5 * self.truth.field_mrad + radius:
-            light = overlap(away, radius, 0.5 * self.truth.field_mrad)
+            light = disc_share(away, radius, 0.5 * self.truth.field_mrad)
         if light:
             if self.truth.flip1:
                 d1 = -d1
@@ -178,19 +179,3 @@ def quadrant_parts(u1: float, u2: float) -> tuple[float, float, float, float]:
             # Beyond that edge the whole height of the disc lies above the split.
             both += (math.acos(edge) - edge * math.sqrt(1.0 - edge * edge)) / math.pi
     return top - both, both, right - both, 1.0 - right - top + both
-
-
-def overlap(apart: float, radius: float, field_radius: float) -> float:
-    """Part of a disc that a round field of this radius lets through."""
-    if apart >= radius + field_radius:
-        return 0.0
-    if apart + radius <= field_radius:
-        return 1.0
-    if apart + field_radius <= radius:
-        return (field_radius / radius) ** 2
-    r, big, d = radius, field_radius, apart
-    cos_small = (d * d + r * r - big * big) / (2.0 * d * r)
-    cos_big = (d * d + big * big - r * r) / (2.0 * d * big)
-    kite = 0.5 * math.sqrt((r + big - d) * (d + r - big) * (d - r + big) * (d + r + big))
-    lens = r * r * math.acos(cos_small) + big * big * math.acos(cos_big) - kite
-    return lens / (math.pi * r * r)
