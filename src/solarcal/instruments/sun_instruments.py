@@ -1,5 +1,7 @@
 """The instruments about the Sun: where it is, its day and year, what a collector catches."""
 
+from dataclasses import replace
+
 from solarcal.instruments.form import Field, Flag, Instrument
 
 GEOMETRIES = ("azel", "tiltroll-ew", "tiltroll-ns", "polar")
@@ -179,8 +181,7 @@ SUN_INSTRUMENTS = (
                 "-0.833)",
             ),
             Field("chart", "Chart", default="no", choices=("no", "yes"), on_form=False),
-            Field(DUT1.name, DUT1.label, DUT1.unit, "0", low=-1, high=1, on_form=False,
-                  metavar="S", help=DUT1.help),
+            replace(DUT1, on_form=False),
         ),
         "day",
         "utc, method, altitude_deg, sunrise_utc, transit_utc, sunset_utc (null where there is "

@@ -5,7 +5,7 @@ What any picture of a form is: ``asked_image`` and ``asked_view``.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -24,9 +24,9 @@ def error(form: Form) -> Answer:
     edge_up, turned = form.optional("edge_up"), form.optional("turned")
     found = spot_error_deg(height, hole, spot, edge)
     up = None if edge_up is None else spot_error_deg(height, hole, spot, edge_up)
-    check = None
+    device = tracker = None
     if turned is not None:
-        check = two_position_check(found, spot_error_deg(height, hole, spot, turned))
+        device, tracker = two_position_check(found, spot_error_deg(height, hole, spot, turned))
     rim = 0.5 * (spot - hole)
     sky = math.hypot(found, up or 0.0)
     document = {
@@ -34,8 +34,8 @@ def error(form: Form) -> Answer:
         "error_up_deg": up,
         "sky_error_deg": sky,
         "even_rim": rim,
-        "device_deg": None if check is None else check.device_deg,
-        "tracker_deg": None if check is None else check.tracker_deg,
+        "device_deg": device,
+        "tracker_deg": tracker,
     }
     lines = [f"  error towards that edge  {format_degrees(found, 4)} deg"]
     if up is not None:
@@ -44,10 +44,10 @@ def error(form: Form) -> Answer:
             f"  on the sky               {sky:8.4f} deg",
         ]
     lines.append(f"  E without an error       {rim:8.4g} on every side")
-    if check is not None:
+    if device is not None and tracker is not None:
         lines += [
-            f"  of this the device's own {format_degrees(check.device_deg, 4)} deg",
-            f"  and the tracker's        {format_degrees(check.tracker_deg, 4)} deg",
+            f"  of this the device's own {format_degrees(device, 4)} deg",
+            f"  and the tracker's        {format_degrees(tracker, 4)} deg",
         ]
     above = 0.0 if edge_up is None else edge_up - rim
 
@@ -64,37 +64,20 @@ def design(form: Form) -> Answer:
         device = design_for(form.number("resolution"), form.number("range"), hole, shift)
     else:
         device = design_from_size(form.number("height"), hole, form.number("plate"), shift)
-    document = {
-        "height": device.height,
-        "hole": device.hole_diameter,
-        "plate": device.plate_diameter,
-        "spot": device.spot_diameter,
-        "even_rim": device.even_rim,
-        "smallest_shift": device.smallest_shift,
-        "resolution_deg": device.resolution_deg,
-        "range_deg": device.range_deg,
-    }
     lines = labelled(
         ("height H of the plate", f"{device.height:.4g}", ""),
-        ("hole Do", f"{device.hole_diameter:.4g}", ""),
-        ("plate, diameter", f"{device.plate_diameter:.4g}", ""),
-        ("spot Ds", f"{device.spot_diameter:.4g}", ""),
+        ("hole Do", f"{device.hole:.4g}", ""),
+        ("plate, diameter", f"{device.plate:.4g}", ""),
+        ("spot Ds", f"{device.spot:.4g}", ""),
         ("E without an error", f"{device.even_rim:.4g}", ""),
         ("resolution", f"{device.resolution_deg:.4g}", "deg"),
         ("range, either side", f"{device.range_deg:.4g}", "deg"),
     )
 
     def draw(sheet: Sheet) -> str:
-        return plate_drawing(
-            device.hole_diameter,
-            device.spot_diameter,
-            0.0,
-            0.0,
-            sheet,
-            plate_diameter=device.plate_diameter,
-        )
+        return plate_drawing(device.hole, device.spot, 0.0, 0.0, sheet, plate_diameter=device.plate)
 
-    return answered(document, lines, "plate", draw)
+    return answered(asdict(device), lines, "plate", draw)
 
 
 Found = TypeVar("Found", Disc, tuple[Disc, Disc])

@@ -19,7 +19,7 @@ from solarcal.two_mirror.diode import (
     field_of_view,
     quadrant_errors,
 )
-from solarcal.two_mirror.mirrors import EulerBase, axes_of, ray_to_sky, sun_axes_deg, tracker_matrix
+from solarcal.two_mirror.mirrors import EulerBase, sun_axes_deg, tracker_matrix
 from solarcal.units import RAD_PER_DEG
 
 
@@ -96,7 +96,7 @@ def trace(form: Form) -> Answer:
     signals: Signals = form.number("a"), form.number("b"), form.number("c"), form.number("d")
     t1_deg, t2_deg = asked_axes_deg(form)
     e1, e2 = quadrant_errors(signals)
-    sun1, sun2 = axes_of(ray_to_sky(diode.ray(e1, e2), t1_deg, t2_deg))
+    sun1, sun2 = diode.sun_axes_deg(e1, e2, t1_deg, t2_deg)
     turn1, turn2 = diode.corrections_deg(e1, e2, t1_deg, t2_deg)
     off_mrad = diode.off_centre_mrad(e1, e2)
     warning = near_zenith_warning(t2_deg)

@@ -62,15 +62,15 @@ def spot_error_deg(height: float, hole_diameter: float, spot_diameter: float, ed
 class SunspotDesign:
     """A device and what can be seen with it; lengths in the unit they were given in.
 
-    ``resolution_deg``: the error that moves the spot by the smallest shift read. ``range_deg``: the
-    largest error with which the whole spot still lies on the plate. ``even_rim``: E on every side
-    when there is no error.
+    ``hole``, ``plate``, ``spot``: diameters. ``resolution_deg``: the error that moves the spot by
+    the smallest shift read. ``range_deg``: the largest error with which the whole spot still lies
+    on the plate. ``even_rim``: E on every side when there is no error.
     """
 
     height: float
-    hole_diameter: float
-    plate_diameter: float
-    spot_diameter: float
+    hole: float
+    plate: float
+    spot: float
     even_rim: float
     smallest_shift: float
     resolution_deg: float
@@ -108,9 +108,9 @@ def design_from_size(
     reach_rad = math.atan(0.5 * (plate_diameter - spot) / travel)
     return SunspotDesign(
         height=height,
-        hole_diameter=hole_diameter,
-        plate_diameter=plate_diameter,
-        spot_diameter=spot,
+        hole=hole_diameter,
+        plate=plate_diameter,
+        spot=spot,
         even_rim=0.5 * (spot - hole_diameter),
         smallest_shift=smallest_shift,
         resolution_deg=math.atan(smallest_shift / travel) / RAD_PER_DEG,
@@ -148,15 +148,7 @@ def design_for(
 # --- the device's own misalignment -------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class TwoPositions:
-    """What the device adds of its own, and what is left for the tracker; degrees on the sky."""
-
-    device_deg: float
-    tracker_deg: float
-
-
-def two_position_check(first_deg: float, turned_deg: float) -> TwoPositions:
+def two_position_check(first_deg: float, turned_deg: float) -> tuple[float, float]:
     """Separate the device's misalignment from the tracker's by turning it 180 deg on its seat.
 
     Both readings are taken along the same mark ON THE DEVICE, the tracker standing on the Sun as
@@ -165,10 +157,10 @@ def two_position_check(first_deg: float, turned_deg: float) -> TwoPositions:
 
     Returns
     -------
-    TwoPositions
-        Along the mark as it stood first.
+    (device, tracker)
+        Degrees on the sky along the mark as it stood first.
     """
-    return TwoPositions(0.5 * (first_deg + turned_deg), 0.5 * (first_deg - turned_deg))
+    return 0.5 * (first_deg + turned_deg), 0.5 * (first_deg - turned_deg)
 
 
 def _require_length(name: str, value: float) -> None:
