@@ -6,6 +6,8 @@ the start and never decrease; nothing here depends on how often it is asked.
 
 from typing import Final
 
+import msgspec
+
 from solarcal.emulator.controller_model import (
     AxisControl,
     EmulatedControllerModel,
@@ -229,7 +231,7 @@ class Controller:
         drives = ((new.drive1, new.reference1_deg), (new.drive2, new.reference2_deg))
         for axis, (drive, reference_deg) in zip(self.axes, drives, strict=True):
             axis.configure(drive, reference_deg)
-        self.model.set_limits(new.limits)
+        self.model.formula = msgspec.structs.replace(self.model.formula, limits=new.limits)
         self.model.heliostat = heliostat
         self._follower.update_range_deg = new.update_range_deg
         self._reconsider(now_s)
@@ -325,10 +327,7 @@ class Controller:
 def require_reach(parameters: UnitParameters) -> None:
     """Refuse drives that cannot reach their reference or limits, where a screwjack lies flat.
 
-    Raises
-    ------
-    ConfigurationError
-        A screwjack has a dead point or no triangle there.
+    ConfigurationError: it has a dead point or no triangle there.
     """
     limits = parameters.limits
     for drive, axis_limits, reference_deg in (

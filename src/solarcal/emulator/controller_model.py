@@ -59,9 +59,6 @@ class EmulatedControllerModel:
     def limits(self) -> Limits:
         return self.formula.limits
 
-    def set_limits(self, limits: Limits) -> None:
-        self.formula = msgspec.structs.replace(self.formula, limits=limits)
-
     @property
     def coefficients(self) -> Coefficients:
         return self.formula.coefficients

@@ -9,7 +9,7 @@ import heapq
 import math
 from collections.abc import Callable, Iterator
 from functools import cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 from zlib import crc32
 
 import numpy as np
@@ -26,9 +26,6 @@ from solarcal.sun.ephemeris import SiteEphemeris
 from solarcal.sun.moon import MoonLight
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import RAD_PER_DEG, Angles, FloatArray, wrap_deg
-
-if TYPE_CHECKING:
-    from solarcal.sun.moon import MoonLight
 
 _STRETCH_S = 30.0 * SECONDS_PER_DAY
 
@@ -96,7 +93,7 @@ class Sky:
         begins_s = stretch * _STRETCH_S
         return SiteEphemeris(self._site, begins_s, begins_s + _STRETCH_S, self._truth.dut1_s)
 
-    def _prepared_moon(self, day: int) -> "MoonLight":
+    def _prepared_moon(self, day: int) -> MoonLight:
         begins_s = day * SECONDS_PER_DAY
         return MoonLight(self._site, begins_s, begins_s + SECONDS_PER_DAY, self._truth.dut1_s)
 
