@@ -12,7 +12,7 @@ from solarcal.config import Choice
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.rotator import EmulatedRotator, RotatorWorld
 from solarcal.emulator.rotator_protocols import ROTATOR_PROTOCOLS
-from solarcal.emulator.scenario import Scenario, load_scenario
+from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink, UnitOnALine, serve_here
 from solarcal.errors import ConfigurationError
 from solarcal.profiles import MountDescription, Profile
@@ -27,6 +27,7 @@ from solarcal.timescale import parse_utc
 from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, demand_driver
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.link import Link
+from solarcal.unit.rotator import Rotator
 from solarcal.unit.tracker import Tracker
 
 
@@ -64,8 +65,16 @@ def emulated_unit(
             f"{' or '.join(name for name, one in DRIVERS.items() if one.rotator)}"
         )
     if kind.rotator is not None:
-        return _rotator(loaded, driver, start_utc_s, seed, noise_deg, speed)
-
+        rotator = EmulatedRotator(
+            loaded,
+            start_utc_s=start_utc_s,
+            seed=seed,
+            noise_deg=noise_deg,
+            speed=speed,
+            protocol=ROTATOR_PROTOCOLS[driver](),
+        )
+        on_line = kind.rotator(_InProcess(rotator, "emulated"))
+        return EmulatedUnit(_rotator_tracker(rotator, on_line), rotator.noise_deg)
     emulator = Emulator(
         loaded, start_utc_s=start_utc_s, seed=seed, noise_deg=noise_deg, speed=speed
     )
@@ -84,30 +93,12 @@ class _InProcess:
         return lambda: InProcessLink(self.unit)
 
 
-def _rotator(
-    scenario: Scenario,
-    driver: str,
-    start_utc_s: float | None,
-    seed: int,
-    noise_deg: float | None,
-    speed: float,
-) -> EmulatedUnit:
-    """A rotator, and the station in the place of its controller; P and O are kept in memory."""
-
-    rotator = EmulatedRotator(
-        scenario,
-        start_utc_s=start_utc_s,
-        seed=seed,
-        noise_deg=noise_deg,
-        speed=speed,
-        protocol=ROTATOR_PROTOCOLS[driver](),
-    )
-    opener = DRIVERS[driver].rotator
-    assert opener is not None  # asked for by the only caller
-    unit, site, world = scenario.unit, scenario.site, RotatorWorld(rotator)
-    store = MemoryStore()
+def _rotator_tracker(rotator: EmulatedRotator, on_line: Rotator) -> RotatorTracker:
+    """The station in the place of a rotator's controller; P and O are kept in memory."""
+    unit, site = rotator.scenario.unit, rotator.scenario.site
+    world, store = RotatorWorld(rotator), MemoryStore()
     tracker = RotatorTracker(
-        opener(_InProcess(rotator, "emulated")),
+        on_line,
         unit.serial,
         MountDescription(
             zone_west_h=site.zone_west_h if unit.zone_west_h is None else unit.zone_west_h,
@@ -125,7 +116,7 @@ def _rotator(
         pace=ThreadPace(world.speed),
     )
     world.stand_in = tracker
-    return EmulatedUnit(tracker, rotator.noise_deg)
+    return tracker
 
 
 def open_choice(

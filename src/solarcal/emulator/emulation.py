@@ -17,7 +17,6 @@ from solarcal.emulator.emulator_requests import VirtualTime
 from solarcal.emulator.protocol_server import Faults, ProtocolServer, is_urgent
 from solarcal.emulator.scenario import Scenario
 from solarcal.emulator.world import World, random_stream
-from solarcal.errors import ConfigurationError
 from solarcal.mount.formula import Coefficients
 from solarcal.site import Weather
 from solarcal.sun import sun_position
@@ -137,24 +136,13 @@ class Emulator(VirtualTime):
     ) -> None:
         if noise_deg is not None:
             scenario = scenario.with_settings([f"truth.noise_deg={noise_deg!r}"])
-        if seed < 0:
-            raise ConfigurationError(f"seed {seed} must not be negative")
         self.scenario = scenario
         self.noise_deg = scenario.truth.noise_deg
         start = scenario.start_utc_s() if start_utc_s is None else start_utc_s
         require_supported_times(np.array([start]))
         unit, truth, site = scenario.unit, scenario.truth, scenario.site.place()
         zone_west_h = scenario.site.zone_west_h if unit.zone_west_h is None else unit.zone_west_h
-        self.world = World(
-            truth,
-            site,
-            unit.mount(site),
-            truth.drives(*unit.drives()),
-            (unit.reference1_deg, unit.reference2_deg),
-            start,
-            seed,
-            truth.heliostat(unit.heliostat()),
-        )
+        self.world = scenario.world(start, seed)
         motor1, motor2 = self.world.motors
         self.controller = Controller(
             unit,

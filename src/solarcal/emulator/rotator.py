@@ -18,7 +18,6 @@ from solarcal.emulator.emulator_requests import MAX_SPEED, VirtualTime
 from solarcal.emulator.motor import Motor
 from solarcal.emulator.rotator_protocols import RotatorProtocol, RotctldProtocol
 from solarcal.emulator.scenario import Scenario
-from solarcal.emulator.world import World
 from solarcal.errors import ConfigurationError
 from solarcal.mount.drive import Drive, reading_deg, register
 from solarcal.mount.formula import Coefficients, Offsets
@@ -81,29 +80,21 @@ class EmulatedRotator:
     ) -> None:
         if noise_deg is not None:
             scenario = scenario.with_settings([f"truth.noise_deg={noise_deg!r}"])
-        unit, truth, site = scenario.unit, scenario.truth, scenario.site.place()
+        unit, site = scenario.unit, scenario.site.place()
         if unit.geometry != "azel" or unit.target is not None:
             raise ConfigurationError(
                 "a rotator turns in azimuth and elevation and follows the Sun itself: choose an "
                 "azel scenario without a target"
             )
         self.scenario = scenario
-        self.noise_deg = truth.noise_deg
-        references = (unit.reference1_deg, unit.reference2_deg)
-        drives = unit.drives()
-        self.world = World(
-            truth,
-            site,
-            unit.mount(site),
-            truth.drives(*drives),
-            references,
-            scenario.start_utc_s() if start_utc_s is None else start_utc_s,
-            seed,
-        )
+        self.noise_deg = scenario.truth.noise_deg
+        start = scenario.start_utc_s() if start_utc_s is None else start_utc_s
+        self.world = scenario.world(start, seed)
         motor1, motor2 = self.world.motors
+        drive1, drive2 = unit.drives()
         self._axes = (
-            _Axis(motor1, drives[0], references[0]),
-            _Axis(motor2, drives[1], references[1]),
+            _Axis(motor1, drive1, unit.reference1_deg),
+            _Axis(motor2, drive2, unit.reference2_deg),
         )
         low1, high1 = unit.limits1_deg
         low2, high2 = unit.limits2_deg

@@ -9,6 +9,7 @@ import numpy as np
 
 from solarcal.emulator.settings import UnitSettings, checked, refuse_unknown, with_setting
 from solarcal.emulator.truth import WorldTruth
+from solarcal.emulator.world import World
 from solarcal.errors import ConfigurationError, InputFileError
 from solarcal.input_files import parse_toml, read_utf8
 from solarcal.site import Site
@@ -96,6 +97,20 @@ class Scenario(msgspec.Struct, frozen=True, kw_only=True):
                 "at this site; give an instant like 2026-06-21T15:30:00Z"
             )
         return float(minutes[rises[0] + 1])
+
+    def world(self, start_utc_s: float, seed: int) -> World:
+        """The hidden truth at work from a true instant on."""
+        unit, truth, site = self.unit, self.truth, self.site.place()
+        return World(
+            truth,
+            site,
+            unit.mount(site),
+            truth.drives(*unit.drives()),
+            (unit.reference1_deg, unit.reference2_deg),
+            start_utc_s,
+            seed,
+            truth.heliostat(unit.heliostat()),
+        )
 
     def with_settings(self, settings: list[str]) -> "Scenario":
         """The scenario with ``key=value`` applied in order; see ``load_scenario``."""

@@ -10,7 +10,6 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from solarcal.errors import ConfigurationError
 from solarcal.session.points import PointTable
 from solarcal.timescale import format_utc
 from solarcal.two_mirror.base import BaseModel, BaseSolution, LoggedPoint
@@ -101,8 +100,6 @@ def simulate_day(scenario: MirrorScenario, *, seed: int = 0) -> MirrorDay:
     ConfigurationError
         The Sun does not rise that day, or no gains could be found for the loop.
     """
-    if seed < 0:
-        raise ConfigurationError(f"seed {seed} must not be negative")
     site, loop, truth = scenario.site.place(), scenario.loop, scenario.truth
     useful, up = (scenario.above(at) for at in (LEAST_ELEVATION_DEG, FIRST_ELEVATION_DEG))
     first_utc_s, updates = up[0], int((up[1] - up[0]) / loop.period_s)
