@@ -20,7 +20,6 @@ from solarcal.profiles import Profile
 from solarcal.report.certificate import (
     WRITERS,
     SourceFile,
-    certificate_text,
     make_certificate,
     office_zip,
     read_sources,
@@ -91,7 +90,7 @@ def judged(tmp_path_factory) -> FileAnalysis:
 
 def texts(judged: FileAnalysis) -> dict[str, str]:
     certificate = make_certificate(judged, read_sources(judged.files.paths))
-    return {ending: certificate_text(certificate, ending) for ending in WRITERS}
+    return {ending: write(certificate) for ending, write in WRITERS.items()}
 
 
 def read_by_eye(ending: str, text: str) -> str:

@@ -91,13 +91,7 @@ def add_force_option(parser: argparse.ArgumentParser) -> None:
 
 
 def forced_reason(args: argparse.Namespace) -> str | None:
-    """The reason of ``--force``; None without it.
-
-    Raises
-    ------
-    ConfigurationError
-        It is empty.
-    """
+    """The reason of ``--force``, which must not be empty; None without the option."""
     if args.force is None:
         return None
     if not args.force.strip():
@@ -106,14 +100,7 @@ def forced_reason(args: argparse.Namespace) -> str | None:
 
 
 def asked_driver(args: argparse.Namespace, profile: "Profile | None") -> str:
-    """The driver meant.
-
-    Raises
-    ------
-    ConfigurationError
-        A field book is given to one that does not read any.
-    """
-
+    """The driver meant; ConfigurationError where a field book is given to one with a line."""
     driver = args.driver or (profile.driver if profile is not None else DEFAULT_DRIVER)
     if args.input and demand_driver(driver).has_line:
         raise ConfigurationError(f"--input is for --driver typed; driver {driver} has a line")
@@ -131,13 +118,7 @@ def asks_for_unit(args: argparse.Namespace) -> bool:
 
 
 def named_profile(args: argparse.Namespace) -> "Profile | None":
-    """The profile the command line names; ``None`` where it names none.
-
-    Raises
-    ------
-    ConfigurationError
-        There is none of that name, or it cannot be used.
-    """
+    """The profile the command line names, which must be there; ``None`` where it names none."""
     if args.site:
         return load_site_file(Path(args.site))
     if not args.profile:
@@ -153,10 +134,7 @@ def named_profile(args: argparse.Namespace) -> "Profile | None":
 def asked_tracker(args: argparse.Namespace) -> "closing[Tracker]":
     """The tracker these options ask for, its line open; closed again whatever happens.
 
-    Raises
-    ------
-    ConfigurationError, LinkError
-        As ``station.connect.open_tracker``.
+    Raises as ``station.connect.open_tracker``.
     """
     from solarcal.station.connect import open_tracker
 
@@ -196,11 +174,8 @@ def _standard_input() -> Iterator[str]:
     try:
         yield from sys.stdin
     except (OSError, ValueError) as error:
-        raise InputFileError(f"standard input cannot be read: {_reason(error)}") from None
-
-
-def _reason(error: OSError | ValueError) -> str:
-    return getattr(error, "strerror", None) or "it is no UTF-8 text"
+        reason = getattr(error, "strerror", None) or "it is no UTF-8 text"
+        raise InputFileError(f"standard input cannot be read: {reason}") from None
 
 
 def journal_creator(output: Path | None, name: str) -> "Callable[[Header], Journal]":

@@ -62,17 +62,8 @@ class SourceFile:
 
 
 def read_sources(paths: Sequence[Path]) -> tuple[SourceFile, ...]:
-    """The files byte for byte.
-
-    Raises
-    ------
-    InputFileError
-        One of them cannot be read.
-    """
-    sources = []
-    for path in paths:
-        sources.append(SourceFile(path.name, read_bytes(path)))
-    return tuple(sources)
+    """The files byte for byte; InputFileError where one cannot be read."""
+    return tuple(SourceFile(path.name, read_bytes(path)) for path in paths)
 
 
 def signed_off(judged: FileAnalysis) -> SignOff:
@@ -130,11 +121,6 @@ def _origin_section(judged: FileAnalysis, sources: Sequence[SourceFile]) -> Sect
             ),
         ),
     )
-
-
-def certificate_text(certificate: Certificate, ending: str) -> str:
-    """The certificate in the format of a file name's ending."""
-    return WRITERS[ending.lower()](certificate)
 
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -195,7 +181,7 @@ def issue(
         )
     certificate = make_certificate(judged, sources)
     written = [
-        SourceFile(path.name, certificate_text(certificate, path.suffix).encode())
+        SourceFile(path.name, WRITERS[path.suffix.lower()](certificate).encode())
         for path in outputs
     ]
     contents = [(path, source.content) for path, source in zip(outputs, written, strict=True)]
@@ -208,13 +194,7 @@ def issue(
 
 
 def _refuse_to_replace(path: Path) -> None:
-    """A certificate of earlier points is replaced; a field book or a session of that name is not.
-
-    Raises
-    ------
-    ConfigurationError
-        The file is there and is no certificate.
-    """
+    """A certificate of earlier points is replaced; a field book or a session by that name not."""
     try:
         ours = not path.is_file() or _is_certificate(path)
     except OSError as error:

@@ -176,14 +176,11 @@ def after_section(judged: FileAnalysis, after: SignOff) -> Section:
         blocks += [old_and_new_table(newest), Sentences(_upload_sentences(judged, after, newest))]
     if after.checks:
         blocks += checks_table(after.checks, judged.tolerance_deg, dated=True)
-    blocks.append(Facts((("measured after the upload", after.reason), *_measured(after))))
+    measured = [("measured after the upload", after.reason)]
+    if after.sky_rms_deg is not None:
+        measured.append(("left on the sky, rms", f"{after.sky_rms_deg:.3f} deg"))
+    blocks.append(Facts(tuple(measured)))
     return Section("Before and after", tuple(blocks))
-
-
-def _measured(after: SignOff) -> tuple[tuple[str, str], ...]:
-    if after.sky_rms_deg is None:
-        return ()
-    return (("left on the sky, rms", f"{after.sky_rms_deg:.3f} deg"),)
 
 
 def _upload_sentences(
