@@ -201,10 +201,7 @@ def calibration_document(calibration: "Calibration") -> dict[str, Any]:
 def _start_where_it_broke_off(args: argparse.Namespace) -> None:
     """An emulated unit of another process died with it: one of the same truth takes over then.
 
-    Raises
-    ------
-    ConfigurationError
-        A file cannot be gone on with and be written anew, or by another rule than its own.
+    Refuses what would write the file anew, or go on with it by another rule than its own.
     """
     from solarcal.session.view import read_session
 

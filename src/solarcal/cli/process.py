@@ -196,13 +196,7 @@ def add_replace_option(parser: argparse.ArgumentParser) -> None:
 
 
 def refuse_to_replace(args: argparse.Namespace, target: str | Path | None) -> None:
-    """Before anything is computed: a file that exists is overwritten only where that was said.
-
-    Raises
-    ------
-    ConfigurationError
-        It exists, and ``--replace`` was not given.
-    """
+    """Before anything is computed: a file that exists is overwritten only with ``--replace``."""
     if target is not None and Path(target).exists() and not args.replace:
         raise ConfigurationError(f"{target} exists already; give another name, or --replace")
 

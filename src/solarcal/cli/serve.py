@@ -46,14 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Serve until Ctrl+C.
-
-    Raises
-    ------
-    ConfigurationError
-        A number that is no TCP port, a file that cannot be read, the package missing.
-    """
-
+    """Serve until Ctrl+C."""
     if not 1 <= args.tcp_port <= 65535:
         raise ConfigurationError(f"--tcp-port {args.tcp_port} is not between 1 and 65535")
     if args.file is not None and args.allow_motion:

@@ -216,12 +216,8 @@ def published_bisection(
 
     The bracket, phi/2..phi in front and 0..phi/2 at the back, is halved until d/r of its middle is
     within 1e-4 of the wanted one. For phi 22.5 deg and d/r 5: 12.489481 after 17 steps in front,
-    10.232005 after 18 at the back; the roots are 12.489466 and 10.232014.
-
-    Raises
-    ------
-    ConfigurationError
-        As ``circle_roots``.
+    10.232005 after 18 at the back; the roots are 12.489466 and 10.232014. Raises as
+    ``circle_roots``.
     """
     circle_roots(angle_sun_target_deg, distance_to_radius)
     phi = angle_sun_target_deg * RAD_PER_DEG

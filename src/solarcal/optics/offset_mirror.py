@@ -85,13 +85,7 @@ class MirrorOffset(msgspec.Struct, frozen=True):
 
 
 def require_beyond_reach(target: Target, offset: MirrorOffset) -> None:
-    """Refuse a target nearer than the mirror itself can stand.
-
-    Raises
-    ------
-    ConfigurationError
-        As said.
-    """
+    """Refuse (ConfigurationError) a target nearer than the mirror itself can stand."""
     if offset.reach >= target.distance:
         raise ConfigurationError(
             f"the target is behind the mirror: its distance {target.distance:g} must be more than "
@@ -271,13 +265,7 @@ def format_mirror(reduced: MirrorOffset) -> str:
 
 
 def parse_mirror(text: str) -> MirrorOffset:
-    """The reverse of ``format_mirror``.
-
-    Raises
-    ------
-    ConfigurationError
-        Another notation.
-    """
+    """The reverse of ``format_mirror``; ConfigurationError where it is another notation."""
     return MirrorOffset(*_three(text, "mirror", "AZIMPIVOT_R:PIVOTREFL_R:PIVOTREFL_Z, reduced"))
 
 

@@ -71,13 +71,7 @@ def reflected(light: FloatArray, normal: FloatArray) -> FloatArray:
 
 
 def require_above_horizon(sun_zenith_deg: float) -> None:
-    """Refuse a Sun that does not shine.
-
-    Raises
-    ------
-    ConfigurationError
-        Below the horizon, or no angle at all.
-    """
+    """Refuse (ConfigurationError) a Sun below the horizon, or no angle at all."""
     if not -180.0 <= sun_zenith_deg <= 180.0:
         raise ConfigurationError(f"a zenith angle of {sun_zenith_deg:g} deg of the Sun cannot be")
     if abs(sun_zenith_deg) >= 90.0:
@@ -88,13 +82,8 @@ def require_above_horizon(sun_zenith_deg: float) -> None:
 
 
 def require_reflection(sun: FloatArray, target: FloatArray) -> None:
-    """Refuse a Sun and a target no mirror joins: they stand opposite each other.
-
-    Raises
-    ------
-    ConfigurationError
-        Within 0.1 deg of opposite: the light would graze along the mirror.
-    """
+    """Refuse (ConfigurationError) a Sun within 0.1 deg of opposite the target: no mirror joins
+    them, the light would graze along it."""
     apart = float(angle_deg(sun, target))
     if apart > 179.9:
         raise ConfigurationError(

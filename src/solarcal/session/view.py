@@ -137,13 +137,7 @@ def read_session(path: str | Path) -> SessionView:
 
 
 def session_of(content: bytes, name: str) -> SessionView:
-    """The session a file's bytes hold; ``name`` is what messages call the file.
-
-    Raises
-    ------
-    SessionFileError
-        A bad line (named), or a format of the future.
-    """
+    """``read_session`` of a file's bytes; ``name`` is what messages call the file."""
     text = parse_session(content, name)
     warnings = [*text.warnings, *contradictions(text.header, text.records, name)]
     if not any(isinstance(record, Closed) for record in text.records):

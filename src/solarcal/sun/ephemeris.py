@@ -146,12 +146,7 @@ class SiteEphemeris:
         """The same for one instant (n,) at each of n other places, all arrays (n,).
 
         What is prepared is the Sun seen from the centre of the Earth; only the last step, the turn
-        to the horizon, depends on the place.
-
-        Raises
-        ------
-        ConfigurationError
-            A time outside the interval.
+        to the horizon, depends on the place. Raises as ``horizontal_deg``.
         """
         east_rad = (longitude_deg - self.site.longitude_deg) * RAD_PER_DEG
         places = _Place.at(latitude_deg, elevation_m, east_rad)

@@ -135,13 +135,7 @@ def decode_request(line: bytes) -> Request:
 
 
 def decode_reply(line: bytes) -> Reply:
-    """Read one line, with or without its line end.
-
-    Raises
-    ------
-    ProtocolError
-        The line is damaged; ``MalformedFrame`` where it is undamaged and no reply.
-    """
+    """Read one line, with or without its line end; raises as ``decode_request``."""
     body = _unsealed(line)
     if match := _RESULT.fullmatch(body):
         return Reply(int(match[1], 16), tuple(match[2].split()))

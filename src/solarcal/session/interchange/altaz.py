@@ -55,13 +55,7 @@ def plain_numbers(cells: Sequence[str]) -> list[float]:
 
 
 def all_numbers(cells: Sequence[str], where: str) -> list[float]:
-    """The cells of a row, all of which must be plain decimal numbers.
-
-    Raises
-    ------
-    InputFileError
-        One is not, named by its place in the line.
-    """
+    """The cells of a row; InputFileError names the first that is no plain decimal number."""
     values = plain_numbers(cells)
     if len(values) < len(cells):
         raise InputFileError(
@@ -189,13 +183,7 @@ def sexagesimal_row(cells: Sequence[str], layout: str, where: str) -> Row:
 
 
 def refuse_radians(rows: Sequence[Row] | FloatArray, path: str) -> None:
-    """Refuse rows that can only be radians: azimuths within a turn, no elevation above pi/2.
-
-    Raises
-    ------
-    InputFileError
-        They are.
-    """
+    """Refuse rows that can only be radians: azimuths within a turn, no elevation above pi/2."""
     if len(rows) < _FEWEST_TO_JUDGE:
         return
     angles = np.array(rows)

@@ -92,24 +92,12 @@ _UNREADABLE = (msgspec.MsgspecError, UnicodeDecodeError, RecursionError)
 
 
 def read_record(path: Path) -> Record:
-    """A calibration record.
-
-    Raises
-    ------
-    InputFileError
-        It is missing, or no such file.
-    """
+    """A calibration record; InputFileError where the file is missing or none."""
     return _decoded(_record, path, "calibration record")
 
 
 def read_tower(path: str | Path) -> Tower:
-    """The tower's measurements file.
-
-    Raises
-    ------
-    InputFileError
-        It is missing, or no such file.
-    """
+    """The tower's measurements; InputFileError where the file is missing or holds none."""
     content = read_bytes(path)
     try:
         raw = _tower.decode(content)

@@ -106,13 +106,7 @@ ON_A_LINE = tuple(name for name, driver in DRIVERS.items() if driver.has_line)
 
 
 def demand_driver(name: str) -> Driver:
-    """The driver of that name.
-
-    Raises
-    ------
-    ConfigurationError
-        There is none; names those there are.
-    """
+    """The driver of that name; ConfigurationError names those there are."""
     if name not in DRIVERS:
         raise ConfigurationError(f"no driver {name!r}; there is: {', '.join(DRIVERS)}")
     return DRIVERS[name]

@@ -33,10 +33,7 @@ _ADDRESS = re.compile(r"(?:socket://)?(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+)(?::([
 def rotctld_address(text: str) -> str:
     """``host:port`` of ``host``, ``host:port``, ``[IPV6]:port`` or ``socket://host:port``.
 
-    Raises
-    ------
-    ConfigurationError
-        It is none of these.
+    Anything else is a ConfigurationError.
     """
     found = _ADDRESS.fullmatch(text.strip())
     port = int(found[2] or DEFAULT_PORT) if found is not None else 0
