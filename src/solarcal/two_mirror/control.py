@@ -50,15 +50,7 @@ class PidGains:
 
 
 def ziegler_nichols(critical_gain: float, critical_period_s: float) -> PidGains:
-    """Kp = 0.6 Kc, Ki = 2 Kp/Tc, Kd = Kp Tc/8.
-
-    Raises
-    ------
-    ConfigurationError
-        A critical gain or period that is not above zero.
-    """
-    if not (critical_gain > 0.0 and critical_period_s > 0.0):
-        raise ConfigurationError("the critical gain and period must be above zero")
+    """Kp = 0.6 Kc, Ki = 2 Kp/Tc, Kd = Kp Tc/8."""
     kp = 0.6 * critical_gain
     return PidGains(kp, 2.0 * kp / critical_period_s, kp * critical_period_s / 8.0)
 
@@ -140,18 +132,7 @@ def spiral_deg(field_radius_deg: float, limit_deg: float) -> Iterator[tuple[floa
     """Offsets (x, y) on the sky, from the centre outwards along an Archimedean spiral.
 
     Any direction within ``limit_deg`` lies within ``field_radius_deg`` of one of them.
-
-    Raises
-    ------
-    ConfigurationError
-        A field or limit that is not above zero.
     """
-    if not (field_radius_deg > 0.0 and limit_deg > 0.0):
-        raise ConfigurationError("a spiral search needs a field and a limit above zero")
-    return _spiral(field_radius_deg, limit_deg)
-
-
-def _spiral(field_radius_deg: float, limit_deg: float) -> Iterator[tuple[float, float]]:
     growth = ARM_SPACING * field_radius_deg / (2.0 * math.pi)
     turn = 0.0
     # The last arm passes outside the limit by half a spacing, so that the edge is covered.
