@@ -82,6 +82,18 @@ def between(low: float, high: float) -> str:
     return f"between {low:g} and {high:g}"
 
 
+def require_between(what: str, value: float, low: float, high: float, unit: str = "") -> None:
+    """Refuse (ConfigurationError) a number outside its range; both ends are allowed, NaN is not."""
+    if not low <= value <= high:
+        raise ConfigurationError(f"{what} {value:g}{unit} is not {between(low, high)}")
+
+
+def require_positive(what: str, value: float) -> None:
+    """Refuse (ConfigurationError) what is not finite and greater than zero."""
+    if not 0.0 < value < math.inf:
+        raise ConfigurationError(f"{what} must be greater than zero, not {value:g}")
+
+
 def shortest(value: float) -> str:
     """Digits that read back as the same number, without ``.0``."""
     plain = f"{value:g}"

@@ -14,7 +14,7 @@ from typing import Literal
 import msgspec
 
 from solarcal.config import config_dir, read_toml, write_toml
-from solarcal.decimals import Six, between, decimal
+from solarcal.decimals import Six, between, decimal, require_between
 from solarcal.errors import ConfigurationError
 from solarcal.site import BoltCircle, Inclinometer, Site, Weather
 from solarcal.stopping_rule import DEFAULT_UNMODELLED, StoppingRule
@@ -70,19 +70,14 @@ class MountDescription(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     display_sun: bool = False
 
     def __post_init__(self) -> None:
-        for what, value, low, high in (
-            ("centre of axis 1", self.ax1_centre_deg or 0.0, -360.0, 360.0),
-            ("update range", self.update_range_deg, 0.001, 5.0),
-            ("reference position of axis 1", self.reference1_deg or 0.0, -540.0, 540.0),
-            ("reference position of axis 2", self.reference2_deg, -180.0, 360.0),
-            ("zone, hours west", self.zone_west_h, -14.0, 14.0),
-            ("decimals of P1..P4", self.tilt_decimals, 0, 9),
-            ("decimals of P5 and P6", self.scale_decimals, 0, 9),
-        ):
-            if not low <= value <= high:
-                raise ConfigurationError(
-                    f"mount: {what} {value:g} is not between {low:g} and {high:g}"
-                )
+        reference1_deg, reference2_deg = self.reference1_deg or 0.0, self.reference2_deg
+        require_between("mount: centre of axis 1", self.ax1_centre_deg or 0.0, -360.0, 360.0)
+        require_between("mount: update range", self.update_range_deg, 0.001, 5.0)
+        require_between("mount: reference position of axis 1", reference1_deg, -540.0, 540.0)
+        require_between("mount: reference position of axis 2", reference2_deg, -180.0, 360.0)
+        require_between("mount: zone, hours west", self.zone_west_h, -14.0, 14.0)
+        require_between("mount: decimals of P1..P4", self.tilt_decimals, 0, 9)
+        require_between("mount: decimals of P5 and P6", self.scale_decimals, 0, 9)
         for axis, limits in ((1, self.limits1_deg), (2, self.limits2_deg)):
             if limits is not None and not limits[0] < limits[1]:
                 raise ConfigurationError(

@@ -5,7 +5,7 @@ from datetime import date
 
 import msgspec
 
-from solarcal.decimals import between, decimal, shortened, shortest, whole
+from solarcal.decimals import decimal, require_between, shortened, shortest, whole
 from solarcal.errors import ConfigurationError
 from solarcal.timescale import SECONDS_PER_SUN_DEG, parse_utc
 
@@ -21,13 +21,9 @@ class Site(msgspec.Struct, frozen=True):
     name: str = ""
 
     def __post_init__(self) -> None:
-        for value, low, high, what in (
-            (self.latitude_deg, -90.0, 90.0, "latitude"),
-            (self.longitude_deg, -180.0, 360.0, "longitude (positive east)"),
-            (self.elevation_m, -500.0, 9000.0, "elevation in metres"),
-        ):
-            if not low <= value <= high:
-                raise ConfigurationError(f"{what} {value:g} is not between {low:g} and {high:g}")
+        require_between("latitude", self.latitude_deg, -90.0, 90.0)
+        require_between("longitude (positive east)", self.longitude_deg, -180.0, 360.0)
+        require_between("elevation in metres", self.elevation_m, -500.0, 9000.0)
 
 
 def longitude_apart_deg(one_deg: float, other_deg: float) -> float:
@@ -65,10 +61,7 @@ class Weather(msgspec.Struct, frozen=True):
                 f"pressure {self.pressure_hpa:g} hPa is not between 300 and 1100; "
                 "give the station pressure, not the one reduced to sea level"
             )
-        if not -60.0 <= self.temperature_c <= 70.0:
-            raise ConfigurationError(
-                f"temperature {self.temperature_c:g} C is not between -60 and 70"
-            )
+        require_between("temperature", self.temperature_c, -60.0, 70.0, " C")
 
 
 def standard_pressure_hpa(elevation_m: float) -> float:
@@ -105,13 +98,10 @@ class BoltCircle(msgspec.Struct, frozen=True):
     """Compass bearing of one of them, from North through East."""
 
     def __post_init__(self) -> None:
-        for what, value, low, high in (
-            ("diameter of the bolt circle, mm:", self.diameter_mm, 1.0, 20000.0),
-            ("number of bolts:", self.bolts, 3, 72),
-            ("bearing of the first bolt, deg:", self.first_bolt_bearing_deg, -360.0, 360.0),
-        ):
-            if not low <= value <= high:
-                raise ConfigurationError(f"{what} {value:g} is not {between(low, high)}")
+        require_between("diameter of the bolt circle, mm:", self.diameter_mm, 1.0, 20000.0)
+        require_between("number of bolts:", self.bolts, 3, 72)
+        bearing_deg = self.first_bolt_bearing_deg
+        require_between("bearing of the first bolt, deg:", bearing_deg, -360.0, 360.0)
 
     def words(self) -> str:
         """As ``parse_bolt_circle`` reads it."""

@@ -168,7 +168,7 @@ BAD = [
     ("sunspot", {"height": "0"}, "height H"),
     ("sunspot-design", {"plate": "5"}, "too small"),
     ("mirrors-trace", {"a": "0", "b": "0", "c": "0", "d": "0"}, "no light on the diode"),
-    ("mirrors-fov", {"focal": "0"}, "the focal length must be above zero"),
+    ("mirrors-fov", {"focal": "0"}, "the focal length must be greater than zero"),
     ("day", {"lat": "91", "lon": "0"}, "Latitude: 91 is not between -90 and 90"),
     ("day", {"lat": "35", "lon": "0", "at": "soon"}, "Time (UTC): 'soon' is not a date"),
     ("day", {"lat": "35", "lon": "0", "limits1": "60 -60"}, "the lower one comes first"),

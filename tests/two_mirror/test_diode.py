@@ -7,8 +7,8 @@ import pytest
 
 from solarcal.errors import ConfigurationError
 from solarcal.two_mirror.diode import (
+    DISC_GAIN_PER_RAD,
     QuadrantDiode,
-    disc_gain_per_rad,
     field_of_view,
     quadrant_errors,
 )
@@ -81,7 +81,7 @@ def test_the_slope_of_a_disc_across_a_split() -> None:
     half = np.sqrt(1.0 - y**2)
     right = (0.01 + half).clip(0.0, None).sum() / (2.0 * half).sum()
     e1 = 2.0 * right - 1.0
-    assert e1 / (0.01 * radius) == pytest.approx(disc_gain_per_rad(4.65), rel=2e-3)
+    assert e1 / (0.01 * radius) == pytest.approx(DISC_GAIN_PER_RAD, rel=2e-3)
 
 
 def test_field_of_view_of_section_6() -> None:
@@ -105,11 +105,10 @@ def test_bad_input_is_answered_in_one_line() -> None:
     for wrong, said in (
         (lambda: quadrant_errors((0.0, 0.0, 0.0, 0.0)), "no light"),
         (lambda: quadrant_errors((math.nan, 0.0, 0.0, 1.0)), "no light"),
-        (lambda: QuadrantDiode(gain_per_rad=0.0), "above zero"),
+        (lambda: QuadrantDiode(gain_per_rad=0.0), "greater than zero"),
         (lambda: QuadrantDiode(set_point1=1.5), "between -1 and 1"),
         (lambda: field_of_view(focal_length_mm=0.0), "focal length"),
         (lambda: field_of_view(distance_m=-1.0), "distance"),
-        (lambda: disc_gain_per_rad(0.0), "radius"),
     ):
         with pytest.raises(ConfigurationError, match=said):
             wrong()

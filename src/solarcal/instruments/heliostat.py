@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from solarcal.decimals import require_positive
 from solarcal.errors import ConfigurationError
 from solarcal.instruments.form import Answer, Draw, Drawing, Form, answered, paragraph
 from solarcal.instruments.mount_and_collector import asked_geometry, drawn_latitude_deg
@@ -90,8 +91,7 @@ def target(form: Form) -> Answer:
 def circle(form: Form) -> Answer:
     """Both roots of a mirror on a circle (AzimPivot_R = PivotRefl_R = 0)."""
     angle_deg, distance, radius = (form.number(one) for one in ("angle", "distance", "radius"))
-    if radius <= 0.0:
-        raise ConfigurationError(f"the radius must be greater than zero, not {radius:g}")
+    require_positive("the radius", radius)
     ratio = distance / radius
     roots = circle_roots(angle_deg, ratio)
     document: dict[str, Any] = {

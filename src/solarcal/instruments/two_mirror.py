@@ -12,10 +12,10 @@ from solarcal.instruments.sunspot import asked_image, asked_view, disc_line, fou
 from solarcal.optics.disc_image import find_disc
 from solarcal.report.instrument_plots import Ring, directions_plot, rings_drawing
 from solarcal.two_mirror.diode import (
+    DISC_GAIN_PER_RAD,
     SUN_RADIUS_MRAD,
     QuadrantDiode,
     Signals,
-    disc_gain_per_rad,
     field_of_view,
     quadrant_errors,
 )
@@ -89,7 +89,7 @@ def trace(form: Form) -> Answer:
     gain = form.optional("gain")
     diode = QuadrantDiode.with_fixed_mirrors(
         asked_mirrors(form),
-        gain_per_rad=disc_gain_per_rad() if gain is None else gain,
+        gain_per_rad=DISC_GAIN_PER_RAD if gain is None else gain,
         set_point1=form.number("set1"),
         set_point2=form.number("set2"),
     )

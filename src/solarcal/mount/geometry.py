@@ -22,6 +22,7 @@ from typing import Any, NamedTuple, TypeAlias
 import msgspec
 import numpy as np
 
+from solarcal.decimals import require_between
 from solarcal.errors import ConfigurationError
 from solarcal.units import RAD_PER_DEG, Angles, FloatArray, wrap_deg
 
@@ -186,12 +187,8 @@ class MountGeometry(msgspec.Struct, frozen=True):
             raise ConfigurationError(
                 f"unknown geometry {self.name!r}: choose {', '.join(GEOMETRIES)}"
             )
-        if not -90.0 <= self.latitude_deg <= 90.0:
-            raise ConfigurationError(f"latitude {self.latitude_deg:g} is not between -90 and 90")
-        if not -360.0 <= self.ax1_centre_deg <= 360.0:
-            raise ConfigurationError(
-                f"AX1 branch centre {self.ax1_centre_deg:g} deg is not between -360 and 360"
-            )
+        require_between("latitude", self.latitude_deg, -90.0, 90.0)
+        require_between("AX1 branch centre", self.ax1_centre_deg, -360.0, 360.0, " deg")
 
     def basis(self) -> FloatArray:
         """Rows x, y, z of the native frame in East-North-Up components, shape (3, 3)."""

@@ -20,6 +20,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
+from solarcal.decimals import require_between, require_positive
 from solarcal.errors import ConfigurationError
 from solarcal.units import RAD_PER_DEG, FloatArray
 
@@ -112,19 +113,13 @@ class Target(msgspec.Struct, frozen=True):
     distance: float
 
     def __post_init__(self) -> None:
-        if not -360.0 <= self.azimuth_deg <= 360.0:
-            raise ConfigurationError(
-                f"target azimuth {self.azimuth_deg:g} deg is not between -360 and 360"
-            )
+        require_between("target azimuth", self.azimuth_deg, -360.0, 360.0, " deg")
         if not 0.0 <= self.zenith_deg <= 180.0:
             raise ConfigurationError(
                 f"target zenith angle {self.zenith_deg:g} deg is not between 0 (straight up) and "
                 "180 (straight down)"
             )
-        if not 0.0 < self.distance < math.inf:
-            raise ConfigurationError(
-                f"the distance of the target must be greater than zero, not {self.distance:g}"
-            )
+        require_positive("the distance of the target", self.distance)
 
     def direction_enu(self) -> FloatArray:
         """Unit vector from the hub, (3,)."""
@@ -207,13 +202,6 @@ def targeting(
 
 
 def translation_deg(shift: float, distance: float) -> float:
-    """By how much a translation across the line of sight turns it: 3 ft at 800 ft is 0.215 deg.
-
-    Raises
-    ------
-    ConfigurationError
-        A distance that is not greater than zero.
-    """
-    if not 0.0 < distance < math.inf:
-        raise ConfigurationError(f"the distance must be greater than zero, not {distance:g}")
+    """By how much a translation across the line of sight turns it: 3 ft at 800 ft is 0.215 deg."""
+    require_positive("the distance", distance)
     return math.atan2(shift, distance) / RAD_PER_DEG

@@ -9,6 +9,7 @@ pointing error moves the spot: error = atan((E - (Rs - Ro)) / F).
 import math
 from dataclasses import dataclass
 
+from solarcal.decimals import require_positive
 from solarcal.errors import ConfigurationError
 from solarcal.units import RAD_PER_DEG, SUN_RADIUS_DEG
 
@@ -38,12 +39,9 @@ def spot_error_deg(height: float, hole_diameter: float, spot_diameter: float, ed
     ConfigurationError
         A height or diameter that no device has, or an error beyond 0.1 rad.
     """
-    for name, value in (
-        ("the height H", height),
-        ("the hole's diameter Do", hole_diameter),
-        ("the spot's diameter Ds", spot_diameter),
-    ):
-        _require_length(name, value)
+    require_positive("the height H", height)
+    require_positive("the hole's diameter Do", hole_diameter)
+    require_positive("the spot's diameter Ds", spot_diameter)
     if not math.isfinite(edge):
         raise ConfigurationError(f"the edge distance E must be a number, not {edge:g}")
     error_rad = math.atan((edge - 0.5 * (spot_diameter - hole_diameter)) / (2.0 * height))
@@ -91,13 +89,10 @@ def design_from_size(
     ConfigurationError
         A length that is not greater than zero, or a plate too small for the spot.
     """
-    for name, value in (
-        ("the height H", height),
-        ("the hole's diameter Do", hole_diameter),
-        ("the plate's diameter", plate_diameter),
-        ("the smallest shift that can be read", smallest_shift),
-    ):
-        _require_length(name, value)
+    require_positive("the height H", height)
+    require_positive("the hole's diameter Do", hole_diameter)
+    require_positive("the plate's diameter", plate_diameter)
+    require_positive("the smallest shift that can be read", smallest_shift)
     travel = 2.0 * height
     spot = hole_diameter + 2.0 * travel * math.tan(SUN_RADIUS_DEG * RAD_PER_DEG)
     if plate_diameter <= spot:
@@ -128,9 +123,9 @@ def design_for(
     ConfigurationError
         A wanted value that is not greater than zero, or a range beyond the small angles (0.1 rad).
     """
-    _require_length("the resolution", resolution_deg)
-    _require_length("the range", range_deg)
-    _require_length("the smallest shift that can be read", smallest_shift)
+    require_positive("the resolution", resolution_deg)
+    require_positive("the range", range_deg)
+    require_positive("the smallest shift that can be read", smallest_shift)
     if range_deg * RAD_PER_DEG > LARGEST_ERROR_RAD:
         raise ConfigurationError(
             f"a range of {range_deg:g} deg is beyond the small angles of the device (5.7 deg)"
@@ -161,8 +156,3 @@ def two_position_check(first_deg: float, turned_deg: float) -> tuple[float, floa
         Degrees on the sky along the mark as it stood first.
     """
     return 0.5 * (first_deg + turned_deg), 0.5 * (first_deg - turned_deg)
-
-
-def _require_length(name: str, value: float) -> None:
-    if not (math.isfinite(value) and value > 0.0):
-        raise ConfigurationError(f"{name} must be greater than zero, not {value:g}")

@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from solarcal.decimals import require_between
 from solarcal.errors import ConfigurationError
 from solarcal.site import Site
 from solarcal.sun.position import sun_position
@@ -48,8 +49,7 @@ class CircularDay:
     day: float
 
     def __post_init__(self) -> None:
-        if not -90.0 <= self.latitude_deg <= 90.0:
-            raise ConfigurationError(f"latitude {self.latitude_deg:g} is not between -90 and 90")
+        require_between("latitude", self.latitude_deg, -90.0, 90.0)
         if not 0.0 <= self.day <= 366.0:
             raise ConfigurationError(
                 f"day {self.day:g} is not between 0 and 366: count days from the March equinox"

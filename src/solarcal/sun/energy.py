@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solarcal.decimals import require_between
 from solarcal.errors import ConfigurationError
 from solarcal.sun.circular_orbit import YEAR_DAYS, CircularDay
 from solarcal.units import RAD_PER_DEG, SUN_RADIUS_DEG, FloatArray
@@ -110,8 +111,7 @@ def moment_percent(collector: Collector, day: CircularDay, solar_time_h: float) 
     ConfigurationError
         The hour is not one of a day.
     """
-    if not 0.0 <= solar_time_h <= 24.0:
-        raise ConfigurationError(f"solar time {solar_time_h:g} h is not between 0 and 24")
+    require_between("solar time", solar_time_h, 0.0, 24.0, " h")
     return 100.0 * float(_caught(collector, day.direction_neu(solar_time_h)))
 
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
+from solarcal.decimals import require_positive
 from solarcal.errors import ConfigurationError
 from solarcal.two_mirror.mirrors import (
     IDENTITY,
@@ -33,14 +34,11 @@ Signals = tuple[float, float, float, float]
 """A, B, C, D in any unit, dark signal taken off."""
 
 
-def disc_gain_per_rad(sun_radius_mrad: float = SUN_RADIUS_MRAD) -> float:
-    """k of a sharp image of the Sun near the centre: d(e)/d(d) = 4/(pi r).
+DISC_GAIN_PER_RAD = 4.0 / (math.pi * SUN_RADIUS_MRAD * 1e-3)
+"""k of a sharp image of the Sun near the centre: d(e)/d(d) = 4/(pi r).
 
-    A disc moved by d across a split takes 2 r d of its area pi r^2 from one side to the other.
-    """
-    if not sun_radius_mrad > 0.0:
-        raise ConfigurationError(f"the Sun's radius {sun_radius_mrad:g} mrad must be above zero")
-    return 4.0 / (math.pi * sun_radius_mrad * 1e-3)
+A disc moved by d across a split takes 2 r d of its area pi r^2 from one side to the other.
+"""
 
 
 def quadrant_errors(signals: Signals) -> tuple[float, float]:
@@ -69,16 +67,13 @@ class QuadrantDiode:
     of F.
     """
 
-    gain_per_rad: float = disc_gain_per_rad()
+    gain_per_rad: float = DISC_GAIN_PER_RAD
     set_point1: float = 0.0
     set_point2: float = 0.0
     fixed: tuple[Components, Components, Components] = IDENTITY
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.gain_per_rad) and self.gain_per_rad > 0.0):
-            raise ConfigurationError(
-                f"the diode's gain must be above zero, not {self.gain_per_rad:g}"
-            )
+        require_positive("the diode's gain", self.gain_per_rad)
         if max(abs(self.set_point1), abs(self.set_point2)) >= 1.0:
             raise ConfigurationError("a set point of the diode must lie between -1 and 1")
 
@@ -87,7 +82,7 @@ class QuadrantDiode:
         cls,
         normals: Sequence[ArrayLike],
         *,
-        gain_per_rad: float = disc_gain_per_rad(),
+        gain_per_rad: float = DISC_GAIN_PER_RAD,
         set_point1: float = 0.0,
         set_point2: float = 0.0,
     ) -> "QuadrantDiode":
@@ -164,17 +159,13 @@ def field_of_view(
     Raises
     ------
     ConfigurationError
-        A length that is not above zero.
+        A length that is not greater than zero.
     """
-    for name, value in (
-        ("the diode's diameter", diode_diameter_mm),
-        ("the focal length", focal_length_mm),
-        ("the tracker's diameter", tracker_diameter_m),
-        ("the distance from tracker to instrument", distance_m),
-        ("the Sun's diameter", sun_mrad),
-    ):
-        if not (math.isfinite(value) and value > 0.0):
-            raise ConfigurationError(f"{name} must be above zero, not {value:g}")
+    require_positive("the diode's diameter", diode_diameter_mm)
+    require_positive("the focal length", focal_length_mm)
+    require_positive("the tracker's diameter", tracker_diameter_m)
+    require_positive("the distance from tracker to instrument", distance_m)
+    require_positive("the Sun's diameter", sun_mrad)
     return FieldOfView(
         diode_mrad=1e3 * math.atan(diode_diameter_mm / focal_length_mm),
         tracker_mrad=1e3 * math.atan(tracker_diameter_m / distance_m),
