@@ -10,8 +10,13 @@ import numpy as np
 
 from solarcal.site import Site
 from solarcal.sun.ephemeris import SiteEphemeris
-from solarcal.sun.noaa import declination_rad, equation_of_time_min, fractional_year_rad
-from solarcal.sun.position import require_supported_times, sun_position
+from solarcal.sun.position import (
+    fractional_year_rad,
+    noaa_declination_rad,
+    noaa_equation_of_time_min,
+    require_supported_times,
+    sun_position,
+)
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import RAD_PER_DEG, FloatArray, wrap_deg
 
@@ -122,10 +127,10 @@ def noaa_day_events(
     longitude_deg = wrap_deg(site.longitude_deg)
     days = math.floor(utc_s / SECONDS_PER_DAY) + np.arange(-1.0, 2.0)
     mean_noon_s = days * SECONDS_PER_DAY + 60.0 * (720.0 - 4.0 * longitude_deg)
-    noons_s = mean_noon_s - 60.0 * equation_of_time_min(fractional_year_rad(mean_noon_s))
+    noons_s = mean_noon_s - 60.0 * noaa_equation_of_time_min(fractional_year_rad(mean_noon_s))
     noon_s = float(noons_s[np.argmin(np.abs(noons_s - utc_s))])
 
-    declination = float(declination_rad(fractional_year_rad(np.asarray(noon_s))))
+    declination = float(noaa_declination_rad(fractional_year_rad(np.asarray(noon_s))))
     latitude = site.latitude_deg * RAD_PER_DEG
     zenith = (90.0 - altitude_deg) * RAD_PER_DEG
     cosine = math.cos(zenith) / (math.cos(latitude) * math.cos(declination)) - math.tan(
