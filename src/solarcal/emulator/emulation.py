@@ -114,14 +114,8 @@ class Emulator(VirtualTime):
         Of all that is random; every purpose has a stream of its own.
     noise_deg : float, optional
         The eye's, one sigma per axis on sky, in place of the scenario's.
-    speed : float
-        Virtual seconds a real second. 0: time moves only by ``advance``.
-    monotonic : callable, optional
-        Real seconds from any beginning, for ``speed``; the operating system's by default.
-
-    Virtual time is kept in whole microseconds, and everything happens at an instant of its own,
-    so that it makes no difference how time was cut into pieces or who looked on the way. Methods
-    may be called from several threads.
+    speed, monotonic
+        As of ``VirtualTime``.
     """
 
     def __init__(

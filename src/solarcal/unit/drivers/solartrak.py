@@ -269,6 +269,7 @@ class _SolarTrakEmulation:
 
     def __init__(self, unit: SolarTrakUnit) -> None:
         self._unit = unit
+        self._ask = unit.ask_emulator
 
     def time(self) -> tuple[float, float]:
         return self._times()[0]
@@ -318,6 +319,3 @@ class _SolarTrakEmulation:
             if speed == 0.0:
                 self._unit.standing = times
             return times, speed
-
-    def _ask(self, verb: str, reader: Callable[[tuple[str, ...]], T], *arguments: str) -> T:
-        return self._unit.ask_emulator(verb, reader, *arguments)
