@@ -129,14 +129,7 @@ def open_choice(
 ) -> OpenLine:
     """The line of a choice of the start screen, real or emulated, with its session open.
 
-    Parameters
-    ----------
-    display : who reads the display of a unit without a line.
-
-    Raises
-    ------
-    SolarcalError
-        Nothing stays open then.
+    ``display``: who reads the display of a unit without a line. Nothing stays open after an error.
     """
     with contextlib.ExitStack() as resources:
         start_utc_s = parse_utc(choice.start_utc) if choice.start_utc else None

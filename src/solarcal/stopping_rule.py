@@ -24,14 +24,11 @@ class Unmodelled(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes
     ----------
-    cross_axis_deg, large_cross_axis_deg, large_chance
-        Of collimation and of squareness: mostly small, each with a chance large.
-    sag_deg
-        Gravity sag.
-    air
-        Refraction, as a part of the standard air's.
-    clock_s
-        The laptop's clock while the points were taken; right afterwards.
+    cross_axis_deg, large_cross_axis_deg, large_chance : of collimation and of squareness: mostly
+        small, each with a chance large.
+    sag_deg : gravity sag.
+    air : refraction, as a part of the standard air's.
+    clock_s : the laptop's clock while the points were taken; right afterwards.
 
     Raises
     ------
@@ -84,13 +81,10 @@ class StoppingRule(msgspec.Struct, frozen=True):
 
     Attributes
     ----------
-    tolerance_deg
-        On sky; 95 % of the year's moments are to be within it.
-    probability
-        With which they must be, for this one tracker. It holds although the technician looks after
-        every point: the probability is the posterior's own, and whenever it is reached it is true.
-    unmodelled
-        What may be there beside P1..P6; the bands of a ``robust`` fit hold it.
+    tolerance_deg : on sky; 95 % of the year's moments are to be within it.
+    probability : with which they must be, for this one tracker. It holds although the technician
+        looks after every point: it is the posterior's own, and whenever it is reached it is true.
+    unmodelled : what may be there beside P1..P6; the bands of a ``robust`` fit hold it.
     """
 
     tolerance_deg: float = TOLERANCE_DEG

@@ -108,14 +108,10 @@ class Emulator(VirtualTime):
 
     Parameters
     ----------
-    start_utc_s : float, optional
-        First true instant, POSIX UTC seconds; by default the scenario's.
-    seed : int
-        Of all that is random; every purpose has a stream of its own.
-    noise_deg : float, optional
-        The eye's, one sigma per axis on sky, in place of the scenario's.
-    speed, monotonic
-        As of ``VirtualTime``.
+    start_utc_s : first true instant, POSIX UTC seconds; by default the scenario's.
+    seed : of all that is random; every purpose has a stream of its own.
+    noise_deg : the eye's, one sigma per axis on sky, in place of the scenario's.
+    speed, monotonic : as of ``VirtualTime``.
     """
 
     def __init__(

@@ -205,9 +205,7 @@ class StandIn(Protocol):
 class RotatorWorld:
     """``Emulation`` of a rotator: time, the eye on the spot, the truth.
 
-    Attributes
-    ----------
-    stand_in : who commands; ``None`` until it is set.
+    ``stand_in``: who commands; ``None`` until it is set.
     """
 
     def __init__(self, rotator: EmulatedRotator) -> None:

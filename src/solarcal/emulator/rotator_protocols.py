@@ -178,9 +178,7 @@ def _long_range(line: str) -> str:
 class EasyCommProtocol:
     """EasyComm II: commands of two letters, any number on a line; no reply to what only moves.
 
-    Parameters
-    ----------
-    decimals : of the read-outs it reports. The standard says one; many firmwares have more.
+    ``decimals``: of the read-outs it reports. The standard says one; many firmwares have more.
     """
 
     _TARGET = re.compile(r"(AZ|EL)(-?[0-9]{1,3}(?:\.[0-9]+)?)")

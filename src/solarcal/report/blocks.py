@@ -130,13 +130,7 @@ def clock_text(hours: float) -> str:
 
 
 def columns(headings: Sequence[str], rows: Iterable[Sequence[str]], align: str) -> list[str]:
-    """Lines of a table: headings, a rule, rows.
-
-    Parameters
-    ----------
-    align : str
-        ``<`` or ``>`` for each column.
-    """
+    """Lines of a table: headings, a rule, rows. ``align`` is ``<`` or ``>`` for each column."""
     body = [list(row) for row in rows]
     widths = [
         max(len(heading), *(len(row[i]) for row in body)) if body else len(heading)

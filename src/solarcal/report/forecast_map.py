@@ -34,12 +34,9 @@ class YearCells:
 
     Attributes
     ----------
-    rms_deg : (hours, days)
-        NaN for no Sun, or Sun out of reach.
-    hours : (hours,)
-        Mean solar time at which each row begins.
-    months : (days,)
-        1..12 of each column.
+    rms_deg : (hours, days), NaN for no Sun, or Sun out of reach.
+    hours : (hours,), mean solar time at which each row begins.
+    months : (days,), 1..12 of each column.
     """
 
     rms_deg: FloatArray

@@ -24,13 +24,9 @@ class Journal:
 
     Attributes
     ----------
-    path : Path or None
-        The file; ``None`` for a journal in memory.
-    header : Header
-    records : list of Record
-        Acknowledged so far, in order, without the header; voided ones included.
-    warnings : tuple of str
-        What ``resume`` found to report (torn lines).
+    path : the file; ``None`` for a journal in memory.
+    records : acknowledged so far, in order, without the header; voided ones included.
+    warnings : what ``resume`` found to report (torn lines).
     """
 
     def __init__(

@@ -39,35 +39,20 @@ class PointTable:
 
     Attributes
     ----------
-    geometry, unit : str
-        Native frame; name of the unit ("" unknown).
-    latitude_deg, longitude_deg : float or None
-        ``None`` where the file does not say.
-    elevation_m, ax1_centre_deg : float
-    ideal : str
-        What the ideal angles are: ``apparent`` (no known physics is missing), ``airless``
+    geometry, unit : native frame; name of the unit ("" unknown).
+    latitude_deg, longitude_deg : ``None`` where the file does not say.
+    ideal : what the ideal angles are: ``apparent`` (no known physics is missing), ``airless``
         (refraction is) or ``solartrak`` (refraction and the ephemeris difference are).
-    utc_s : (n,) array
-        NaN where the instant is not known, or says nothing about the angles: on the Moon.
-    ax1_deg, ax2_deg, err1_deg, err2_deg : (n,) array
-        NaN only in rows that are not accepted.
-    sigma_deg : (n,) array or None
-        On sky, per axis; given for every accepted row or ``None``.
-    status : tuple of str
-        ``accepted``, ``aborted`` or ``rejected``. Only accepted rows are fitted.
-    approach : tuple of (int, int)
-        Sense of the last motion of each axis: +1, -1, 0 unknown.
-    note : tuple of str
-    labels : tuple of int
-        Line numbers of the file, or sequence numbers of the session.
-    sources : tuple of str
-        The file of each row; a label is unique within its source.
-    warnings : tuple of str
-        What the reader found to report.
-    heliostat : Heliostat or None
-        Target and mirror, where all angles are those of a mirror's normal.
-    stamp_utc_s : (n,) array or None
-        When each row was taken, to be shown, where ``utc_s`` must not hold it; else ``None``.
+    utc_s : NaN where the instant is not known, or says nothing about the angles: on the Moon.
+    ax1_deg, ax2_deg, err1_deg, err2_deg : NaN only in rows that are not accepted.
+    sigma_deg : on sky, per axis; given for every accepted row or ``None``.
+    status : ``accepted``, ``aborted`` or ``rejected``. Only accepted rows are fitted.
+    approach : sense of the last motion of each axis: +1, -1, 0 unknown.
+    labels : line numbers of the file, or sequence numbers of the session.
+    sources : the file of each row; a label is unique within its source.
+    warnings : what the reader found to report.
+    heliostat : target and mirror, where all angles are those of a mirror's normal.
+    stamp_utc_s : when each row was taken, to be shown, where ``utc_s`` must not hold it.
     """
 
     geometry: str

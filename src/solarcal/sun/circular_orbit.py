@@ -32,12 +32,7 @@ _RAD_PER_H = math.pi / 12.0
 class CircularDay:
     """The Sun's way over one latitude on one day of the circular year.
 
-    Parameters
-    ----------
-    latitude_deg
-        Positive north.
-    day
-        Days after the March equinox, 0 to 366; parts of days are allowed.
+    ``day``: days after the March equinox, 0 to 366; parts of days are allowed.
 
     Raises
     ------

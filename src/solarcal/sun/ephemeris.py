@@ -71,11 +71,9 @@ class SiteEphemeris:
 
     Parameters
     ----------
-    site : Site
-    start_utc_s, end_utc_s : float
-        POSIX UTC seconds between which positions will be asked for, both included.
-    dut1_s : float
-        UT1 - UTC in seconds.
+    start_utc_s, end_utc_s : POSIX UTC seconds between which positions will be asked for, both
+        included.
+    dut1_s : UT1 - UTC in seconds.
 
     Raises
     ------

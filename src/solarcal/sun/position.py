@@ -82,15 +82,12 @@ def sun_position(
 
     Parameters
     ----------
-    model : {"solartrak", "solartrak+", "noaa", "precise"}
-        The controller's own Sun (0.015 deg), the same with aberration, equinoxes and parallax
-        (0.005 deg), NOAA's short series (0.63 deg), or the truth (0.05 arcsec).
-    dut1_s : float
-        UT1 - UTC in seconds; used by ``precise`` alone, 15 arcsec of rotation each.
-    refraction : {"none", "hughes", "saemundsson"}
-        Applied to the zenith angle.
-    weather : Weather, optional
-        Station pressure and temperature; by default 15 C and the mean pressure of the elevation.
+    model : ``solartrak``, the controller's own Sun (0.015 deg); ``solartrak+``, the same with
+        aberration, equinoxes and parallax (0.005 deg); ``noaa``, a short series (0.63 deg);
+        ``precise``, the truth (0.05 arcsec).
+    dut1_s : UT1 - UTC in seconds; used by ``precise`` alone, 15 arcsec of rotation each.
+    refraction : ``none``, ``hughes`` or ``saemundsson``, applied to the zenith angle.
+    weather : of the station; by default 15 C and the mean pressure of the elevation.
 
     Raises
     ------

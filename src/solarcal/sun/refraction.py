@@ -18,18 +18,8 @@ def apparent_zenith_deg(
 ) -> Angles:
     """Zenith angle as seen through the air, from the airless one, elementwise.
 
-    Parameters
-    ----------
-    true_zenith_deg : float or array
-        Airless zenith angle, degrees.
-    refraction : {"none", "hughes", "saemundsson"}
-    weather : Weather, optional
-        STATION pressure and temperature; the standard atmosphere at sea level where left out.
-
-    Raises
-    ------
-    ConfigurationError
-        The refraction is not one of `REFRACTIONS`.
+    ``weather``: STATION pressure and temperature; the standard atmosphere at sea level where left
+    out. ConfigurationError: the refraction is not one of ``REFRACTIONS``.
     """
     if refraction == "none":
         return true_zenith_deg

@@ -56,12 +56,8 @@ def ziegler_nichols(critical_gain: float, critical_period_s: float) -> PidGains:
 
 
 class Pid:
-    """One axis. The integral holds the rate of the Sun; it stands while the axis is at its limit.
-
-    Parameters
-    ----------
-    fastest_deg_s : the axis' greatest rate.
-    """
+    """One axis. The integral holds the rate of the Sun; it stands while the axis is at its limit,
+    ``fastest_deg_s``."""
 
     def __init__(self, gains: PidGains, period_s: float, fastest_deg_s: float) -> None:
         self.gains = gains

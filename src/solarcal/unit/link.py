@@ -84,14 +84,10 @@ class SerialLink:
 
     Parameters
     ----------
-    url : str
-        ``/dev/ttyUSB0``, ``COM3``, ``socket://host:port``, ``rfc2217://host:port``, ``loop://``.
-    baudrate : int
-        9600 8N1 by default; meaningless on a pty or a socket.
-    trace : path, optional
-        File to which a transcript is appended.
-    lines_kept : int
-        Unread lines kept; the oldest go first.
+    url : ``/dev/ttyUSB0``, ``COM3``, ``socket://host:port``, ``rfc2217://host:port``, ``loop://``.
+    baudrate : 8N1; meaningless on a pty or a socket.
+    trace : file to which a transcript is appended.
+    lines_kept : unread lines kept; the oldest go first.
 
     Raises
     ------

@@ -114,14 +114,8 @@ class Rotator(Protocol):
     def go_to(self, azimuth_deg: float, elevation_deg: float, stops: int) -> None:
         """Set out for a direction, and return.
 
-        Parameters
-        ----------
-        stops : what ``stops`` gave when this was decided.
-
-        Raises
-        ------
-        ProcedureRefused
-            It was stopped since: nothing that waited may move it after a STOP.
+        ``stops``: what ``stops`` gave when this was decided. ProcedureRefused: it was stopped
+        since, and nothing that waited may move it after a STOP.
         """
         ...
 

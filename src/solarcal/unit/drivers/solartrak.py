@@ -46,12 +46,9 @@ class SolarTrakUnit:
 
     Parameters
     ----------
-    link_factory : callable
-        Opens the line; called by every ``open``, so that a lost link can be opened again.
-    port : str
-        What messages call the line.
-    timing : Timing, optional
-        Timeouts and repeats.
+    link_factory : opens the line; called by every ``open``, so that a lost link can be opened
+        again.
+    port : what messages call the line.
 
     Methods may be called from several threads. They take turns, but for ``stop`` and ``stow``,
     which go out at once.
