@@ -4,9 +4,13 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 
 import pytest
 
+from solarcal import cli
+from solarcal.cli.process import Ended
+from solarcal.errors import LinkError
 from solarcal.session.journal import Journal
 from solarcal.session.view import read_session
 
@@ -44,6 +48,72 @@ def test_one_that_ignores_hang_ups_goes_on_ignoring_them(tmp_path):
         "assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL"
     )
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+
+
+LOST = """
+import os, signal, time
+from solarcal.cli import process
+process.AGAIN_S = 0.05
+process.end_by_signals()
+for _ in range(2):
+    try:
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(10.0)
+    except BaseException:
+        pass
+try:
+    time.sleep(10.0)
+finally:
+    time.sleep(0.3)
+    print("closed")
+"""
+
+
+def test_a_signal_whose_exception_is_lost_asks_again_and_does_not_break_off_the_closing():
+    """A library in C can take an exception for an answer; then the program would go on for ever."""
+    done = subprocess.run(
+        [sys.executable, "-c", LOST], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert done.stdout == "closed\n"
+    assert done.stderr.strip().endswith("Ended: ended by SIGTERM")
+
+
+def interrupted_in_a_lock(args):
+    """As a condition's wait is, between giving its lock away and taking it again."""
+    lock = threading.Lock()
+    with lock:
+        lock.release()
+        raise Ended(signal.SIGTERM)
+
+
+def refused_while_closing(args):
+    try:
+        raise KeyboardInterrupt
+    finally:
+        raise LinkError("the unit does not answer")
+
+
+def not_stopped(args):
+    try:
+        raise KeyboardInterrupt
+    except KeyboardInterrupt:
+        raise LinkError("interrupted; the unit could NOT be stopped") from None
+
+
+@pytest.mark.parametrize(
+    ("run", "code", "said"),
+    [
+        (interrupted_in_a_lock, 143, "ended by SIGTERM"),
+        (refused_while_closing, 130, "interrupted"),
+        (not_stopped, LinkError.exit_code, "interrupted; the unit could NOT be stopped"),
+    ],
+)
+def test_what_an_interrupt_breaks_on_its_way_is_that_interrupt(
+    run, code, said, monkeypatch, capsys
+):
+    monkeypatch.setattr(cli, "command_functions", lambda name: (lambda parser: None, run))
+    assert cli.run_command(["ports"]) == code
+    assert capsys.readouterr().err == f"solarcal: {said}\n"
 
 
 @pytest.mark.parametrize("hung_up", [True, False])

@@ -14,7 +14,13 @@ from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
 from solarcal import __version__
-from solarcal.cli.process import let_go, let_go_of_terminal, never_fail, say
+from solarcal.cli.process import (
+    interrupts_prevail,
+    let_go,
+    let_go_of_terminal,
+    never_fail,
+    say,
+)
 from solarcal.errors import SolarcalError
 
 COMMANDS: dict[str, str] = {
@@ -125,7 +131,8 @@ def run_command(argv: Sequence[str]) -> int:
     never_fail(sys.stdout)
     args = argparse.Namespace(debug=False)
     try:
-        code = let_go_of_terminal(_run(argv, args))
+        with interrupts_prevail():
+            code = let_go_of_terminal(_run(argv, args))
         # Here a full disk or a closed pipe still has an answer; at the interpreter's end none.
         sys.stdout.flush()
         return code

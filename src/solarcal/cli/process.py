@@ -18,7 +18,7 @@ import shutil
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TextIO
@@ -83,6 +83,10 @@ def let_go(*streams: TextIO) -> None:
     os.close(nowhere)
 
 
+AGAIN_S = 1.0
+"""A signal asks again after so long as nothing comes of it. What it raises can be lost: raised in
+a function that a library in C calls, it may be taken for an answer."""
+
 GRACE_S = 5.0
 """A terminal that is gone may block whoever draws on it; the program ends all the same."""
 
@@ -105,17 +109,53 @@ def end_by_signals() -> None:
 
     A signal that is ignored stays so (``nohup``).
     """
-
-    def end(number: int, frame: FrameType | None) -> None:
-        del frame
-        # Once: closing must not be broken off by a second one.
-        for ending in _ending():
-            signal.signal(ending, signal.SIG_IGN)
-        raise Ended(number)
-
     for number in _ending():
         if signal.getsignal(number) is signal.SIG_DFL:
-            signal.signal(number, end)
+            signal.signal(number, _raise_ended)
+
+
+def _raise_ended(number: int, frame: FrameType | None) -> None:
+    del frame
+    again = threading.Timer(AGAIN_S, signal.raise_signal, args=(number,))
+    again.daemon = True
+    again.start()
+    # Closing must not be broken off by a second one.
+    if not any(isinstance(error, KeyboardInterrupt) for error in _chain(sys.exc_info()[1])):
+        raise Ended(number)
+
+
+@contextlib.contextmanager
+def interrupts_prevail() -> Iterator[None]:
+    """What fails because an interrupt broke it off is that interrupt.
+
+    An interrupt that comes between two steps of a lock leaves it in a state that its end refuses.
+    What is raised ``from`` something says itself what there is to say.
+    """
+    try:
+        yield
+    except Exception as error:
+        for cause in _chain(error):
+            if isinstance(cause, KeyboardInterrupt):
+                raise cause from None
+            if cause.__suppress_context__:
+                break
+        raise
+    finally:
+        interrupts_obeyed()
+
+
+def interrupts_obeyed() -> None:
+    """The program is about to end: the signal that asked for it need not ask again."""
+    for number in _ending():
+        if signal.getsignal(number) is _raise_ended:
+            signal.signal(number, signal.SIG_IGN)
+
+
+def _chain(error: BaseException | None) -> Iterator[BaseException]:
+    """An exception and those in whose handling it was raised."""
+    while error is not None:
+        yield error
+        error = error.__context__
 
 
 def let_go_of_terminal(code: int) -> int:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from solarcal.cli.calibrate import add_emulator_arguments, tracker_for
 from solarcal.cli.fit import add_method_option
 from solarcal.cli.plan import next_time
-from solarcal.cli.process import add_json_option, print_json, say
+from solarcal.cli.process import add_json_option, interrupts_obeyed, print_json, say
 from solarcal.cli.unit_options import (
     PORT_HELP,
     add_driver_options,
@@ -220,6 +220,7 @@ def _tracked(
     say(f"{unit}: tracking with P1..P6 {_numbers(coefficients.as_tuple())} ({source})")
     summary = SunTracking(tracker, clock, TrackingRun(unit, coefficients, source, now_s), say)
     done = summary.until(until_s, args.every).document()
+    interrupts_obeyed()
     looks, worst = done["looks"], done["off_max_deg"]
     far = "" if worst is None else f", at most {worst:.3f} deg from their targets"
     say(f"stopped ({done['ended_by']}) after {looks} looks{far}")

@@ -176,15 +176,23 @@ class SunTracking:
                 clock.wait(max(min(every_s, left_s), SHORTEST_WAIT_S))
         except KeyboardInterrupt as interrupt:
             run.ended_by = str(interrupt).removeprefix("ended by ") or "interrupted"
+            # In here, where a signal that asks again breaks nothing off.
+            self._end()
         except SolarcalError:
             self._stop_if_possible()
             raise
-        run.ended_utc_s = clock.utc_s()
+        else:
+            self._end()
+        return run
+
+    def _end(self) -> None:
+        self._run.ended_utc_s = self._clock.utc_s()
         try:
             self._tracker.stop()
         except LinkError as error:
-            raise LinkError(f"{run.ended_by}; the unit could NOT be stopped: {error}") from None
-        return run
+            raise LinkError(
+                f"{self._run.ended_by}; the unit could NOT be stopped: {error}"
+            ) from None
 
     def _stop_if_possible(self) -> None:
         """The cause of the end is reported, not that a lost line cannot carry a STOP either."""
