@@ -123,6 +123,27 @@ async def test_a_screen_that_is_open_below_others_comes_back_and_is_not_opened_t
         assert isinstance(app.screen, WorkstationScreen)
 
 
+@on_loop
+async def test_a_key_held_down_answers_no_question_that_a_quick_unit_asks_before_it_repeats(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("solarcal.tui.dialogs.dialog.BLINK_S", 3600.0)
+    station, _ = bench()
+    station.initialise(confirmed=True)
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f7")
+        await shows(pilot, "1. Did you do a reference check?")
+        await pilot.press("y")
+        await until(pilot, lambda: app.state.attempt is not None and app.state.attempt.asked == 1)
+        await pilot.press("y")
+        await shows(pilot, "2. Did you do a 'Set Sun Offset'?")
+        await pilot.press("y")
+        await shows(pilot, "y not taken: let it go first")
+        await idle(app)
+        assert app.state.attempt is not None
+        assert app.state.attempt.answers.sun_offset is None
+
+
 @pytest.mark.parametrize("blink_s", [3600.0, 0.01])
 @on_loop
 async def test_a_key_held_down_answers_no_question_until_it_was_let_go(

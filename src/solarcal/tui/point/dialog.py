@@ -39,6 +39,10 @@ from solarcal.tui.widgets.lines import Field, Words
 from solarcal.unit.tracker import Spot
 
 LOOK_EVERY_S = 2.0
+NEXT_QUESTION_S = 0.1
+"""From an answer to the next question. A key that is held down comes again sooner than that, before
+its question: then it does not count until it was let go."""
+
 NOT_STORED = "the technician did not store it"
 
 
@@ -206,9 +210,8 @@ class TakePointDialog(PacedDialog):
     def state_changed(self, state: StationState) -> None:
         attempt = state.attempt
         before, self._attempt = self._attempt, attempt
-        question = self.query_one(Question)
         gathering, result = self.query_one(Gathering), self.query_one("#result", Words)
-        question.display = state.activity is Activity.QUESTIONS
+        self.query_one(Question).display = state.activity is Activity.QUESTIONS
         gathering.display = state.activity in (Activity.READY, Activity.GATHERING)
         result.display = state.activity is Activity.RESULT
         if attempt is None:
@@ -221,12 +224,11 @@ class TakePointDialog(PacedDialog):
             attempt.asked,
             attempt.candidate,
         )
-        if state.activity is Activity.QUESTIONS and state.session is not None:
-            facts = question_evidence(attempt.asked, state.session, state.live, self._spot)
-            question.ask(attempt.asked, facts, attempt.answers)
-            if new:
-                self.offer("yes", "no")
-                self.say("The first NO ends the attempt; it stays in the file as aborted.")
+        if state.activity is Activity.QUESTIONS:
+            if new and attempt.asked:
+                self.set_timer(NEXT_QUESTION_S, self._ask)
+            elif new or self.offered("yes"):
+                self._ask()
         elif state.activity is Activity.READY and new:
             if is_typed(self.workstation):
                 gathering.typing()
@@ -237,6 +239,16 @@ class TakePointDialog(PacedDialog):
         elif state.activity is Activity.RESULT and not self._asked_to_judge:
             self._asked_to_judge = True
             self.submit(Judged, _judge)
+
+    def _ask(self) -> None:
+        state, attempt = self.workstation.state, self._attempt
+        if attempt is None or state.session is None or state.activity is not Activity.QUESTIONS:
+            return
+        facts = question_evidence(attempt.asked, state.session, state.live, self._spot)
+        self.query_one(Question).ask(attempt.asked, facts, attempt.answers)
+        if not self.offered("yes"):
+            self.offer("yes", "no")
+            self.say("The first NO ends the attempt; it stays in the file as aborted.")
 
     def show_progress(self, progress: Progress) -> None:
         if is_typed(self.workstation):
