@@ -23,7 +23,7 @@ from solarcal.unit.frames import (
     encode_request,
 )
 from solarcal.unit.link import Link
-from solarcal.unit.rotator import StopGuard
+from solarcal.unit.stop_guard import StopGuard
 
 FRAMES_REMEMBERED = 100
 

@@ -5,17 +5,16 @@ It knows no Sun, no offsets, no coefficients and no limits of the sky: the stati
 above the horizon, degrees, as the rotator reads them: on its own turn of azimuth, uncorrected.
 """
 
-import contextlib
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Protocol
 
 import msgspec
 
-from solarcal.errors import ProcedureRefused
 from solarcal.mount.geometry import AxisLimits
 from solarcal.unit.link import Link
+from solarcal.unit.stop_guard import StopGuard
 
 Direction = tuple[float, float]
 
@@ -34,37 +33,6 @@ class RotatorIdentity(msgspec.Struct, frozen=True):
     elevation: AxisLimits
     read_out_deg: float = READ_OUT_DEG
     """The last digit of its read-outs."""
-
-
-class StopGuard:
-    """No motion that waited goes out behind a STOP it did not see: a driver writes within it."""
-
-    def __init__(self) -> None:
-        self.stops = 0
-        """How often the unit was stopped, stowed or parked."""
-        self._lock = threading.Lock()
-
-    @contextlib.contextmanager
-    def sending(
-        self,
-        stops: int | None = None,
-        *,
-        interrupts: bool = False,
-        given_up: str = "the motion was given up: the rotator was stopped or parked",
-    ) -> Iterator[None]:
-        """One lock over the look and the write; ``stops`` as of ``go_to``.
-
-        Raises
-        ------
-        ProcedureRefused
-            It was stopped since: ``given_up``.
-        """
-        with self._lock:
-            if interrupts:
-                self.stops += 1
-            elif stops is not None and stops != self.stops:
-                raise ProcedureRefused(f"{given_up} meanwhile; set its mode again before moving it")
-            yield
 
 
 class RotatorOnALine:
