@@ -1,7 +1,7 @@
 """Where is the Sun, by any of the models, as one kind of answer."""
 
 from dataclasses import dataclass, replace
-from typing import Generic, overload
+from typing import Any, Generic, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,39 +45,15 @@ class SunPosition(Generic[Angles]):
         return 90.0 - self.zenith_deg
 
 
-@overload
 def sun_position(
     model: str,
-    utc_s: float,
-    site: Site,
-    *,
-    dut1_s: float = ...,
-    refraction: str = ...,
-    weather: Weather | None = ...,
-) -> SunPosition[float]: ...
-
-
-@overload
-def sun_position(
-    model: str,
-    utc_s: FloatArray,
-    site: Site,
-    *,
-    dut1_s: float = ...,
-    refraction: str = ...,
-    weather: Weather | None = ...,
-) -> SunPosition[FloatArray]: ...
-
-
-def sun_position(
-    model: str,
-    utc_s: float | FloatArray,
+    utc_s: Angles,
     site: Site,
     *,
     dut1_s: float = 0.0,
     refraction: str = "none",
     weather: Weather | None = None,
-) -> SunPosition[float] | SunPosition[FloatArray]:
+) -> SunPosition[Angles]:
     """The Sun over a site at POSIX UTC seconds (a float or an array of any shape).
 
     Parameters
@@ -112,9 +88,10 @@ def sun_position(
         air = weather or Weather(pressure_hpa=standard_pressure_hpa(site.elevation_m))
         seen = apparent_zenith_deg(position.zenith_deg, refraction, air)
         position = replace(position, zenith_deg=np.asarray(seen))
-    if times.ndim:
-        return position
-    return SunPosition(*(float(getattr(position, name)) for name in SunPosition.__slots__))
+    shown: Any = position
+    if not times.ndim:
+        shown = SunPosition(*(float(getattr(position, name)) for name in SunPosition.__slots__))
+    return cast("SunPosition[Angles]", shown)
 
 
 def sun_known(utc_s: FloatArray, *, year_ahead: bool = False) -> NDArray[np.bool_]:
