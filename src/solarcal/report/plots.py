@@ -24,118 +24,100 @@ SCALE_TRAVEL_DEG = 90.0
 """P5 and P6 are shown as the error they make over this much of axis travel."""
 
 
-def _time_label(data: ErrorPlotData) -> str:
-    """Without a single time (star catalogues) the ruler is an hour angle, whatever was observed."""
-    timeless = data.points.labels and not data.days
-    return "hour angle + 12, h" if timeless else "apparent solar time, h"
+class _PointPlot:
+    """Two values of every point against solar time, ``y1`` of axis 1 and ``y2`` of axis 2, (n,)."""
 
+    def __init__(
+        self, data: ErrorPlotData, sheet: Sheet, view: View, y1: FloatArray, y2: FloatArray
+    ) -> None:
+        # Without a single time (star catalogues) the ruler is an hour angle, whatever was observed.
+        timeless = data.points.labels and not data.days
+        label = "hour angle + 12, h" if timeless else "apparent solar time, h"
+        self.canvas = Canvas(sheet, label)
+        self.palette = self.canvas.palette
+        self.at = view.point(len(data.points.labels))
+        """Index of the point the cursor marks."""
+        self._data, self._view = data, view
+        self._y1, self._y2 = y1, y2
 
-def _draw_points(
-    canvas: Canvas, data: ErrorPlotData, values: Scale, y1: FloatArray, y2: FloatArray
-) -> bool:
-    """Both axes of every point, points of later days hollow; true if any two fell on one cell."""
-    points, palette = data.points, canvas.palette
-    used, later = np.array(points.used, dtype=bool), np.array(points.day) > 1
-    x = points.solar_time_h
-    for y, first, hollow, colour in (
-        (y1, scales.AXIS1, scales.AXIS1_LATER, palette.axis1),
-        (y2, scales.AXIS2, scales.AXIS2_LATER, palette.axis2),
-    ):
-        canvas.dots(x[~used], y[~used], scales.UNUSED, colour)
-        canvas.dots(x[used & ~later], y[used & ~later], first, colour, bold=True)
-        canvas.dots(x[used & later], y[used & later], hollow, colour, bold=True)
-    together = np.array(
-        [
-            bool(np.isfinite(a + b)) and values.cell(a, canvas.rows) == values.cell(b, canvas.rows)
-            for a, b in zip(y1.tolist(), y2.tolist(), strict=True)
-        ],
-        dtype=bool,
-    )
-    together &= used
-    canvas.dots(x[together], y1[together], scales.BOTH, palette.text, bold=True)
-    return bool(together.any())
+    def frame(self, low: float, high: float, tolerance_deg: float | None = None) -> Scale:
+        """Frame, shut hours, levels and cursor; the ruler of values, or its window looked at."""
+        canvas, data, view = self.canvas, self._data, self._view
+        points = data.points
+        hours = scales.hour_scale((points.solar_time_h, data.path.solar_time_h), canvas.columns)
+        if view.zoom > 1.0:
+            place = None
+            if self.at is not None and np.isfinite(self._y1[self.at] + self._y2[self.at]):
+                ends = sorted((float(self._y1[self.at]), float(self._y2[self.at])))
+                place = (float(points.solar_time_h[self.at]), ends[0], ends[1])
+            span_h, (low, high) = view.windows((hours.low, hours.high), (low, high), place)
+            hours = scales.time_scale(*span_h, canvas.columns)
+        values = scales.value_scale(low, high, canvas.rows, fine=view.fine)
+        canvas.frame(hours, values)
+        for start, end in data.outside_h:
+            canvas.shade(start, end)
+        canvas.level(0.0, scales.ZERO)
+        if tolerance_deg is not None:
+            for sign in (-1.0, 1.0):
+                canvas.level(sign * tolerance_deg, scales.TOLERANCE)
+        if self.at is not None:
+            canvas.upright(float(points.solar_time_h[self.at]), self.palette.text)
+        return values
 
+    def draw_points(self, values: Scale) -> bool:
+        """Points of later days are hollow; true if both axes of any fell on one cell."""
+        points, canvas, palette = self._data.points, self.canvas, self.palette
+        used, later = np.array(points.used, dtype=bool), np.array(points.day) > 1
+        x = points.solar_time_h
+        for y, first, hollow, colour in (
+            (self._y1, scales.AXIS1, scales.AXIS1_LATER, palette.axis1),
+            (self._y2, scales.AXIS2, scales.AXIS2_LATER, palette.axis2),
+        ):
+            canvas.dots(x[~used], y[~used], scales.UNUSED, colour)
+            canvas.dots(x[used & ~later], y[used & ~later], first, colour, bold=True)
+            canvas.dots(x[used & later], y[used & later], hollow, colour, bold=True)
+        together = np.array(
+            [
+                bool(np.isfinite(a + b))
+                and values.cell(a, canvas.rows) == values.cell(b, canvas.rows)
+                for a, b in zip(self._y1.tolist(), self._y2.tolist(), strict=True)
+            ],
+            dtype=bool,
+        )
+        together &= used
+        canvas.dots(x[together], self._y1[together], scales.BOTH, palette.text, bold=True)
+        return bool(together.any())
 
-def _legend(
-    canvas: Canvas, data: ErrorPlotData, both: bool, subject: str, names: tuple[str, str]
-) -> list[HeaderPart]:
-    """What is drawn, and what the glyphs of the points mean."""
-    palette = canvas.palette
-    later1 = scales.AXIS1_LATER if data.days > 1 else ""
-    later2 = scales.AXIS2_LATER if data.days > 1 else ""
-    parts: list[HeaderPart] = [
-        (subject, palette.text),
-        (f"  {scales.AXIS1}{later1} {names[0]}", palette.axis1),
-        (f"  {scales.AXIS2}{later2} {names[1]}", palette.axis2),
-    ]
-    if both:
-        parts.append((f"  {scales.BOTH} both", palette.text))
-    if not all(data.points.used):
-        parts.append((f"  {scales.UNUSED} not used", palette.text))
-    return parts
+    def legend(self, both: bool, subject: str, names: tuple[str, str]) -> list[HeaderPart]:
+        """What is drawn, and what the glyphs of the points mean."""
+        palette, several = self.palette, self._data.days > 1
+        parts: list[HeaderPart] = [
+            (subject, palette.text),
+            (f"  {scales.AXIS1}{scales.AXIS1_LATER * several} {names[0]}", palette.axis1),
+            (f"  {scales.AXIS2}{scales.AXIS2_LATER * several} {names[1]}", palette.axis2),
+        ]
+        if both:
+            parts.append((f"  {scales.BOTH} both", palette.text))
+        if not all(self._data.points.used):
+            parts.append((f"  {scales.UNUSED} not used", palette.text))
+        return parts
 
-
-def _rulers(
-    canvas: Canvas,
-    data: ErrorPlotData,
-    view: View,
-    low: float,
-    high: float,
-    y1: FloatArray,
-    y2: FloatArray,
-) -> tuple[Scale, Scale]:
-    """Time and values, the whole of them or the window looked at."""
-    points = data.points
-    hours = scales.hour_scale((points.solar_time_h, data.path.solar_time_h), canvas.columns)
-    if view.zoom <= 1.0:
-        return hours, scales.value_scale(low, high, canvas.rows, fine=view.fine)
-    at = view.point(len(data.points.labels))
-    place = None
-    if at is not None and np.isfinite(y1[at] + y2[at]):
-        ends = sorted((float(y1[at]), float(y2[at])))
-        place = (float(points.solar_time_h[at]), ends[0], ends[1])
-    span_h, span = view.windows((hours.low, hours.high), (low, high), place)
-    values = scales.value_scale(*span, canvas.rows, fine=view.fine)
-    return scales.time_scale(*span_h, canvas.columns), values
-
-
-def _framed(
-    canvas: Canvas,
-    data: ErrorPlotData,
-    view: View,
-    hours: Scale,
-    values: Scale,
-    tolerance_deg: float | None = None,
-) -> int | None:
-    """The frame, its shut hours, its levels and the cursor; the index of the point it marks."""
-    canvas.frame(hours, values)
-    for start, end in data.outside_h:
-        canvas.shade(start, end)
-    canvas.level(0.0, scales.ZERO)
-    if tolerance_deg is not None:
-        for sign in (-1.0, 1.0):
-            canvas.level(sign * tolerance_deg, scales.TOLERANCE)
-    at = view.point(len(data.points.labels))
-    if at is not None:
-        canvas.upright(float(data.points.solar_time_h[at]), canvas.palette.text)
-    return at
-
-
-def _reading(
-    canvas: Canvas, data: ErrorPlotData, at: int, y1: FloatArray, y2: FloatArray, what: str
-) -> list[HeaderPart]:
-    """The values of the cursor's point, in place of the legend."""
-    points, palette = data.points, canvas.palette
-    minutes = round(60.0 * float(points.solar_time_h[at]))
-    parts: list[HeaderPart] = [
-        (f"record {points.labels[at]}  {minutes // 60:02d}:{minutes % 60:02d} solar", palette.text),
-        (f"  {scales.AXIS1} {y1[at]:+.4f}", palette.axis1),
-        (f"  {scales.AXIS2} {y2[at]:+.4f} deg", palette.axis2),
-        (what, palette.text),
-    ]
-    if not points.used[at]:
-        parts.append(("  not used", palette.text))
-    return parts
+    def reading(self, at: int, what: str) -> str:
+        """The plot with the values of the cursor's point in place of the legend."""
+        points, palette = self._data.points, self.palette
+        minutes = round(60.0 * float(points.solar_time_h[at]))
+        parts: list[HeaderPart] = [
+            (
+                f"record {points.labels[at]}  {minutes // 60:02d}:{minutes % 60:02d} solar",
+                palette.text,
+            ),
+            (f"  {scales.AXIS1} {self._y1[at]:+.4f}", palette.axis1),
+            (f"  {scales.AXIS2} {self._y2[at]:+.4f} deg", palette.axis2),
+            (what, palette.text),
+        ]
+        if not points.used[at]:
+            parts.append(("  not used", palette.text))
+        return self.canvas.finish(parts, parts[:3])
 
 
 MODEL_GAP_H = 0.35
@@ -190,24 +172,23 @@ def error_plot(
     curves in braille with dotted bands at any height. ``reach_deg``: ends of the ruler of errors
     where it is not this plot's own.
     """
-    canvas = Canvas(sheet, _time_label(data))
-    points, model, palette = data.points, data.model, canvas.palette
+    points, model = data.points, data.model
+    plot = _PointPlot(data, sheet, view, points.err1_deg, points.err2_deg)
+    canvas, palette = plot.canvas, plot.palette
     low, high = reach_deg or error_reach(data)
-    hours, values = _rulers(canvas, data, view, low, high, points.err1_deg, points.err2_deg)
-    at = _framed(canvas, data, view, hours, values)
+    values = plot.frame(low, high)
     if view.fine:
         band = _model_curves(canvas, data)
     else:
         band = _model_dots(canvas, data, sheet.height)
-    both = _draw_points(canvas, data, values, points.err1_deg, points.err2_deg)
+    both = plot.draw_points(values)
     if not points.labels:
         canvas.say("No points yet. The first one appears here as soon as it is stored.")
-    if at is not None:
+    if (at := plot.at) is not None:
         words = ""
         if data.has_model:
             words = f"  residual {points.residual1_deg[at]:+.4f} {points.residual2_deg[at]:+.4f}"
-        what = _reading(canvas, data, at, points.err1_deg, points.err2_deg, words)
-        return canvas.finish(what, what[:3])
+        return plot.reading(at, words)
     curves: list[HeaderPart] = []
     if data.has_model:
         glyphs = ("⠒⠒", "⠒ ⠒") if view.fine else (scales.MODEL1, scales.MODEL2)
@@ -226,9 +207,9 @@ def error_plot(
     curve = np.concatenate((model.err1_deg, model.err2_deg))
     if bool(((curve < low) | (curve > high)).any()):
         marks.append(("  model off frame", palette.text))
-    long = _legend(canvas, data, both, "axis error, deg", ("axis 1", "axis 2")) + curves
-    short = _legend(canvas, data, both, "error, deg", ("ax1", "ax2")) + curves
-    bare = _legend(canvas, data, False, "deg", ("ax1", "ax2")) + curves
+    long = plot.legend(both, "axis error, deg", ("axis 1", "axis 2")) + curves
+    short = plot.legend(both, "error, deg", ("ax1", "ax2")) + curves
+    bare = plot.legend(False, "deg", ("ax1", "ax2")) + curves
     shorter = [short + marks[:k] for k in range(len(marks), -1, -1)]
     return canvas.finish(long + marks, *shorter, bare)
 
@@ -259,32 +240,30 @@ def residual_plot(data: ErrorPlotData, sheet: Sheet, view: View = WHOLE) -> str:
     Where the view is fine a braille line goes from zero to each residual: a quarter of a row is
     seen.
     """
-    canvas = Canvas(sheet, _time_label(data))
-    points, palette = data.points, canvas.palette
+    points = data.points
     cross, along = points.cross_deg, points.along_deg
+    plot = _PointPlot(data, sheet, view, cross, along)
+    canvas, palette = plot.canvas, plot.palette
     # On screen a point that is not used must not flatten the others; in print all are shown.
     used = np.array(points.used, dtype=bool) | (not view.fine)
     finite = np.concatenate((cross[used], along[used]))
     finite = np.abs(finite[np.isfinite(finite)])
     reach = 1.2 * max(float(finite.max()) if finite.size else 0.0, 0.3 * data.tolerance_deg)
-    hours, values = _rulers(canvas, data, view, -reach, reach, cross, along)
-    at = _framed(canvas, data, view, hours, values, data.tolerance_deg)
+    values = plot.frame(-reach, reach, data.tolerance_deg)
     both = False
     if data.has_model and points.labels:
         if view.fine:
             canvas.stems(points.solar_time_h, cross, palette.axis1, -0.25)
             canvas.stems(points.solar_time_h, along, palette.axis2, 0.25)
-        both = _draw_points(canvas, data, values, cross, along)
+        both = plot.draw_points(values)
     else:
         canvas.say("No fit yet. Residuals appear from the third point on.")
-    if at is not None and data.has_model:
-        sky = f"  on the sky {np.hypot(cross[at], along[at]):.4f} deg"
-        what = _reading(canvas, data, at, cross, along, sky)
-        return canvas.finish(what, what[:3])
+    if (at := plot.at) is not None and data.has_model:
+        return plot.reading(at, f"  on the sky {np.hypot(cross[at], along[at]):.4f} deg")
     names = ("across (axis 1)", "along (axis 2)")
-    long = _legend(canvas, data, both, "residual on the sky, deg", names)
-    short = _legend(canvas, data, both, "on sky, deg", ("axis 1", "axis 2"))
-    bare = _legend(canvas, data, False, "on sky, deg", ("ax1", "ax2"))
+    long = plot.legend(both, "residual on the sky, deg", names)
+    short = plot.legend(both, "on sky, deg", ("axis 1", "axis 2"))
+    bare = plot.legend(False, "on sky, deg", ("ax1", "ax2"))
     marks: list[HeaderPart] = []
     if beyond := int((np.abs(np.fmax(np.abs(cross), np.abs(along))) > reach).sum()):
         marks.append((f"  {beyond} beyond the frame", palette.text))
