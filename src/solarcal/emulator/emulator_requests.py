@@ -107,18 +107,28 @@ class Surroundings(Protocol):
     def talk(self, fault: str) -> None: ...
 
 
+def without_arguments(answer: Callable[[], list[str]]) -> Callable[[list[str]], list[str]]:
+    """What carries out a request that takes no arguments, and refuses any."""
+
+    def carry_out(arguments: list[str]) -> list[str]:
+        expect(arguments, "")
+        return answer()
+
+    return carry_out
+
+
 class EmulatorRequests:
     """Carries out ``X`` requests on the surroundings."""
 
     def __init__(self, surroundings: Surroundings) -> None:
-        self._around = surroundings
+        self._around = around = surroundings
         self._words: dict[str, Callable[[list[str]], list[str]]] = {
-            "TIME": self._time,
+            "TIME": without_arguments(self._time),
             "SPEED": self._speed,
             "ADVANCE": self._advance,
-            "SPOT": self._spot,
-            "SKY": self._sky,
-            "TRUTH": self._truth,
+            "SPOT": without_arguments(lambda: fields.SPOT.write(around.spot())),
+            "SKY": without_arguments(lambda: fields.SKY.write(around.sky())),
+            "TRUTH": without_arguments(lambda: fields.TRUTH.write(around.truth())),
             "FAULT": self._fault,
         }
 
@@ -129,8 +139,7 @@ class EmulatorRequests:
             raise Refusal(Code.UNKNOWN, f"unknown request; X takes {' '.join(self._words)}")
         return word(arguments[1:])
 
-    def _time(self, arguments: list[str]) -> list[str]:
-        expect(arguments, "")
+    def _time(self) -> list[str]:
         return fields.TIMES_AND_SPEED.write((self._around.times_utc_s(), self._around.speed()))
 
     def _speed(self, arguments: list[str]) -> list[str]:
@@ -140,18 +149,6 @@ class EmulatorRequests:
     def _advance(self, arguments: list[str]) -> list[str]:
         self._around.advance(fields.ADVANCE.read(arguments))
         return fields.TIMES.write(self._around.times_utc_s())
-
-    def _spot(self, arguments: list[str]) -> list[str]:
-        expect(arguments, "")
-        return fields.SPOT.write(self._around.spot())
-
-    def _sky(self, arguments: list[str]) -> list[str]:
-        expect(arguments, "")
-        return fields.SKY.write(self._around.sky())
-
-    def _truth(self, arguments: list[str]) -> list[str]:
-        expect(arguments, "")
-        return fields.TRUTH.write(self._around.truth())
 
     def _fault(self, arguments: list[str]) -> list[str]:
         (name,) = expect(arguments, "name")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from solarcal.emulator.controller import Controller
-from solarcal.emulator.emulator_requests import EmulatorRequests, Surroundings
+from solarcal.emulator.emulator_requests import EmulatorRequests, Surroundings, without_arguments
 from solarcal.errors import ConfigurationError, ProtocolError
 from solarcal.unit import fields, values
 from solarcal.unit.fields import PARAMETER_NAMES, parameters_from_texts, parameters_to_texts
@@ -48,18 +48,17 @@ class ProtocolServer:
     ) -> None:
         self._controller = controller
         self._surroundings = surroundings
-        self._identity = identity
         self._faults = faults
         self._memory: OrderedDict[int, tuple[str, bytes]] = OrderedDict()
         self._verbs: dict[str, Callable[[list[str]], list[str]]] = {
             "OPEN": self._open,
-            "ID": self._id,
+            "ID": without_arguments(lambda: fields.IDENTITY.write(identity)),
             "CLOCK": self._clock,
             "SITE": self._site,
-            "STATUS": self._status,
+            "STATUS": without_arguments(self._status),
             "PARAM": self._param,
-            "UNLOCK": self._unlock,
-            "LOCK": self._lock,
+            "UNLOCK": without_arguments(self._unlock),
+            "LOCK": without_arguments(self._lock),
             "MODE": self._mode,
             "STOP": self._stop,
             "STOW": self._stow,
@@ -67,7 +66,7 @@ class ProtocolServer:
             "OFFSET": self._offset,
             "REF": self._ref,
             "COEF": self._coef,
-            "STORE": self._store,
+            "STORE": without_arguments(self._store),
             "X": EmulatorRequests(surroundings).carry_out,
         }
 
@@ -144,10 +143,6 @@ class ProtocolServer:
         self._controller.lock()
         return [nonce]
 
-    def _id(self, arguments: list[str]) -> list[str]:
-        expect(arguments, "")
-        return fields.IDENTITY.write(self._identity)
-
     def _clock(self, arguments: list[str]) -> list[str]:
         if arguments:
             word, local_time = expect(arguments, "SET local_time")
@@ -168,11 +163,7 @@ class ProtocolServer:
 
     # --- status, parameters, lock -------------------------------------------------------------
 
-    def _status(self, arguments: list[str]) -> list[str]:
-        expect(arguments, "")
-        return self._status_fields()
-
-    def _status_fields(self) -> list[str]:
+    def _status(self) -> list[str]:
         return fields.status(self._controller.model.zone_west_h).write(
             self._controller.status(self._now_s), self._decimals()
         )
@@ -194,13 +185,11 @@ class ProtocolServer:
             controller.set_parameters(new, self._now_s)
         return [parameters_to_texts(self._controller.parameters())[name]]
 
-    def _unlock(self, arguments: list[str]) -> list[str]:
-        expect(arguments, "")
+    def _unlock(self) -> list[str]:
         seconds = self._controller.unlock(self._now_s)
         return write(verb("UNLOCK").reply, [round(seconds)])
 
-    def _lock(self, arguments: list[str]) -> list[str]:
-        expect(arguments, "")
+    def _lock(self) -> list[str]:
         self._controller.lock()
         return []
 
@@ -235,7 +224,7 @@ class ProtocolServer:
         (word,) = expect(arguments, "SET")
         _require(word == "SET", word)
         self._unlocked().set_sun_offset(self._now_s)
-        return self._status_fields()
+        return self._status()
 
     def _ref(self, arguments: list[str]) -> list[str]:
         if arguments:
@@ -260,8 +249,7 @@ class ProtocolServer:
             memory = stored.permanent_coefficients, stored.permanent_offsets
         return fields.COEFFICIENTS.write(memory, self._decimals())
 
-    def _store(self, arguments: list[str]) -> list[str]:
-        expect(arguments, "")
+    def _store(self) -> list[str]:
         self._unlocked().store()
         return ["1"]
 
