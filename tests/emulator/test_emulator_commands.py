@@ -108,6 +108,6 @@ def test_watching_a_rotator_names_the_light_that_shines():
     )  # fmt: skip
     assert "no Moon on the sunspot device" in _seen(rotator)
     assert rotator.go_to(float(moon.azimuth_deg), float(moon.elevation_deg))
-    rotator.time.advance(600.0)
+    rotator.advance(600.0)
     # The Moon has gone on by some two degrees meanwhile.
     assert "deg; Moon at az " in _seen(rotator)

@@ -104,7 +104,7 @@ def test_the_pages_client_follows_the_sun_and_misses_it_by_the_towers_lean():
             # The axes are on their way for a minute: the Sun of when they have arrived.
             utc_s = rotator.world.true_utc_s(120.0)
             assert client.follow(utc_s)
-            rotator.time.advance(120.0)
+            rotator.advance(120.0)
             azimuth, elevation = client.reads()
             assert rotator.azimuth.distance_deg(azimuth) > 0.0
             assert elevation > 10.0

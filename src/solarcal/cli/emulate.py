@@ -169,9 +169,9 @@ def _client(driver: str, port: str) -> str:
 
 def _seen(rotator: "EmulatedRotator") -> str:
     """One line of ``--watch``: where it reads, and where the light is on its sunspot device."""
-    with rotator.time.turn:
+    with rotator.turn:
         rotator.catch_up()
-        utc_s = rotator.world.true_utc_s(rotator.time.now_s())
+        utc_s = rotator.world.true_utc_s(rotator.now_s())
         azimuth, elevation = rotator.stands_deg()
     spot, light = rotator.spot(), rotator.scenario.truth.light.capitalize()
     # Axis 1 counts from South towards East, axis 2 from the zenith down.

@@ -53,7 +53,7 @@ class _Axis:
         self._motor.stop(now_s)
 
 
-class EmulatedRotator:
+class EmulatedRotator(VirtualTime):
     """An ``azel`` scenario's world with a rotator in the place of the controller.
 
     Parameters
@@ -100,7 +100,6 @@ class EmulatedRotator:
         low2, high2 = unit.limits2_deg
         self.azimuth = AxisLimits(180.0 - high1, 180.0 - low1)
         self.elevation = AxisLimits(90.0 - high2, 90.0 - low2)
-        self.time = VirtualTime(self.settle, speed, monotonic)
         self._protocol = protocol if protocol is not None else RotctldProtocol()
         self._input = LineBuffer()
         self.silent = False
@@ -110,12 +109,13 @@ class EmulatedRotator:
             unit, site, 0.0, (motor1, motor2), lambda now_s: now_s, self.world.laptop_utc_s(0.0)
         )
         self._true_error = TrueError(self.world, self._yardstick)
+        super().__init__(self.settle, speed, monotonic)
 
     # --- the line -----------------------------------------------------------------------------
 
     def handle_input(self, data: bytes) -> list[bytes]:
         """Lines of the replies, each with its line end."""
-        with self.time.turn:
+        with self.turn:
             self.catch_up()
             lines = [
                 reply
@@ -123,10 +123,6 @@ class EmulatedRotator:
                 for reply in self._protocol.answer(self, line)
             ]
             return [] if self.silent else [line.encode("ascii") + b"\n" for line in lines]
-
-    def catch_up(self) -> None:
-        """Let the time pass that real time owes."""
-        self.time.catch_up()
 
     def link_lost(self) -> None:
         """Half a line is forgotten; what moves goes on."""
@@ -136,7 +132,7 @@ class EmulatedRotator:
 
     def stands_deg(self) -> tuple[float, float]:
         """Azimuth and elevation as its encoders read them."""
-        now_s = self.time.now_s()
+        now_s = self.now_s()
         axis1, axis2 = self._axes
         return 180.0 - axis1.reading_deg(now_s), 90.0 - axis2.reading_deg(now_s)
 
@@ -152,14 +148,14 @@ class EmulatedRotator:
 
     def stop(self) -> None:
         for axis in self._axes:
-            axis.stop(self.time.now_s())
+            axis.stop(self.now_s())
 
     def park(self) -> None:
         unit = self.scenario.unit
         self._drive((unit.stow1_deg, unit.stow2_deg))
 
     def _drive(self, readings_deg: tuple[float, float]) -> None:
-        now_s = self.time.now_s()
+        now_s = self.now_s()
         for axis, goal_deg in zip(self._axes, readings_deg, strict=True):
             axis.go_to(goal_deg, now_s)
 
@@ -167,23 +163,23 @@ class EmulatedRotator:
 
     def settle(self) -> None:
         """Let everything happen that is due by now."""
-        now_s = self.time.now_s()
+        now_s = self.now_s()
         while (next_s := self.world.next_event_s()) <= now_s:
             self.world.happen(next_s)
 
     def spot(self) -> Spot:
         """One look at the sunspot device."""
-        with self.time.turn:
+        with self.turn:
             self.catch_up()
-            return Spot(*self.world.spot(self.time.now_s()))
+            return Spot(*self.world.spot(self.now_s()))
 
     def sky(self) -> EmulatedSky:
         return almanac(self.world)
 
     def truth(self, coefficients: Coefficients, offsets: Offsets) -> Truth:
         """The mechanism's P1..P6, and the true error of whoever commands with this P and O."""
-        with self.time.turn:
-            now_s = self.time.now_s()
+        with self.turn:
+            now_s = self.now_s()
             model = self._yardstick.model
             model.remember(coefficients, offsets)
             model.set_clock(self.world.laptop_utc_s(now_s), now_s)
@@ -214,18 +210,18 @@ class RotatorWorld:
 
     def time(self) -> tuple[float, float]:
         rotator = self._rotator
-        with rotator.time.turn:
+        with rotator.turn:
             rotator.catch_up()
-            now_s = rotator.time.now_s()
+            now_s = rotator.now_s()
             return rotator.world.true_utc_s(now_s), rotator.world.laptop_utc_s(now_s)
 
     def speed(self) -> float:
-        return self._rotator.time.speed()
+        return self._rotator.speed()
 
     def set_speed(self, speed: float) -> float:
         if not 0.0 <= speed <= MAX_SPEED:
             raise ConfigurationError(f"virtual time cannot run {speed} times as fast")
-        self._rotator.time.set_speed(speed)
+        self._rotator.set_speed(speed)
         return speed
 
     def advance(self, seconds: float) -> tuple[float, float]:
@@ -235,7 +231,7 @@ class RotatorWorld:
         while left_s > 0.0:
             due_s = self.stand_in.next_act_s() if self.stand_in is not None else math.inf
             piece_s = min(left_s, max(due_s, SHORTEST_PIECE_S))
-            self._rotator.time.advance(piece_s)
+            self._rotator.advance(piece_s)
             left_s -= piece_s
             if self.stand_in is not None and piece_s >= due_s:
                 self.stand_in.act()

@@ -310,7 +310,7 @@ def test_a_check_that_does_not_get_there_is_not_complete():
     bench.clock.wait(5.0)
     # A fuse: the motors stand, whatever they are told.
     for axis in bench.rotator._axes:
-        axis.stop(bench.rotator.time.now_s())
+        axis.stop(bench.rotator.now_s())
     bench.clock.wait(10.0)
     result = tracker.ref_check_result()
     assert (result.number, result.complete, result.running) == (1, False, False)
