@@ -66,13 +66,9 @@ def emulated_unit(
         )
     if kind.rotator is not None:
         rotator = EmulatedRotator(
-            loaded,
-            start_utc_s=start_utc_s,
-            seed=seed,
-            noise_deg=noise_deg,
-            speed=speed,
-            protocol=ROTATOR_PROTOCOLS[driver](),
+            loaded, start_utc_s=start_utc_s, seed=seed, noise_deg=noise_deg, speed=speed
         )
+        rotator.protocol = ROTATOR_PROTOCOLS[driver]()
         on_line = kind.rotator(_InProcess(rotator, "emulated"))
         return EmulatedUnit(_rotator_tracker(rotator, on_line), rotator.noise_deg)
     emulator = Emulator(
@@ -101,7 +97,7 @@ def _rotator_tracker(rotator: EmulatedRotator, on_line: Rotator) -> RotatorTrack
         on_line,
         unit.serial,
         MountDescription(
-            zone_west_h=site.zone_west_h if unit.zone_west_h is None else unit.zone_west_h,
+            zone_west_h=rotator.scenario.unit_zone_west_h,
             ax1_centre_deg=unit.ax1_centre_deg,
             update_range_deg=unit.update_range_deg,
             reference1_deg=unit.reference1_deg,

@@ -94,7 +94,6 @@ def test_watching_a_rotator_names_the_light_that_shines():
     """What `--watch` prints: where the light is on the sunspot device from where it reads."""
     from solarcal.cli.emulate import _seen
     from solarcal.emulator.rotator import EmulatedRotator
-    from solarcal.emulator.rotator_protocols import ROTATOR_PROTOCOLS
     from solarcal.emulator.scenario import load_scenario
     from solarcal.sun.moon import moon_position
     from solarcal.timescale import parse_utc
@@ -104,7 +103,6 @@ def test_watching_a_rotator_names_the_light_that_shines():
     moon = moon_position(night_s, scenario.site.place())
     rotator = EmulatedRotator(
         scenario, start_utc_s=night_s, seed=0, noise_deg=None, speed=0.0,
-        protocol=ROTATOR_PROTOCOLS["rotctld"](),
     )  # fmt: skip
     assert "no Moon on the sunspot device" in _seen(rotator)
     assert rotator.go_to(float(moon.azimuth_deg), float(moon.elevation_deg))

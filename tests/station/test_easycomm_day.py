@@ -36,7 +36,8 @@ unit_name = "roof"
 
 def test_a_day_over_a_pseudo_terminal_finds_the_lean():
     scenario = load_scenario("tijeras-azel", ["truth.backlash1_deg=0", "truth.backlash2_deg=0"])
-    rotator = EmulatedRotator(scenario, seed=3, protocol=EasyCommProtocol(decimals=2))
+    rotator = EmulatedRotator(scenario, seed=3)
+    rotator.protocol = EasyCommProtocol(decimals=2)
     world, store = RotatorWorld(rotator), MemoryStore()
     with serve_pty(rotator) as port:
         tracker = RotatorTracker(
@@ -101,7 +102,8 @@ def test_calibrate_track_upload_and_rollback_take_it_by_its_name(folder, capsys)
     tracked = json.loads(capsys.readouterr().out)
     assert tracked["off_max_deg"] < 0.15
 
-    rotator = EmulatedRotator(load_scenario("tijeras-azel", []), protocol=EasyCommProtocol())
+    rotator = EmulatedRotator(load_scenario("tijeras-azel", []))
+    rotator.protocol = EasyCommProtocol()
     with serve_pty(rotator, folder / "rotator") as port:
         line = ["--port", port, "--site", str(folder / "site.toml")]
         # The emulated unit of the session was another one: it says so.
@@ -110,7 +112,8 @@ def test_calibrate_track_upload_and_rollback_take_it_by_its_name(folder, capsys)
 
 
 def test_a_site_is_needed_and_asked_for(folder, capsys):
-    rotator = EmulatedRotator(load_scenario("tijeras-azel", []), protocol=EasyCommProtocol())
+    rotator = EmulatedRotator(load_scenario("tijeras-azel", []))
+    rotator.protocol = EasyCommProtocol()
     with serve_pty(rotator) as port:
         assert run_command(["track", "--driver", "easycomm", "--port", port]) == 2
     assert "driver easycomm needs the site" in capsys.readouterr().err

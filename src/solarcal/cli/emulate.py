@@ -150,14 +150,15 @@ def _rotator(args: argparse.Namespace, scenario: "Scenario") -> "EmulatedRotator
     from solarcal.emulator.rotator_protocols import ROTATOR_PROTOCOLS
 
     start_s = start_utc_s(args)
-    return EmulatedRotator(
+    rotator = EmulatedRotator(
         scenario,
         start_utc_s=SystemClock().utc_s() if start_s is None else start_s,
         seed=args.seed,
         noise_deg=args.noise_deg,
         speed=1.0 if args.speed is None else args.speed,
-        protocol=ROTATOR_PROTOCOLS[args.driver](),
     )
+    rotator.protocol = ROTATOR_PROTOCOLS[args.driver]()
+    return rotator
 
 
 def _client(driver: str, port: str) -> str:

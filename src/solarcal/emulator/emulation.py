@@ -103,8 +103,8 @@ class TrueError:
         )
 
 
-class Emulator(VirtualTime):
-    """An emulated tracker as its line sees it.
+class EmulatedMachine(VirtualTime):
+    """A scenario's world, and in it a machine that its line can reach.
 
     Parameters
     ----------
@@ -130,19 +130,58 @@ class Emulator(VirtualTime):
         self.noise_deg = scenario.truth.noise_deg
         start = scenario.start_utc_s() if start_utc_s is None else start_utc_s
         require_supported_times(np.array([start]))
-        unit, truth, site = scenario.unit, scenario.truth, scenario.site.place()
-        zone_west_h = scenario.site.zone_west_h if unit.zone_west_h is None else unit.zone_west_h
         self.world = scenario.world(start, seed)
+        self._input = LineBuffer()
+        self._true_error = TrueError(self.world, self._switched_on(seed))
+        super().__init__(speed, monotonic)
+
+    def _switched_on(self, seed: int) -> Controller:
+        """Put the machine into the world; the controller by whose formula it points."""
+        raise NotImplementedError
+
+    def times_utc_s(self) -> tuple[float, float]:
+        """True UTC and the laptop's."""
+        now_s = self.now_s()
+        return self.world.true_utc_s(now_s), self.world.laptop_utc_s(now_s)
+
+    def sky(self) -> EmulatedSky:
+        """What is known of the world's Sun and air without looking at its truth."""
+        truth = self.world.truth
+        weather = truth.weather(self.world.site)
+        if truth.refraction == "none":
+            weather = Weather(0.0, weather.temperature_c)
+        return EmulatedSky(truth.sun, weather)
+
+    def truth_now(self) -> Truth:
+        """The mechanism's P1..P6, and the true error with what its controller has in force."""
+        m, now_s = self.world.mechanism, self.now_s()
+        day_deg, year_deg = self._true_error.day_deg(now_s), self._true_error.year_deg(now_s)
+        return Truth(
+            coefficients=Coefficients(m.P1, m.P2, m.P3, m.P4, m.P5, m.P6),
+            day_rms_deg=_rms(day_deg),
+            day_max_deg=float(day_deg.max(initial=0.0)),
+            year_rms_deg=_rms(year_deg),
+        )
+
+
+def _rms(errors_deg: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
+    return rms(errors_deg) if errors_deg.size else 0.0
+
+
+class Emulator(EmulatedMachine):
+    """An emulated tracker as its line sees it."""
+
+    def _switched_on(self, seed: int) -> Controller:
+        unit, site = self.scenario.unit, self.scenario.site.place()
         motor1, motor2 = self.world.motors
         self.controller = Controller(
             unit,
             unit.believed_site(site),
-            zone_west_h,
+            self.scenario.unit_zone_west_h,
             (motor1, motor2),
             self.world.quartz_s,
-            start + truth.unit_offset_s,
+            self.world.start_utc_s + self.world.truth.unit_offset_s,
         )
-        self._true_error = TrueError(self.world, self.controller)
         self._faults = Faults(random_stream(seed, "garbage"))
         self._protocol = ProtocolServer(
             self.controller,
@@ -150,8 +189,7 @@ class Emulator(VirtualTime):
             UnitIdentity(MODEL, unit.serial, FIRMWARE, 1, frozenset("X")),
             self._faults,
         )
-        self._input = LineBuffer()
-        super().__init__(self.settle, speed, monotonic)
+        return self.controller
 
     # --- the line -----------------------------------------------------------------------------
 
@@ -180,13 +218,7 @@ class Emulator(VirtualTime):
 
     # --- time ---------------------------------------------------------------------------------
 
-    def times_utc_s(self) -> tuple[float, float]:
-        """True UTC and the laptop's."""
-        now_s = self.now_s()
-        return self.world.true_utc_s(now_s), self.world.laptop_utc_s(now_s)
-
     def settle(self) -> None:
-        """Let everything happen that is due by now, in the order of its instants."""
         now_s = self.now_s()
         while True:
             world_s = self.world.next_event_s()
@@ -209,13 +241,8 @@ class Emulator(VirtualTime):
         """One look at the sunspot device."""
         return Spot(*self.world.spot(self.now_s()))
 
-    def sky(self) -> EmulatedSky:
-        """What is known of the world's Sun and air without looking at its truth."""
-        return almanac(self.world)
-
     def truth(self) -> Truth:
-        """The mechanism's P1..P6 and the true error with what is in force now."""
-        return told_truth(self.world, self._true_error, self.now_s())
+        return self.truth_now()
 
     # --- faults -------------------------------------------------------------------------------
 
@@ -242,28 +269,3 @@ class Emulator(VirtualTime):
     def talk(self, fault: str) -> None:
         """Replies leave the unit as ``mute``, ``garbage`` or (empty) as they are."""
         self._faults.kind = fault
-
-
-def almanac(world: World) -> EmulatedSky:
-    """What is known of a world's Sun and air without looking at its truth."""
-    truth = world.truth
-    weather = truth.weather(world.site)
-    if truth.refraction == "none":
-        weather = Weather(0.0, weather.temperature_c)
-    return EmulatedSky(truth.sun, weather)
-
-
-def told_truth(world: World, true_error: TrueError, now_s: float) -> Truth:
-    """A mechanism's P1..P6 and the true error with what its controller has in force now."""
-    m = world.mechanism
-    day_deg, year_deg = true_error.day_deg(now_s), true_error.year_deg(now_s)
-    return Truth(
-        coefficients=Coefficients(m.P1, m.P2, m.P3, m.P4, m.P5, m.P6),
-        day_rms_deg=_rms(day_deg),
-        day_max_deg=float(day_deg.max(initial=0.0)),
-        year_rms_deg=_rms(year_deg),
-    )
-
-
-def _rms(errors_deg: np.ndarray[tuple[int], np.dtype[np.float64]]) -> float:
-    return rms(errors_deg) if errors_deg.size else 0.0

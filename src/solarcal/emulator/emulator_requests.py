@@ -20,7 +20,6 @@ class VirtualTime:
 
     Parameters
     ----------
-    settle : lets everything happen that is due by now, in the order of its instants.
     speed : virtual seconds a real second. 0: time moves only by ``advance``.
     monotonic : real seconds from any beginning; the operating system's by default.
 
@@ -28,21 +27,19 @@ class VirtualTime:
     into pieces or who looked on the way. Methods may be called from several threads.
     """
 
-    def __init__(
-        self,
-        settle: Callable[[], None],
-        speed: float = 0.0,
-        monotonic: Callable[[], float] | None = None,
-    ) -> None:
+    def __init__(self, speed: float = 0.0, monotonic: Callable[[], float] | None = None) -> None:
         if not 0.0 <= speed <= MAX_SPEED:
             raise ConfigurationError(f"speed {speed:g} must lie between 0 and a million")
         self.turn = threading.RLock()
         """Held while the world must not move on."""
-        self._settle = settle
         self._now_us = 0
         self._speed = speed
         self._monotonic = monotonic or time.monotonic
         self._caught_up_s = self._monotonic()
+
+    def settle(self) -> None:
+        """Let everything happen that is due by now, in the order of its instants."""
+        raise NotImplementedError
 
     def now_s(self) -> float:
         return self._now_us * 1e-6
@@ -60,7 +57,7 @@ class VirtualTime:
         """Let that much virtual time pass, to the microsecond."""
         with self.turn:
             self._now_us += round(seconds * 1e6)
-            self._settle()
+            self.settle()
 
     def catch_up(self) -> None:
         """Let the virtual time pass that real time owes; nothing at speed 0."""

@@ -9,15 +9,13 @@ and the station acts between them.
 """
 
 import math
-from collections.abc import Callable
 from typing import Protocol
 
 from solarcal.emulator.controller import Controller
-from solarcal.emulator.emulation import TrueError, almanac, told_truth
-from solarcal.emulator.emulator_requests import MAX_SPEED, VirtualTime
+from solarcal.emulator.emulation import EmulatedMachine
+from solarcal.emulator.emulator_requests import MAX_SPEED
 from solarcal.emulator.motor import Motor
 from solarcal.emulator.rotator_protocols import RotatorProtocol, RotctldProtocol
-from solarcal.emulator.scenario import Scenario
 from solarcal.errors import ConfigurationError
 from solarcal.mount.drive import Drive, reading_deg, register
 from solarcal.mount.formula import Coefficients, Offsets
@@ -53,13 +51,8 @@ class _Axis:
         self._motor.stop(now_s)
 
 
-class EmulatedRotator(VirtualTime):
+class EmulatedRotator(EmulatedMachine):
     """An ``azel`` scenario's world with a rotator in the place of the controller.
-
-    Parameters
-    ----------
-    start_utc_s, seed, noise_deg, speed, monotonic : as of ``Emulator``.
-    protocol : what it speaks; rotctld's by default.
 
     Raises
     ------
@@ -67,29 +60,13 @@ class EmulatedRotator(VirtualTime):
         The scenario's mount does not turn in azimuth and elevation.
     """
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        *,
-        start_utc_s: float | None = None,
-        seed: int = 0,
-        noise_deg: float | None = None,
-        speed: float = 0.0,
-        monotonic: Callable[[], float] | None = None,
-        protocol: RotatorProtocol | None = None,
-    ) -> None:
-        if noise_deg is not None:
-            scenario = scenario.with_settings([f"truth.noise_deg={noise_deg!r}"])
-        unit, site = scenario.unit, scenario.site.place()
+    def _switched_on(self, seed: int) -> Controller:
+        unit, site = self.scenario.unit, self.scenario.site.place()
         if unit.geometry != "azel" or unit.target is not None:
             raise ConfigurationError(
                 "a rotator turns in azimuth and elevation and follows the Sun itself: choose an "
                 "azel scenario without a target"
             )
-        self.scenario = scenario
-        self.noise_deg = scenario.truth.noise_deg
-        start = scenario.start_utc_s() if start_utc_s is None else start_utc_s
-        self.world = scenario.world(start, seed)
         motor1, motor2 = self.world.motors
         drive1, drive2 = unit.drives()
         self._axes = (
@@ -100,16 +77,15 @@ class EmulatedRotator(VirtualTime):
         low2, high2 = unit.limits2_deg
         self.azimuth = AxisLimits(180.0 - high1, 180.0 - low1)
         self.elevation = AxisLimits(90.0 - high2, 90.0 - low2)
-        self._protocol = protocol if protocol is not None else RotctldProtocol()
-        self._input = LineBuffer()
+        self.protocol: RotatorProtocol = RotctldProtocol()
+        """What it speaks."""
         self.silent = False
         """A fault: it receives, and answers nothing."""
         # Drives nothing: only its formula is asked where P and O would put the axes.
         self._yardstick = Controller(
             unit, site, 0.0, (motor1, motor2), lambda now_s: now_s, self.world.laptop_utc_s(0.0)
         )
-        self._true_error = TrueError(self.world, self._yardstick)
-        super().__init__(self.settle, speed, monotonic)
+        return self._yardstick
 
     # --- the line -----------------------------------------------------------------------------
 
@@ -120,7 +96,7 @@ class EmulatedRotator(VirtualTime):
             lines = [
                 reply
                 for line in self._input.feed(data)
-                for reply in self._protocol.answer(self, line)
+                for reply in self.protocol.answer(self, line)
             ]
             return [] if self.silent else [line.encode("ascii") + b"\n" for line in lines]
 
@@ -162,7 +138,6 @@ class EmulatedRotator(VirtualTime):
     # --- the world ----------------------------------------------------------------------------
 
     def settle(self) -> None:
-        """Let everything happen that is due by now."""
         now_s = self.now_s()
         while (next_s := self.world.next_event_s()) <= now_s:
             self.world.happen(next_s)
@@ -173,9 +148,6 @@ class EmulatedRotator(VirtualTime):
             self.catch_up()
             return Spot(*self.world.spot(self.now_s()))
 
-    def sky(self) -> EmulatedSky:
-        return almanac(self.world)
-
     def truth(self, coefficients: Coefficients, offsets: Offsets) -> Truth:
         """The mechanism's P1..P6, and the true error of whoever commands with this P and O."""
         with self.turn:
@@ -183,7 +155,7 @@ class EmulatedRotator(VirtualTime):
             model = self._yardstick.model
             model.remember(coefficients, offsets)
             model.set_clock(self.world.laptop_utc_s(now_s), now_s)
-            return told_truth(self.world, self._true_error, now_s)
+            return self.truth_now()
 
 
 class StandIn(Protocol):
@@ -212,8 +184,7 @@ class RotatorWorld:
         rotator = self._rotator
         with rotator.turn:
             rotator.catch_up()
-            now_s = rotator.now_s()
-            return rotator.world.true_utc_s(now_s), rotator.world.laptop_utc_s(now_s)
+            return rotator.times_utc_s()
 
     def speed(self) -> float:
         return self._rotator.speed()

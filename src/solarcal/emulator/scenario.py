@@ -98,6 +98,12 @@ class Scenario(msgspec.Struct, frozen=True, kw_only=True):
             )
         return float(minutes[rises[0] + 1])
 
+    @property
+    def unit_zone_west_h(self) -> float:
+        """The zone set in the unit."""
+        own = self.unit.zone_west_h
+        return self.site.zone_west_h if own is None else own
+
     def world(self, start_utc_s: float, seed: int) -> World:
         """The hidden truth at work from a true instant on."""
         unit, truth, site = self.unit, self.truth, self.site.place()
