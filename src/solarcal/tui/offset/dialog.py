@@ -31,9 +31,8 @@ from solarcal.tui.offset.spot import (
     Sunspot,
     TypedOffsetDialog,
     calculated_jogs_deg,
-    jog_table,
-    jog_warning,
 )
+from solarcal.tui.offset.words import jog_table, jog_warning
 from solarcal.tui.widgets.lines import Words
 from solarcal.unit.frames import Code
 from solarcal.unit.tracker import Mode

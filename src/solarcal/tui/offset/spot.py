@@ -1,5 +1,5 @@
-"""The sunspot on its plate, the calculator for a real device, and the table of the axes; Set Sun
-Offset at the unit's own keys, where what its display shows then is typed.
+"""The sunspot on its plate and the calculator for a real device; Set Sun Offset at the unit's own
+keys, where what its display shows then is typed.
 """
 
 import math
@@ -9,20 +9,20 @@ from typing import Any, ClassVar
 from rich.segment import Segment
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
-from textual.content import Content
 from textual.strip import Strip
 from textual.widget import Widget
 from textual.widgets import Digits, Input, Label, Static
 
 from solarcal.errors import ConfigurationError
 from solarcal.optics.sunspot import spot_error_deg
-from solarcal.station.jogging import TAKEN_UP_DEG, JogView
+from solarcal.station.jogging import JogView
 from solarcal.station.news import Done, OffsetSet
 from solarcal.station.state import StationState
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey
+from solarcal.tui.offset.words import big_numbers
 from solarcal.tui.widgets.lines import Field, Words
-from solarcal.unit.tracker import Mode, Spot
+from solarcal.unit.tracker import Spot
 from solarcal.units import SUN_RADIUS_DEG
 
 HALF_WIDTHS_DEG = (0.5, 1.0, 2.0, 4.0)
@@ -176,37 +176,6 @@ def calculated_jogs_deg(dialog: Dialog, ideal2_deg: float) -> tuple[float, float
     return jogs
 
 
-def jog_table(view: JogView, *, follows: bool, words: str) -> Content:
-    """Both axes side by side, in 42 columns."""
-    status = view.status
-    rows: list[str | tuple[str, str]] = [f"{'':10}{'axis 1':>15}{'axis 2':>15}\n"]
-
-    def row(name: str, cells: tuple[str, str], style: str = "") -> None:
-        rows.append((f"{name:10}{cells[0]:>15}{cells[1]:>15}\n", style))
-
-    row("reading", _pair(status.reading_deg))
-    row("ideal", _pair(status.ideal_deg))
-    row("target", _pair(view.target_deg) if view.target_deg else ("-", "-"))
-    row("off ideal", _two(f"{off:+.4f}" for off in status.off_ideal_deg))
-    row("offset O", (f"{status.offsets.O1:+.4f}", f"{status.offsets.O2:+.4f}"))
-    row("moving", _two({1: "to +", -1: "to -"}.get(sense, "at rest") for sense in status.moving))
-    row("Sun goes", _two("to +" if sense > 0 else "to -" for sense in view.senses))
-    came = _two(
-        "from behind"
-        if ok
-        else f"{forward:.2f} of {TAKEN_UP_DEG:g}"
-        if math.isfinite(forward)
-        else "?"
-        for ok, forward in zip(view.watch.from_behind, view.watch.forward_deg, strict=True)
-    )
-    row("came", came, "" if all(view.watch.from_behind) else "bold $warning")
-    aim = "follows the Sun" if follows else "fixed"
-    rows.append(f"mode {status.mode}, aim {aim if view.aim else 'none yet'}\n")
-    rows.append(f"update cycle {100.0 * status.update_phase:.0f} %\n")
-    rows.append(words)
-    return Content.assemble(*rows)
-
-
 class BigDigits(Vertical):
     """What is still to move, in characters three rows high."""
 
@@ -227,39 +196,6 @@ class BigDigits(Vertical):
         self.query_one(Words).update(words)
         for digits, number in zip(self.query(Digits), numbers, strict=True):
             digits.update(f"{number:+.3f}")
-
-
-def big_numbers(view: JogView) -> tuple[str, tuple[float, float]]:
-    """The spot's error where a device shows it, else reading minus ideal; what it is in words."""
-    status, spot = view.status, view.spot
-    if spot is not None and spot.visible:
-        return "still to move, +: press right or up", (spot.error1_deg, spot.error2_deg)
-    return "reading - ideal", status.off_ideal_deg
-
-
-def jog_warning(view: JogView) -> str:
-    """What the technician has to know of the side the axes came from; empty where nothing."""
-    behind = view.watch.from_behind
-    if view.aim is not None and any(view.aim.behind):
-        return "Going behind the Sun; the axes then come forward automatically."
-    if view.aim is not None and not all(behind):
-        axes = " and ".join(str(i + 1) for i, ok in enumerate(behind) if not ok)
-        return (
-            f"Axis {axes} did NOT come from behind: its backlash is in the error. "
-            "Press b: behind the Sun first, then forward."
-        )
-    if view.status.mode in (Mode.STOP, Mode.FAULT):
-        return f"The unit is in mode {view.status.mode}: press t to track again."
-    return ""
-
-
-def _pair(values: tuple[float, float]) -> tuple[str, str]:
-    return f"{values[0]:.3f}", f"{values[1]:.3f}"
-
-
-def _two(cells: Iterable[str]) -> tuple[str, str]:
-    first, second = cells
-    return first, second
 
 
 class TypedOffsetDialog(Dialog):

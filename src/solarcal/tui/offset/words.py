@@ -1,0 +1,73 @@
+"""What Set Sun Offset shows of the axes, and what it says."""
+
+import math
+from collections.abc import Iterable
+
+from textual.content import Content
+
+from solarcal.station.jogging import TAKEN_UP_DEG, JogView
+from solarcal.unit.tracker import Mode
+
+
+def jog_table(view: JogView, *, follows: bool, words: str) -> Content:
+    """Both axes side by side, in 42 columns."""
+    status = view.status
+    rows: list[str | tuple[str, str]] = [f"{'':10}{'axis 1':>15}{'axis 2':>15}\n"]
+
+    def row(name: str, cells: tuple[str, str], style: str = "") -> None:
+        rows.append((f"{name:10}{cells[0]:>15}{cells[1]:>15}\n", style))
+
+    row("reading", _pair(status.reading_deg))
+    row("ideal", _pair(status.ideal_deg))
+    row("target", _pair(view.target_deg) if view.target_deg else ("-", "-"))
+    row("off ideal", _two(f"{off:+.4f}" for off in status.off_ideal_deg))
+    row("offset O", (f"{status.offsets.O1:+.4f}", f"{status.offsets.O2:+.4f}"))
+    row("moving", _two({1: "to +", -1: "to -"}.get(sense, "at rest") for sense in status.moving))
+    row("Sun goes", _two("to +" if sense > 0 else "to -" for sense in view.senses))
+    came = _two(
+        "from behind"
+        if ok
+        else f"{forward:.2f} of {TAKEN_UP_DEG:g}"
+        if math.isfinite(forward)
+        else "?"
+        for ok, forward in zip(view.watch.from_behind, view.watch.forward_deg, strict=True)
+    )
+    row("came", came, "" if all(view.watch.from_behind) else "bold $warning")
+    aim = "follows the Sun" if follows else "fixed"
+    rows.append(f"mode {status.mode}, aim {aim if view.aim else 'none yet'}\n")
+    rows.append(f"update cycle {100.0 * status.update_phase:.0f} %\n")
+    rows.append(words)
+    return Content.assemble(*rows)
+
+
+def big_numbers(view: JogView) -> tuple[str, tuple[float, float]]:
+    """The spot's error where a device shows it, else reading minus ideal; what it is in words."""
+    status, spot = view.status, view.spot
+    if spot is not None and spot.visible:
+        return "still to move, +: press right or up", (spot.error1_deg, spot.error2_deg)
+    return "reading - ideal", status.off_ideal_deg
+
+
+def jog_warning(view: JogView) -> str:
+    """What the technician has to know of the side the axes came from; empty where nothing."""
+    behind = view.watch.from_behind
+    if view.aim is not None and any(view.aim.behind):
+        return "Going behind the Sun; the axes then come forward automatically."
+    if view.aim is not None and not all(behind):
+        axes = " and ".join(str(i + 1) for i, ok in enumerate(behind) if not ok)
+        return (
+            f"Axis {axes} did NOT come from behind: its backlash is in the error. "
+            "Press b: behind the Sun first, then forward."
+        )
+    if view.status.mode in (Mode.STOP, Mode.FAULT):
+        return f"The unit is in mode {view.status.mode}: press t to track again."
+    return ""
+
+
+def _pair(values: tuple[float, float]) -> tuple[str, str]:
+    return f"{values[0]:.3f}", f"{values[1]:.3f}"
+
+
+def _two(cells: Iterable[str]) -> tuple[str, str]:
+    first, second = cells
+    return first, second
