@@ -6,6 +6,7 @@ import pytest
 from emulated_station import emulated_station
 
 from solarcal.errors import ProcedureRefused
+from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.site import Site
 from solarcal.station.jogging import (
@@ -155,6 +156,43 @@ def test_a_spot_that_is_centred_already_is_set_without_a_jog() -> None:
     record = SunOffsetJog(station).set_here()
     assert station.session.sun_offsets == (record,)
     assert station.poll().mode is Mode.TRACK
+
+
+def test_a_wrong_offset_is_taken_back_and_no_point_is_taken_on_it() -> None:
+    station, _ = emulated_station()
+    first = SunOffsetJog(station).set_here().offsets
+    before = station.tracker.stored()
+    jog = SunOffsetJog(station)
+    jog.nudge(0.5, -0.3)
+    renew(jog, 4)
+    wrong = jog.set_here()
+    assert wrong.offsets != first
+    assert station.replaced_offsets == first
+    jog.nudge(0.1, 0.0)
+    void = jog.take_back()
+    assert void.voids == wrong.seq
+    assert "taken back" in void.reason
+    assert station.tracker.stored() == before
+    assert station.session.fresh_sun_offset is not None
+    assert station.session.fresh_sun_offset.offsets == first
+    assert not jog.jogging
+    # One step further back: to what the unit was found with.
+    jog.take_back()
+    assert station.poll().offsets == Offsets()
+    assert station.session.fresh_sun_offset is None
+    with pytest.raises(ProcedureRefused, match="no Set Sun Offset to take back"):
+        jog.take_back()
+
+
+def test_offsets_that_the_unit_no_longer_holds_are_not_taken_back() -> None:
+    station, _ = emulated_station()
+    SunOffsetJog(station).set_here()
+    at_the_unit = Offsets(0.2, 0.1)
+    station.tracker.write_coefficients(Coefficients(), at_the_unit)
+    with pytest.raises(ProcedureRefused, match="holds other offsets"):
+        station.take_back_sun_offset()
+    assert station.poll().offsets == at_the_unit
+    assert len(station.session.sun_offsets) == 1
 
 
 def test_leaving_writes_nothing_and_lets_a_unit_that_tracked_track_again() -> None:

@@ -66,6 +66,32 @@ async def test_arrows_jog_in_the_chosen_step_and_enter_sets_the_offset() -> None
 
 
 @on_loop
+async def test_u_puts_the_offsets_back_at_once_and_after_the_dialog_was_left() -> None:
+    station, _ = bench()
+    before = station.poll().offsets
+    async with workstation(station) as (app, pilot):
+        for left in (False, True):
+            await opened(pilot)
+            await pilot.press("5", "left")
+            await pass_time(pilot, station.tracker.emulation, 5)
+            await pilot.press("enter")
+            await shows(pilot, "SET and recorded", f"u: back to O1 {before.O1:+.4f}", "Undo")
+            if left:
+                await pilot.press("escape")
+                await until(pilot, lambda: not isinstance(app.screen, SunOffsetDialog))
+                await opened(pilot)
+                await shows(pilot, f"u: offsets back to O1 {before.O1:+.4f}")
+            await pilot.press("u")
+            await shows(pilot, "Set Sun Offset taken back", "is struck")
+            assert station.poll().offsets == before
+            assert station.session.sun_offsets == ()
+            await pilot.press("u")
+            await shows(pilot, "no Set Sun Offset here to take back")
+            await pilot.press("escape")
+            await until(pilot, lambda: not isinstance(app.screen, SunOffsetDialog))
+
+
+@on_loop
 async def test_once_the_offset_is_set_the_key_of_another_step_leads_on() -> None:
     """Before, and after a new jog, the dialog stays: the unit does not track."""
     station, _ = bench()
@@ -288,7 +314,12 @@ async def test_the_fit_brings_the_axes_near_the_sun_from_behind() -> None:
     take_points(station, 3, 40.0)
     async with workstation(station) as (app, pilot):
         await until(pilot, lambda: app.fit is not None and app.fit.solution is not None)
-        await opened(pilot)
+        dialog = await opened(pilot)
+        await shows(pilot, "To fit")
+        for follows in (False, True):
+            # Its button has made room for that of the fit.
+            await pilot.press("f")
+            await until(pilot, lambda follows=follows: dialog._jog.follows is follows)
         await pilot.press("p")
         await shows(pilot, "from behind")
         await pass_time(pilot, station.tracker.emulation, 20)

@@ -7,9 +7,9 @@ from functools import partial
 from typing import Unpack
 
 from solarcal.errors import LinkError, ProcedureRefused, SessionFileError, SolarcalError
-from solarcal.mount.formula import Coefficients
+from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.journal import Journal
-from solarcal.session.records import Closed, InForce, LinkLost, LinkRestored, Restarted
+from solarcal.session.records import Closed, InForce, LinkLost, LinkRestored, Restarted, SunOffset
 from solarcal.station import guards
 from solarcal.station.recording import Recorded, SessionSettings, StationFile, refuse_another_unit
 from solarcal.station.state import Activity, LinkState
@@ -27,6 +27,7 @@ class StationCore(StationFile):
         super().__init__(tracker, clock, **settings)
         self._in_force = Coefficients()
         self._stops = 0
+        self._replaced: dict[SunOffset, Offsets] = {}
         self._referenced: bool | None = None
         # When the line came back last, and what of that is not in the file yet.
         self._restored_utc_s = -math.inf

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from solarcal.decimals import Pair
 from solarcal.errors import ProcedureRefused, SolarcalError
-from solarcal.session.records import SunOffset
+from solarcal.session.records import SunOffset, Void
 from solarcal.station.procedure import Station
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.unit.tracker import Mode, Spot, Status
@@ -111,7 +111,7 @@ class SunOffsetJog:
     """Jogging onto the Sun through a ``Station``; called from the thread that talks to it.
 
     Nothing moves before the first ``nudge`` or ``go_behind``; nothing is written but by
-    ``set_here``.
+    ``set_here`` and ``take_back``.
     """
 
     def __init__(self, station: Station, *, follows: bool = True) -> None:
@@ -220,6 +220,11 @@ class SunOffsetJog:
         self._watch = self._standing = None
         self.station.track()
         return record
+
+    def take_back(self) -> Void:
+        """Give the aim up, and put back the offsets before the newest Set Sun Offset."""
+        self.release()
+        return self.station.take_back_sun_offset()
 
     def rest_on_aim(self) -> None:
         """Let the axes come to rest where the aim is then; raises as ``set_here``."""

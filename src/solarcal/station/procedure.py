@@ -141,10 +141,11 @@ class Station(PointSteps):
 
     def set_sun_offset(self) -> SunOffset:
         """Take the axes' present stand as on the Sun: the unit sets O accordingly."""
+        before = self.state.live.status
         status = self.tracker.set_sun_offset()
         in_force = self._in_force
         typed_utc_s = status.typed_utc_s
-        return self._record(
+        record = self._record(
             partial(
                 SunOffset,
                 ideal_deg=status.ideal_deg,
@@ -156,6 +157,40 @@ class Station(PointSteps):
                 read_utc=None if typed_utc_s is None else format_utc(typed_utc_s),
             )
         )
+        if before is not None:
+            self._replaced[record] = before.offsets
+        return record
+
+    @property
+    def replaced_offsets(self) -> Offsets | None:
+        """The O before a Set Sun Offset that no point was stored on; None where there is none."""
+        newest = self.session.fresh_sun_offset
+        linked = self.tracker.capabilities.has_link
+        return self._replaced.get(newest) if newest is not None and linked else None
+
+    def take_back_sun_offset(self) -> Void:
+        """Put back the O that the newest Set Sun Offset replaced, and strike its record.
+
+        Of one set while this program runs. The unit's permanent memory stays as it is. A unit that
+        tracks drives to where these O lead.
+
+        Raises
+        ------
+        ProcedureRefused
+            There is none, or the unit no longer holds what was set.
+        """
+        self._demand_idle("taking back an offset")
+        newest, before = self.session.fresh_sun_offset, self.replaced_offsets
+        if newest is None or before is None:
+            raise ProcedureRefused("there is no Set Sun Offset to take back")
+        held = self.tracker.stored()
+        if held.offsets != newest.offsets:
+            raise ProcedureRefused("the unit holds other offsets than were set; set them anew")
+        back = self.tracker.write_coefficients(held.coefficients, before, store=False)
+        if back.offsets != before:
+            raise ProcedureRefused("the unit reads back other offsets than were written")
+        words = f"O1 {before.O1:+.4f}, O2 {before.O2:+.4f} deg"
+        return self.void(newest.seq, f"Set Sun Offset taken back: {words} again")
 
     def initialise(
         self,

@@ -332,8 +332,10 @@ class Tracker(Protocol):
 
     def stored(self) -> Stored: ...
 
-    def write_coefficients(self, coefficients: Coefficients, offsets: Offsets) -> Stored:
-        """One unlocked transaction: write P and O, store permanently, read both back."""
+    def write_coefficients(
+        self, coefficients: Coefficients, offsets: Offsets, *, store: bool = True
+    ) -> Stored:
+        """One unlocked transaction: write P and O, store them if asked to, read both back."""
         ...
 
     def recent_traffic(self) -> tuple[str, ...]:

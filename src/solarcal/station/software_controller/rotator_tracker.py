@@ -231,7 +231,11 @@ class RotatorTracker:
         with self._turn:
             self._here.start_check()
 
-    def write_coefficients(self, coefficients: Coefficients, offsets: Offsets) -> Stored:
+    def write_coefficients(
+        self, coefficients: Coefficients, offsets: Offsets, *, store: bool = True
+    ) -> Stored:
+        """There is one memory, and it survives."""
+        del store
         with self._turn:
             stored = self._here.model.write(coefficients, offsets)
             self._here.rethink()

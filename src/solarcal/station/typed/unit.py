@@ -169,8 +169,11 @@ class TypedUnit:
         self._demand_known()
         return Stored(self._held.coefficients, self._held.offsets, *self._permanent)
 
-    def write_coefficients(self, coefficients: Coefficients, offsets: Offsets) -> Stored:
+    def write_coefficients(
+        self, coefficients: Coefficients, offsets: Offsets, *, store: bool = True
+    ) -> Stored:
         """Have them keyed in, stored, and typed back from the display."""
+        del store
         told = self._held.parameters
         decimals = (told.tilt_decimals, told.scale_decimals)
         doubts: Doubting = lambda texts, read_utc_s: key_in_doubts(form.key_in, texts)  # noqa: E731

@@ -16,6 +16,7 @@ from solarcal.station.news import (
     JogSeen,
     OffsetLeft,
     OffsetSet,
+    OffsetTakenBack,
     Result,
     StepFailed,
     Stopped,
@@ -32,12 +33,14 @@ from solarcal.tui.offset.spot import (
     TypedOffsetDialog,
     calculated_jogs_deg,
 )
-from solarcal.tui.offset.words import jog_table, jog_warning
+from solarcal.tui.offset.words import came_words, how_to_begin, jog_table, jog_warning, set_words
 from solarcal.tui.widgets.lines import Words
 from solarcal.unit.frames import Code
-from solarcal.unit.tracker import Mode
 
-STEPS = (JogSeen, Jogged, OffsetSet, OffsetLeft)
+STEPS = (JogSeen, Jogged, OffsetSet, OffsetTakenBack, OffsetLeft)
+WITHOUT_BUTTON = {"behind", "follow", "undo"}
+"""Where their buttons make room for others, the keys stay."""
+
 LOOK_EVERY_S = 0.25
 ROOMY = (112, 36)
 
@@ -62,6 +65,7 @@ class SunOffsetDialog(PacedDialog):
         DialogKey("follow", "Follow", "f", "f"),
         DialogKey("track", "Track", "t", "t"),
         DialogKey("calculate", "Jog E", "j", "j"),
+        DialogKey("undo", "Undo", "u", "u"),
         DialogKey("point", "Take point", "full_stop,f7", "."),
         DialogKey("big", "large digits", "B", "B", button=False),
         *ARROW_KEYS,
@@ -111,24 +115,21 @@ class SunOffsetDialog(PacedDialog):
         self.set_interval(LOOK_EVERY_S, self._look)
 
     def _how_to_begin(self) -> str:
-        status = self.workstation.state.live.status
-        tracks = status is not None and status.mode is Mode.TRACK
-        first = "" if tracks else "The unit does not track: press t, and it goes to its Sun. "
-        fields = "" if self.emulated else " Tab reaches the plate's fields, Esc the arrows."
-        return (
-            f"{first}Arrow keys jog: left/right axis 1, down/up axis 2. "
-            f"Nothing moves before one.{fields}"
-        )
+        status, before = self.workstation.state.live.status, self._jog.station.replaced_offsets
+        return how_to_begin(status, before, fields=not self.emulated)
 
     def on_resize(self) -> None:
         room = self.app.size
         self.set_class(room.width >= ROOMY[0] and room.height >= ROOMY[1], "-roomy")
 
     def _offer(self) -> None:
-        offered = ["set", "behind", "track"]
+        offered = ["set", "track"]
+        if self._jog.station.replaced_offsets is not None and (self.emulated or self._set):
+            offered.append("undo")
         if self._set is not None:
             self.offer("point", *offered)
             return
+        offered.append("behind")
         if self._solution() is None:
             offered.append("follow")
         elif self._view is not None:
@@ -136,9 +137,8 @@ class SunOffsetDialog(PacedDialog):
             offered.append("predicted")
         self.offer(*offered, *([] if self.emulated else ["calculate"]))
 
-    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        # Its button makes room for another; the key stays.
-        return True if action == "follow" else super().check_action(action, parameters)
+    def offered(self, action: str) -> bool:
+        return super().offered(action) or (not self.under_way() and action in WITHOUT_BUTTON)
 
     def _solution(self) -> Solution | None:
         fit = self.workstation.fit
@@ -225,6 +225,14 @@ class SunOffsetDialog(PacedDialog):
             self.say(f"Jogging axis 1 by {jogs[0]:+.3f}, axis 2 by {jogs[1]:+.3f} deg.")
             self._nudge(*jogs)
 
+    def action_undo(self) -> None:
+        before = self._jog.station.replaced_offsets
+        if before is None:
+            self.say("There is no Set Sun Offset here to take back.", "warning")
+            return
+        self.offer()
+        self._submit(OffsetTakenBack, lambda station: self._jog.take_back())
+
     def action_set(self) -> None:
         self.offer()
         self.say("Waiting until the axes rest and the Sun is there ...")
@@ -279,12 +287,11 @@ class SunOffsetDialog(PacedDialog):
             case OffsetSet(record):
                 self._set = record
                 self._offer()
-                offsets = record.offsets
-                self.say(
-                    f"SET and recorded: O1 {offsets.O1:+.4f}, O2 {offsets.O2:+.4f} deg. "
-                    "Tracking: watch it a minute and through one update, then take the point [.].",
-                    "good",
-                )
+                self.say(set_words(record.offsets, self._jog.station.replaced_offsets), "good")
+            case OffsetTakenBack(void):
+                self._set = None
+                self._offer()
+                self.say(f"{void.reason}. Record {void.voids} is struck.", "good")
             case OffsetLeft():
                 self.dismiss(None)
             case Stopped():
@@ -299,7 +306,7 @@ class SunOffsetDialog(PacedDialog):
             self._waiting = max(0, self._waiting - 1)
         if failed.kind is Jogged:
             self._steps.forget()
-        elif failed.kind is OffsetSet:
+        elif failed.kind in (OffsetSet, OffsetTakenBack):
             self._offer()
         elif failed.kind is OffsetLeft:
             self.dismiss(None)
@@ -332,12 +339,7 @@ class SunOffsetDialog(PacedDialog):
         if warning and warning != self._warned:
             self.say(warning, "warning")
         elif self._warned and not warning and view.aim is not None:
-            if view.spot is not None and not view.spot.visible:
-                self.say(
-                    "Both axes came from behind, but no spot is on the plate: t goes to the Sun."
-                )
-            else:
-                self.say("Both axes came from behind. Centre the spot, then Enter.", "good")
+            self.say(*came_words(view))
         self._warned = warning
 
     def _reference_first(self) -> str:

@@ -5,8 +5,10 @@ from collections.abc import Iterable
 
 from textual.content import Content
 
+from solarcal.mount.formula import Offsets
 from solarcal.station.jogging import TAKEN_UP_DEG, JogView
-from solarcal.unit.tracker import Mode
+from solarcal.tui.dialogs.dialog import Tone
+from solarcal.unit.tracker import Mode, Status
 
 
 def jog_table(view: JogView, *, follows: bool, words: str) -> Content:
@@ -62,6 +64,41 @@ def jog_warning(view: JogView) -> str:
     if view.status.mode in (Mode.STOP, Mode.FAULT):
         return f"The unit is in mode {view.status.mode}: press t to track again."
     return ""
+
+
+def came_words(view: JogView) -> tuple[str, Tone]:
+    """The warning before has gone: both axes came from behind."""
+    if view.spot is not None and not view.spot.visible:
+        return (
+            "Both axes came from behind, but no spot is on the plate: t goes to the Sun.",
+            "plain",
+        )
+    return "Both axes came from behind. Centre the spot, then Enter.", "good"
+
+
+def how_to_begin(status: Status | None, before: Offsets | None, *, fields: bool) -> str:
+    """``before``: the offsets that can be put back; ``fields``: whether there is a calculator."""
+    sentences = ["Arrow keys jog: left/right axis 1, down/up axis 2. Nothing moves before one."]
+    if status is None or status.mode is not Mode.TRACK:
+        sentences.insert(0, "The unit does not track: press t, and it goes to its Sun.")
+    if fields:
+        sentences.append("Tab reaches the plate's fields, Esc the arrows.")
+    if before is not None:
+        sentences.append(f"u: offsets back to {_offsets(before)}.")
+    return " ".join(sentences)
+
+
+def set_words(offsets: Offsets, before: Offsets | None) -> str:
+    """What was set, and the offsets that can be put back."""
+    back = "" if before is None else f" u: back to {_offsets(before)}."
+    return (
+        f"SET and recorded: {_offsets(offsets)} deg. Tracking: watch it a minute and through one "
+        f"update, then take the point [.].{back}"
+    )
+
+
+def _offsets(offsets: Offsets) -> str:
+    return f"O1 {offsets.O1:+.4f}, O2 {offsets.O2:+.4f}"
 
 
 def _pair(values: tuple[float, float]) -> tuple[str, str]:

@@ -174,7 +174,9 @@ class SolarTrakUnit:
             permanent, permanent_offsets = self._coefficients("COEF", "STORED")
         return Stored(coefficients, offsets, permanent, permanent_offsets)
 
-    def write_coefficients(self, coefficients: Coefficients, offsets: Offsets) -> Stored:
+    def write_coefficients(
+        self, coefficients: Coefficients, offsets: Offsets, *, store: bool = True
+    ) -> Stored:
         """Write P and O, store them permanently, and return what both memories then hold.
 
         The numbers go out with the decimals the unit keeps. A unit that reads back something else
@@ -187,7 +189,7 @@ class SolarTrakUnit:
             wanted = fields.COEFFICIENTS.write((coefficients, offsets), decimals)
             talk.command("COEF", "SET", *wanted)
             in_force = self._coefficients("COEF")
-            if fields.COEFFICIENTS.write(in_force, decimals) == wanted:
+            if store and fields.COEFFICIENTS.write(in_force, decimals) == wanted:
                 self._echoed(("1",), talk.command("STORE"), "STORE")
             return Stored(*in_force, *self._coefficients("COEF", "STORED"))
 
