@@ -71,11 +71,6 @@ def format_utc(utc_s: float, decimals: int = 3) -> str:
     return instant.isoformat(timespec=spec) + "Z"
 
 
-def format_many_utc(utc_s: Sequence[float], decimals: int = 3) -> list[str]:
-    """``format_utc`` of each; empty for NaN."""
-    return [format_utc(time, decimals) if time == time else "" for time in utc_s]
-
-
 def time_of_day(utc_s: float) -> str:
     """The time of day: ``15:30``."""
     return format_utc(utc_s, 0)[11:16]

@@ -9,7 +9,6 @@ import os
 from solarcal.cli import build_parser
 
 SHELLS = ("bash", "zsh", "fish")
-_PROGRAM = "solarcal"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,7 +25,7 @@ def run(args: argparse.Namespace) -> int:
     """Print the script."""
     from argcomplete.shell_integration import shellcode
 
-    print(shellcode([_PROGRAM], shell=args.shell), end="")
+    print(shellcode(["solarcal"], shell=args.shell), end="")
     return 0
 
 

@@ -25,7 +25,7 @@ from solarcal.session.records import (
 from solarcal.station.point_judgement import PointJudgement
 from solarcal.station.sun_path import SunModel
 from solarcal.sun.position import sun_known
-from solarcal.timescale import format_many_utc, format_utc, parse_utc
+from solarcal.timescale import format_utc, parse_utc
 from solarcal.units import RAD_PER_DEG, FloatArray
 
 
@@ -75,8 +75,9 @@ def _points(
         return (Prose(("No points yet.",)),)
     merged = len(set(table.sources)) > 1
     rows, groups, source, date = [], [], "", ""
+    times = [format_utc(at_s, 0) if at_s == at_s else "" for at_s in shown.utc_s.tolist()]
     for row, utc, solar_h, ax1, ax2, err1, err2, sky in zip(
-        range(len(shown)), format_many_utc(shown.utc_s.tolist(), 0),
+        range(len(shown)), times,
         _solar_time_h(shown, sun).tolist(), shown.ax1_deg.tolist(), shown.ax2_deg.tolist(),
         shown.err1_deg.tolist(), shown.err2_deg.tolist(),
         _sky_residuals_deg(shown, solution).tolist(), strict=True,

@@ -56,56 +56,6 @@ class Shots:
     geometry: MountGeometry
 
 
-def shots_of(
-    records: Sequence[tuple[Path, Record]], heliostat: JackHeliostat, tower: Tower, spot: str
-) -> Shots:
-    """Where the jacks say that the normal stood, and where the spot says that it must have stood.
-
-    Raises
-    ------
-    InputFileError
-        A record without this spot, with a Sun below the horizon, or motors beyond the jacks' reach.
-    """
-    places = []
-    for path, record in records:
-        place = record.focal_spot.get(spot)
-        if place is None:
-            others = [name for name, value in record.focal_spot.items() if value is not None]
-            raise InputFileError(
-                f"{path}: no focal spot by {spot}"
-                + (f"; --spot {one_line(others[0])} is there" if others else "")
-            )
-        if not 0.0 < record.Sun_elevation <= 90.0:
-            raise InputFileError(
-                f"{path}: the Sun's elevation {record.Sun_elevation:g} is not above 0"
-            )
-        places.append(enu_m(tower.plant, place))
-    found = [record for _, record in records]
-    steps = np.array(
-        [(r.motor_position.Axis1MotorPosition, r.motor_position.Axis2MotorPosition) for r in found]
-    )
-    try:
-        ax1, ax2 = heliostat.readings_deg(steps)
-    except ConfigurationError as error:
-        raise InputFileError(f"{records[0][0]} and its like: {error}") from None
-    # Counted from South, positive East.
-    sun = direction_enu(
-        np.array([180.0 - r.Sun_azimuth for r in found]),
-        np.array([90.0 - r.Sun_elevation for r in found]),
-    )
-    line = np.array(places) - heliostat.centre_enu(ax1, ax2)
-    distance = np.linalg.norm(line, axis=1)
-    for row in np.flatnonzero(~((distance > 1.0) & (distance < _FARTHEST_M)))[:1]:
-        raise InputFileError(
-            f"{records[row][0]}: the spot is {distance[row]:.0f} m from the heliostat; heliostat "
-            "and tower files must be of one plant"
-        )
-    aim = unit(line)
-    geometry = MountGeometry(GEOMETRY, tower.plant[0], 0.0)
-    ideal1, ideal2 = geometry.axes_from_horizontal(*horizontal_deg(bisector(sun, aim)))
-    return Shots((ax1, ax2), (np.asarray(ideal1), np.asarray(ideal2)), sun, aim, geometry)
-
-
 def beam_residuals_mrad(
     shots: Shots, residual1_deg: FloatArray, residual2_deg: FloatArray
 ) -> FloatArray:
@@ -133,7 +83,51 @@ class PaintFiles:
     spot: str
 
     def shots(self) -> Shots:
-        return shots_of(self.records, self.heliostat, self.tower, self.spot)
+        """Where the jacks say that the normal stood, and where the spot says that it must have.
+
+        Raises
+        ------
+        InputFileError
+            A record without this spot, with a Sun below the horizon, or motors beyond the jacks'
+            reach.
+        """
+        places = []
+        for path, record in self.records:
+            place = record.focal_spot.get(self.spot)
+            if place is None:
+                others = [name for name, value in record.focal_spot.items() if value is not None]
+                raise InputFileError(
+                    f"{path}: no focal spot by {self.spot}"
+                    + (f"; --spot {one_line(others[0])} is there" if others else "")
+                )
+            if not 0.0 < record.Sun_elevation <= 90.0:
+                raise InputFileError(
+                    f"{path}: the Sun's elevation {record.Sun_elevation:g} is not above 0"
+                )
+            places.append(enu_m(self.tower.plant, place))
+        found = [record for _, record in self.records]
+        motors = [record.motor_position for record in found]
+        steps = np.array([(m.Axis1MotorPosition, m.Axis2MotorPosition) for m in motors])
+        try:
+            ax1, ax2 = self.heliostat.readings_deg(steps)
+        except ConfigurationError as error:
+            raise InputFileError(f"{self.records[0][0]} and its like: {error}") from None
+        # Counted from South, positive East.
+        sun = direction_enu(
+            np.array([180.0 - r.Sun_azimuth for r in found]),
+            np.array([90.0 - r.Sun_elevation for r in found]),
+        )
+        line = np.array(places) - self.heliostat.centre_enu(ax1, ax2)
+        distance = np.linalg.norm(line, axis=1)
+        for row in np.flatnonzero(~((distance > 1.0) & (distance < _FARTHEST_M)))[:1]:
+            raise InputFileError(
+                f"{self.records[row][0]}: the spot is {distance[row]:.0f} m from the heliostat; "
+                "heliostat and tower files must be of one plant"
+            )
+        aim = unit(line)
+        geometry = MountGeometry(GEOMETRY, self.tower.plant[0], 0.0)
+        ideal1, ideal2 = geometry.axes_from_horizontal(*horizontal_deg(bisector(sun, aim)))
+        return Shots((ax1, ax2), (np.asarray(ideal1), np.asarray(ideal2)), sun, aim, geometry)
 
 
 def paint_files(
