@@ -6,9 +6,9 @@ above the horizon, degrees, as the rotator reads them: on its own turn of azimut
 """
 
 import threading
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
-from typing import Protocol
 
 import msgspec
 
@@ -35,13 +35,16 @@ class RotatorIdentity(msgspec.Struct, frozen=True):
     """The last digit of its read-outs."""
 
 
-class RotatorOnALine:
-    """What the drivers of a rotator's text line share.
+class Rotator(ABC):
+    """A driver of a rotator's text line. Methods may be called from several threads.
+
+    They raise ``LinkError``, ``ProtocolError`` or ``UnitRefused``.
 
     Parameters
     ----------
     link_factory : opens the line; called by every ``open``.
-    where : what messages call it: port or address.
+    where : what messages call it, port or address; in sessions its serial number, where it has no
+        name.
     """
 
     def __init__(self, link_factory: Callable[[], Link], where: str) -> None:
@@ -52,50 +55,38 @@ class RotatorOnALine:
         self._guard = StopGuard()
         self._recent: deque[str] = deque(maxlen=LINES_REMEMBERED)
 
-    def stops(self) -> int:
-        return self._guard.stops
-
-    def recent_traffic(self) -> tuple[str, ...]:
-        return tuple(self._recent.copy())
-
-
-class Rotator(Protocol):
-    """Methods raise ``LinkError``, ``ProtocolError`` or ``UnitRefused``; from several threads."""
-
-    where: str
-    """What messages call it; in sessions its serial number, where it has no name."""
-
+    @abstractmethod
     def open(self) -> RotatorIdentity:
         """Open the line and learn who is there; again after a lost link."""
-        ...
 
+    @abstractmethod
     def close(self) -> None: ...
 
+    @abstractmethod
     def position_deg(self) -> Direction:
         """Where it stands: azimuth, elevation."""
-        ...
 
     def stops(self) -> int:
         """How often ``stop`` or ``park`` was called: what ``go_to`` wants to know."""
-        ...
+        return self._guard.stops
 
+    @abstractmethod
     def go_to(self, azimuth_deg: float, elevation_deg: float, stops: int) -> None:
         """Set out for a direction, and return.
 
         ``stops``: what ``stops`` gave when this was decided. ProcedureRefused: it was stopped
         since, and nothing that waited may move it after a STOP.
         """
-        ...
 
+    @abstractmethod
     def stop(self) -> None:
         """Stop now, past any request that is waiting. One that cannot stop is sent to where it
         stands."""
-        ...
+
+    @abstractmethod
+    def park(self) -> None:
+        """Go to its own parking position, past any request that is waiting."""
 
     def recent_traffic(self) -> tuple[str, ...]:
         """The last lines both ways, oldest first."""
-        ...
-
-    def park(self) -> None:
-        """Go to its own parking position, past any request that is waiting."""
-        ...
+        return tuple(self._recent.copy())

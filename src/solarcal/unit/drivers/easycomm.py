@@ -16,7 +16,7 @@ import time
 from solarcal.errors import LinkError, ProtocolError
 from solarcal.mount.geometry import AxisLimits
 from solarcal.unit.link import Link
-from solarcal.unit.rotator import Direction, RotatorIdentity, RotatorOnALine
+from solarcal.unit.rotator import Direction, Rotator, RotatorIdentity
 
 ANSWER_S = 1.0
 """Firmware answers within some milliseconds; a reply takes 20 ms at 9600 baud."""
@@ -46,7 +46,7 @@ _POSITION = re.compile(r"(AZ|EL)([-+]?[0-9]{1,3}(?:\.([0-9]{1,6}))?)")
 _VERSION = re.compile(r"VE(\S{1,40})")
 
 
-class EasyCommRotator(RotatorOnALine):
+class EasyCommRotator(Rotator):
     """A ``Rotator`` on an EasyComm II line."""
 
     _decimals = 1

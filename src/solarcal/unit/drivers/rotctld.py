@@ -14,7 +14,7 @@ from collections.abc import Callable
 from solarcal.errors import ConfigurationError, LinkError, ProtocolError, UnitRefused
 from solarcal.unit.drivers import rotctld_replies as replies
 from solarcal.unit.link import Link
-from solarcal.unit.rotator import Direction, RotatorIdentity, RotatorOnALine
+from solarcal.unit.rotator import Direction, Rotator, RotatorIdentity
 
 DEFAULT_PORT = 4533
 
@@ -55,7 +55,7 @@ class _Waiting:
         self.done = False
 
 
-class RotctldRotator(RotatorOnALine):
+class RotctldRotator(Rotator):
     """A ``Rotator`` behind rotctld."""
 
     def __init__(self, link_factory: Callable[[], Link], where: str) -> None:
