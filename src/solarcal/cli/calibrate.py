@@ -107,7 +107,7 @@ def add_schedule_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--every",
-        type=number_option(),
+        type=number_option(5.0, 600.0),
         metavar="MINUTES",
         help="minutes between points; default: spread over the day",
     )
@@ -137,8 +137,6 @@ def run_calibration(
         raise ConfigurationError(
             f"--points {points}: more than {MOST_POINTS} are not one calibration"
         )
-    if args.every is not None and not 5.0 <= args.every <= 600.0:
-        raise ConfigurationError(f"--every {args.every:g}: give minutes between 5 and 600")
     return calibrate(
         tracker,
         journal_creator(args.output, name),
