@@ -13,8 +13,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from solarcal.decimals import require_between
-from solarcal.errors import ConfigurationError
 from solarcal.site import Site
 from solarcal.sun.position import sun_position
 from solarcal.timescale import SECONDS_PER_DAY, parse_utc
@@ -33,22 +31,10 @@ class CircularDay:
     """The Sun's way over one latitude on one day of the circular year.
 
     ``day``: days after the March equinox, 0 to 366; parts of days are allowed.
-
-    Raises
-    ------
-    ConfigurationError
-        A latitude or a day that cannot be.
     """
 
     latitude_deg: float
     day: float
-
-    def __post_init__(self) -> None:
-        require_between("latitude", self.latitude_deg, -90.0, 90.0)
-        if not 0.0 <= self.day <= 366.0:
-            raise ConfigurationError(
-                f"day {self.day:g} is not between 0 and 366: count days from the March equinox"
-            )
 
     @property
     def _longitude_rad(self) -> float:
