@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from solarcal.instruments.form import Answer, Drawing, Form, paragraph
+from solarcal.instruments.form import Answer, Drawing, Form
 from solarcal.instruments.mount_and_collector import asked_mount
 from solarcal.instruments.sun import iso, moon_not_usable, moon_phase, solar_clock
 from solarcal.mount.reach import AxisPath, axis_path, reach_of_day
@@ -110,8 +110,8 @@ def _with_chart(
 ) -> Answer:
     """The chart below the text where it is asked for, else for a screen only."""
     if form.choice("chart") == "yes":
-        return Answer(document, (paragraph(*lines, ""), chart))
-    return Answer(document, (paragraph(*lines),), chart)
+        return Answer(document, ("\n".join([*lines, ""]), chart))
+    return Answer(document, ("\n".join(lines),), chart)
 
 
 def _sun_rows(path: AxisPath, site: Site, dut1_s: float) -> list[dict[str, Any]]:

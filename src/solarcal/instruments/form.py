@@ -52,11 +52,6 @@ class Answer:
         return drawn if self.sketch is None else (self.sketch, *drawn)
 
 
-def paragraph(*lines: str) -> str:
-    """Lines as one block."""
-    return "\n".join(lines)
-
-
 def labelled(*rows: tuple[str, str, str]) -> list[str]:
     """Lines of a label, a number and its unit."""
     return [f"  {label:<24}{value:>10} {unit}".rstrip() for label, value, unit in rows]
@@ -64,7 +59,7 @@ def labelled(*rows: tuple[str, str, str]) -> list[str]:
 
 def answered(document: dict[str, Any], lines: Iterable[str], name: str, draw: Draw) -> Answer:
     """Text, and a sketch for where a screen has room for one."""
-    return Answer(document, (paragraph(*lines),), Drawing(name, draw))
+    return Answer(document, ("\n".join(lines),), Drawing(name, draw))
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ import numpy as np
 
 from solarcal.decimals import require_positive
 from solarcal.errors import ConfigurationError
-from solarcal.instruments.form import Answer, Draw, Drawing, Form, answered, paragraph
+from solarcal.instruments.form import Answer, Draw, Drawing, Form, answered
 from solarcal.instruments.mount_and_collector import asked_geometry, drawn_latitude_deg
 from solarcal.instruments.sun import apparent_sun, asked_sun_deg
 from solarcal.optics.mirror_roots import Root, circle_roots, exact_roots, published_bisection
@@ -235,7 +235,7 @@ def aim(form: Form) -> Answer:
     ]
 
     drawing = Drawing("directions", lambda sheet: directions_plot(places, latitude_deg, sheet), 12)
-    return Answer(document, (paragraph(*lines), drawing))
+    return Answer(document, ("\n".join(lines), drawing))
 
 
 def _root_document(root: Root) -> dict[str, Any]:
@@ -294,12 +294,9 @@ def drift(form: Form) -> Answer:
         document,
         (
             Drawing("beam", beam, 16),
-            paragraph(
-                f"  Without correction the offset moves the beam up to {day.drift_max:.4g} "
-                f"({day.drift_max_deg:.3f} deg) off the target's middle",
-                f"  and the beam moves by {span_length:.4g} over the day, in the unit of the "
-                "distance.",
-            ),
+            f"  Without correction the offset moves the beam up to {day.drift_max:.4g} "
+            f"({day.drift_max_deg:.3f} deg) off the target's middle\n"
+            f"  and the beam moves by {span_length:.4g} over the day, in the unit of the distance.",
             Drawing("first order", first_order, 12),
             f"  Corrected to first order, the normal is at most {worst_deg:.2g} deg from the "
             "exact one.",

@@ -136,10 +136,10 @@ def _fov_field(
 
 _AXES = tuple(
     Field(
-        f"t{axis}", f"Axis {axis} (AX{axis})", "deg", example=example, metavar="DEG",
-        help=f"axis {axis} (AX{axis})", required=True,
+        f"t{axis}", f"Axis {axis} (AX{axis})", "deg", example=example, low=-most, high=most,
+        metavar="DEG", help=f"axis {axis} (AX{axis})", required=True,
     )
-    for axis, example in ((1, "0"), (2, "45"))
+    for axis, example, most in ((1, "0", 360), (2, "45", 180))
 )  # fmt: skip
 _FIXED_MIRROR = Field("mirror", "Fixed mirror", "normal", hint="none", count=3, repeat=2)
 _MIRROR_FLAG = Flag(

@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.instruments.form import Answer, Drawing, Form, paragraph
+from solarcal.instruments.form import Answer, Drawing, Form
 from solarcal.mount.drive import ScrewjackDrive, format_drive
 from solarcal.mount.screwjack_setup import (
     Measured,
@@ -123,16 +123,14 @@ def screwjack(form: Form) -> Answer:
     return Answer(
         document,
         (
-            paragraph(*_setup_lines(setup, observations, unit, drive), ""),
+            "\n".join([*_setup_lines(setup, observations, unit, drive), ""]),
             Drawing("length", length_plot, 16),
-            paragraph(*slopes, ""),
+            "\n".join([*slopes, ""]),
             Drawing("wrong R1", wrong_plot, 14),
-            paragraph(
-                f"  R1 {change:+.4g} {unit} from the given value: up to "
-                f"{abs(wrong.error_deg).max():.3f} deg of tracking error;",
-                "  offset and scale (P2 and P5, or P4 and P6) leave "
-                f"{abs(wrong.left_deg).max():.3f} deg.",
-            ),
+            f"  R1 {change:+.4g} {unit} from the given value: up to "
+            f"{abs(wrong.error_deg).max():.3f} deg of tracking error;\n"
+            "  offset and scale (P2 and P5, or P4 and P6) leave "
+            f"{abs(wrong.left_deg).max():.3f} deg.",
         ),
     )
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from solarcal.instruments.form import Answer, Form, answered, labelled, paragraph
+from solarcal.instruments.form import Answer, Form, answered, labelled
 from solarcal.instruments.mount_and_collector import asked_geometry
 from solarcal.mount.geometry import MountGeometry
 from solarcal.report.instrument_plots import Curve, curve_plot
@@ -134,7 +134,7 @@ def moon(form: Form, utc_s: float, site: Site, mount: MountGeometry) -> Answer:
         f"  {'waxing' if now.waxing else 'waning'}; "
         + (moon_not_usable(now) or "high and bright enough to follow")
     )
-    return Answer(document, (paragraph(*lines),), None)
+    return Answer(document, ("\n".join(lines),), None)
 
 
 def moon_phase(at: MoonPosition) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from solarcal.errors import InputFileError
-from solarcal.instruments.form import Answer, Drawing, Form, answered, labelled, paragraph
+from solarcal.instruments.form import Answer, Drawing, Form, answered, labelled
 from solarcal.optics.disc_image import Disc, find_disc, find_spot_and_hole, newest_image, read_image
 from solarcal.optics.sunspot import design_for, design_from_size, spot_error_deg, two_position_check
 from solarcal.report.instrument_plots import plate_drawing
@@ -54,7 +54,7 @@ def error(form: Form) -> Answer:
     drawing = Drawing(
         "plate", lambda sheet: plate_drawing(hole, spot, edge - rim, above, sheet), 15
     )
-    return Answer(document, (paragraph(*lines), drawing))
+    return Answer(document, ("\n".join(lines), drawing))
 
 
 def design(form: Form) -> Answer:
@@ -153,7 +153,7 @@ def plate(form: Form) -> Answer:
     def draw(sheet: Sheet) -> str:
         return plate_drawing(hole_diameter, spot_size, pixel * right, pixel * up, sheet)
 
-    return Answer(document, (paragraph(*lines), Drawing("plate", draw, 15)))
+    return Answer(document, ("\n".join(lines), Drawing("plate", draw, 15)))
 
 
 def asked_image(form: Form) -> tuple[str, FloatArray]:

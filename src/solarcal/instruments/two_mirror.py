@@ -4,7 +4,6 @@ import math
 from dataclasses import asdict
 from pathlib import Path
 
-from solarcal.errors import ConfigurationError
 from solarcal.instruments.form import Answer, Form, answered
 from solarcal.instruments.mount_and_collector import drawn_latitude_deg
 from solarcal.instruments.sun import asked_sun_deg
@@ -66,14 +65,6 @@ def asked_mirrors(form: Form) -> list[list[float]]:
     return [list(normal) for normal in normals if normal is not None]
 
 
-def asked_axes_deg(form: Form) -> tuple[float, float]:
-    """Where the axes stand."""
-    t1_deg, t2_deg = form.number("t1"), form.number("t2")
-    if not (-360.0 <= t1_deg <= 360.0 and -180.0 <= t2_deg <= 180.0):
-        raise ConfigurationError("give t1 between -360 and 360, t2 between -180 and 180 deg")
-    return t1_deg, t2_deg
-
-
 def near_zenith_warning(t2_deg: float) -> list[str]:
     """A line where axis 1 is near its singularity; none elsewhere."""
     if abs(math.sin(t2_deg * RAD_PER_DEG)) >= SINGULAR_BELOW:
@@ -94,7 +85,7 @@ def trace(form: Form) -> Answer:
         set_point2=form.number("set2"),
     )
     signals: Signals = form.number("a"), form.number("b"), form.number("c"), form.number("d")
-    t1_deg, t2_deg = asked_axes_deg(form)
+    t1_deg, t2_deg = form.number("t1"), form.number("t2")
     e1, e2 = quadrant_errors(signals)
     sun1, sun2 = diode.sun_axes_deg(e1, e2, t1_deg, t2_deg)
     turn1, turn2 = diode.corrections_deg(e1, e2, t1_deg, t2_deg)
@@ -145,7 +136,7 @@ def camera(form: Form) -> Answer:
     sigma = 1e-3 * pixel_mrad * disc.sigma
     # A ray (d1, d2, 1): a diode of gain one, whose signals are the angles themselves.
     optics = QuadrantDiode.with_fixed_mirrors(asked_mirrors(form), gain_per_rad=1.0)
-    t1_deg, t2_deg = asked_axes_deg(form)
+    t1_deg, t2_deg = form.number("t1"), form.number("t2")
     turn1, turn2 = optics.corrections_deg(d1, d2, t1_deg, t2_deg)
     slopes = [
         optics.corrections_deg(d1 + step1, d2 + step2, t1_deg, t2_deg)
