@@ -12,7 +12,6 @@ SHELLS = ("bash", "zsh", "fish")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of the command."""
     parser.add_argument("shell", choices=SHELLS, help="the shell you use")
     parser.epilog = (
         'bash and zsh: add eval "$(solarcal completion SHELL)" to ~/.bashrc or ~/.zshrc '
@@ -22,7 +21,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the script."""
     from argcomplete.shell_integration import shellcode
 
     print(shellcode(["solarcal"], shell=args.shell), end="")

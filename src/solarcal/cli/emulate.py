@@ -30,7 +30,6 @@ LOOK_S = 0.2
 
 
 def add_emulate_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of the command."""
     from solarcal.cli.calibrate import add_emulator_arguments
 
     line = parser.add_mutually_exclusive_group()
@@ -184,7 +183,6 @@ def _seen(rotator: "EmulatedRotator") -> str:
 
 
 def add_scenarios_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of the command."""
     parser.add_argument(
         "scenario", nargs="?", metavar="NAME|FILE", help="show this one with all its keys"
     )

@@ -23,7 +23,6 @@ _SCO_HINT = "SCO {key}: in PuTTY set Terminal > Keyboard > The Function keys and
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of the command."""
     parser.add_argument("--headless", action="store_true", help="only print the table of keys")
     parser.add_argument("--json", action="store_true", help="the table as one JSON document")
 
@@ -71,13 +70,13 @@ def read_keys(data: bytes, actions: "tuple[object, ...]") -> Iterator[tuple[str,
 
     from solarcal.tui.keys import action_for, modified_f3
 
+    readable = "".join(chr(b) if 32 < b < 127 else "ESC" if b == 27 else "·" for b in data)
+    sent = f"{data.hex(' ')}  {readable}"
     if data in _SCO_KEYS and data not in _AMBIGUOUS:
-        sent = f"{data.hex(' ')}  {_readable(data)}"
         yield "", f"{sent:30} {'no key':16} {_SCO_HINT.format(key=_SCO_KEYS[data])}"
         return
     parser = XTermParser()
     told = [*parser.feed(data.decode("utf-8", errors="replace")), *parser.feed("")]
-    sent = f"{data.hex(' ')}  {_readable(data)}"
     nothing = True
     for event in told:
         if isinstance(event, events.Key):
@@ -92,10 +91,6 @@ def read_keys(data: bytes, actions: "tuple[object, ...]") -> Iterator[tuple[str,
         yield key, f"{sent:30} {key or 'no key':16} {meaning}"
     if nothing:
         yield "", f"{sent:30} {'no key':16} nothing"
-
-
-def _readable(data: bytes) -> str:
-    return "".join(chr(b) if 32 < b < 127 else "ESC" if b == 27 else "·" for b in data)
 
 
 def _keystrokes() -> Iterator[bytes]:

@@ -255,7 +255,6 @@ def _scenario(args: argparse.Namespace) -> Any:
 
 
 def add_follow_arguments(parser: argparse.ArgumentParser) -> None:
-    """Options of the subcommand."""
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--scenario", metavar="NAME|FILE", help="an emulated tracker, in process")
     where.add_argument("--port", metavar="URL", help="an emulator on a line")

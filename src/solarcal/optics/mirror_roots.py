@@ -57,8 +57,7 @@ def exact_roots(
 ) -> tuple[Root, Root | None]:
     """Front and back root, by bracketing in azimuth and, for each azimuth, in zenith angle.
 
-    The front one is the one to use: there the light falls on the mirror's face. The back one,
-    ``None`` where the offsets leave none, is the same geometry with the machine rotated by 180 deg.
+    The front one is the one to use; the back one is ``None`` where the offsets leave none.
 
     Raises
     ------
