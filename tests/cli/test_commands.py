@@ -85,6 +85,16 @@ def test_void_and_note_are_appended_and_change_the_fit(session, said_by, tmp_pat
     assert document["points"]["used"] == 7
 
 
+def test_a_point_too_low_to_be_fitted_is_not_counted_as_used(said_by, tmp_path):
+    points = tmp_path / "p.csv"
+    said_by("export", "sessions/azel-good-day.jsonl", points)
+    head, first = points.read_text("utf-8").split("T13:06:14", 1)
+    points.write_text(f"{head}T11:40:00{first}", "utf-8")
+    document = json.loads(said_by("fit", points, "--json"))
+    assert any("below 5 deg of elevation" in note for note in document["notes"])
+    assert (document["points"]["total"], document["points"]["used"]) == (12, 11)
+
+
 def test_export_import_round_trip_gives_the_same_fit(session, said_by, tmp_path):
     path, _ = session
     said_by("export", path, tmp_path / "p.csv")

@@ -37,15 +37,13 @@ def fit_document(
     counted = {
         state: sum(status == state for status in table.status) for state in ("aborted", "rejected")
     }
-    used = sum(status in ("accepted", "") for status in table.status)
-    used -= sum(len(labels) - 1 for labels in solution.points.copies)
     return {
         "files": _names(files),
         "geometry": fitted.pop("geometry"),
         "method": fitted.pop("method"),
         "points": {
             "total": len(table.status),
-            "used": used,
+            "used": solution.n_points,
             **counted,
             "outliers": fitted.pop("outliers", []),
         },
