@@ -66,12 +66,13 @@ def test_everything_a_file_can_say(tmp_path: Path) -> None:
         "\ufeff" + FULL,
         FULL.rstrip("\n"),
         FULL + "\n\n",
+        FULL + "   \n\t\n , ,,,,,,,\n",
         FULL.replace("utc,ax1", " UTC , ax1"),
         FULL.replace("# geometry=azel", "#geometry = azel ,,,,"),
         FULL.replace(",note\n", ",note,operator\n").replace("clouds", "clouds,Ada").replace(
             "bird", "bird,Ada").replace('dry"', 'dry",').replace("+,-,", "+,-,,"),
     ],
-    ids=["CR LF", "BOM", "no last newline", "blank lines", "spaces", "spreadsheet commas",
+    ids=["CR LF", "BOM", "no last newline", "blank lines", "blanks", "spaces", "spreadsheet commas",
          "unknown column"],
 )  # fmt: skip
 def test_what_spreadsheets_and_editors_do_is_read(tmp_path: Path, text: str) -> None:

@@ -14,6 +14,7 @@ from typing import Any, TypeVar, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
+from solarcal.decimals import counted, shortened
 from solarcal.errors import ConfigurationError, InputFileError, harmless
 from solarcal.input_files import read_text, write_whole
 from solarcal.session.interchange.csv_head import (
@@ -51,7 +52,9 @@ def read_points_csv(path: str | Path, **fill_in: Unpack[UnitFillIn]) -> PointTab
     """
     text, separator = without_separator_line(read_text(path))
     if not text.strip():
-        raise InputFileError(f"{path} is empty: a header line {','.join(REQUIRED_COLUMNS)} comes")
+        raise InputFileError(
+            f"{path} is empty: a header line {','.join(REQUIRED_COLUMNS)} comes first"
+        )
     head = read_head(text, path, fill_in)
     sheet = read_sheet(text, path, REQUIRED_COLUMNS, OPTIONAL_COLUMNS, separator)
     status = sheet.convert("status", _status_of)
@@ -134,7 +137,7 @@ class Sheet:
 
     def error(self, row: int, name: str, complaint: str) -> InputFileError:
         cell = self.column(name)[row]
-        shown = f" {cell[:40]!r}" if cell else ""
+        shown = f" {shortened(cell)}" if cell else ""
         return InputFileError(f"{self.path}:{self.lines[row]}: column {name}:{shown} {complaint}")
 
     def convert(self, name: str, of: Callable[[str], Value]) -> list[Value]:
@@ -234,13 +237,13 @@ def read_sheet(
     try:
         for row in reader:
             first, last = last + 1, reader.line_num
-            if row and not row[0].lstrip().startswith("#") and any(row):
+            if row and not row[0].lstrip().startswith("#") and any(map(str.strip, row)):
                 rows.append(row)
                 lines.append(first)
     except csv.Error as error:
         raise InputFileError(f"{path}:{last + 1}: not readable as CSV: {error}") from None
     if not rows:
-        raise InputFileError(f"{path} is empty: a header line {','.join(required)} comes")
+        raise InputFileError(f"{path} is empty: a header line {','.join(required)} comes first")
     names = [cell.strip().lower() for cell in rows.pop(0)]
     where = f"{path}:{lines.pop(0)}: the header line"
     if missing := [name for name in required if name not in names]:
@@ -261,7 +264,8 @@ def read_sheet(
         if len(row) != len(names):
             at = names[len(row)] if len(row) < len(names) else f"number {len(names) + 1}"
             raise InputFileError(
-                f"{path}:{line}: {len(row)} cells where the header has {len(names)} (column {at})"
+                f"{path}:{line}: {counted(len(row), 'cell')} where the header has {len(names)} "
+                f"(column {at})"
             )
     cells = list(zip(*rows, strict=True)) or [()] * len(names)
     return Sheet(path, dict(zip(names, cells, strict=True)), lines)
