@@ -237,6 +237,25 @@ def test_the_trace_is_a_readable_transcript(pty_end, tmp_path):
     assert any(line.startswith("#") for line in lines[3:])
 
 
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="this system has no /dev/full")
+def test_a_disk_that_is_full_ends_the_trace_and_not_the_conversation(pty_end, tmp_path):
+    with pytest.raises(
+        ConfigurationError, match="trace file /dev/full cannot be written: No space"
+    ):
+        SerialLink("loop://", trace="/dev/full")
+    link = SerialLink(pty_end.url, trace=tmp_path / "trace.txt")
+    assert link._transcript is not None
+    full = os.open("/dev/full", os.O_WRONLY)
+    os.dup2(full, link._transcript._file.fileno())
+    os.close(full)
+    for _ in range(2):
+        link.write(b"hello\r\n")
+        assert pty_end.read_all(7) == b"hello\r\n"
+    pty_end.write(b"answer\r\n")
+    assert link.read_line(LONG_S) == b"answer"
+    link.close()
+
+
 def test_a_trace_that_cannot_be_written_is_one_clear_line(tmp_path):
     with pytest.raises(ConfigurationError, match="trace file"):
         SerialLink("loop://", trace=tmp_path / "nowhere" / "trace.txt")

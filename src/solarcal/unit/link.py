@@ -51,18 +51,21 @@ class Link(Protocol):
 
 
 class Transcript:
-    """A readable record of everything said on a line, appended to a file: ``--trace FILE``."""
+    """A readable record of everything said on a line, appended to a file: ``--trace FILE``.
+
+    On a full disk it ends; the conversation goes on.
+    """
 
     def __init__(self, path: str | Path, port: str) -> None:
+        self._lock = threading.Lock()
+        self._started = time.monotonic()
         try:
             self._file = open(path, "a", encoding="ascii", errors="backslashreplace")  # noqa: SIM115
+            self._put(f"# {port}, opened {format_utc(time.time())}; seconds since then\n")
         except OSError as error:
             raise ConfigurationError(
                 f"trace file {path} cannot be written: {error.strerror}"
             ) from None
-        self._lock = threading.Lock()
-        self._started = time.monotonic()
-        self._file.write(f"# {port}, opened {format_utc(time.time())}; seconds since then\n")
 
     def note(self, direction: str, data: bytes) -> None:
         """One line of the transcript. ``direction``: sent, received or a remark."""
@@ -71,11 +74,24 @@ class Transcript:
         with self._lock:
             if not self._file.closed:
                 elapsed_s = time.monotonic() - self._started
-                self._file.write(f"{elapsed_s:10.3f} {direction:8} {readable}\n")
-                self._file.flush()
+                with contextlib.suppress(OSError):
+                    self._put(f"{elapsed_s:10.3f} {direction:8} {readable}\n")
+
+    def _put(self, line: str) -> None:
+        try:
+            self._file.write(line)
+            self._file.flush()
+        except OSError:
+            self._close()
+            raise
 
     def close(self) -> None:
         with self._lock:
+            self._close()
+
+    def _close(self) -> None:
+        # What a failed write has left is written again here, and fails again.
+        with contextlib.suppress(OSError):
             self._file.close()
 
 
