@@ -142,6 +142,20 @@ def test_terms_may_be_written_with_spaces_and_not_left_empty(capsys):
     assert "there is no error term ''" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--trace", "line.txt"], "--trace is for a unit on a line: give --port"),
+        (["--baudrate", "1200"], "--baudrate is for a unit on a line: give --port"),
+        (["--port", "loop://", "--set", "truth.P1=0.3"], "--set is for an emulated tracker"),
+        (["--port", "loop://", "--start", "2026-06-03"], "--start is for an emulated tracker"),
+    ],
+)
+def test_an_option_that_the_unit_has_no_use_for_is_not_passed_over(capsys, words, said):
+    assert run_command(["calibrate", *words]) == 2
+    assert capsys.readouterr().err.startswith(f"solarcal: {said}")
+
+
 def test_a_calibration_begun_at_night_waits_for_the_morning(capsys, tmp_path):
     session = tmp_path / "winter.jsonl"
     words = ["calibrate", "--start", "2026-12-21T08:00Z", "--points", "3", "-o", str(session)]

@@ -153,13 +153,29 @@ def run_calibration(
 
 @contextmanager
 def tracker_for(args: argparse.Namespace) -> "Iterator[tuple[Tracker, str, float | None]]":
-    """The unit asked for, its name for files, and the eye noise if we made it ourselves."""
+    """The unit asked for, its name for files, and the eye noise if we made it ourselves.
+
+    Raises
+    ------
+    ConfigurationError
+        An option that the unit meant has no use for.
+    """
     if asks_for_unit(args):
+        _refuse(args, {"settings": "--set", "start": "--start"}, "an emulated tracker, not a unit")
         with asked_tracker(args) as tracker:
             yield tracker, "unit", args.noise_deg
     else:
+        _refuse(
+            args, {"trace": "--trace", "baudrate": "--baudrate"}, "a unit on a line: give --port"
+        )
         with emulated_tracker(args) as made:
             yield made
+
+
+def _refuse(args: argparse.Namespace, options: dict[str, str], of: str) -> None:
+    for name, option in options.items():
+        if getattr(args, name):
+            raise ConfigurationError(f"{option} is for {of}")
 
 
 @contextmanager
@@ -212,7 +228,7 @@ def _start_where_it_broke_off(args: argparse.Namespace) -> None:
     if args.last_coefficients is not None:
         raise ConfigurationError("--last-coefficients: a continued session has its own")
     session = read_session(args.resume)
-    if not args.port and not args.start:
+    if not asks_for_unit(args) and not args.start:
         args.start = (session.records[-1] if session.records else session.header).utc
 
 
