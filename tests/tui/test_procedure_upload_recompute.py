@@ -19,6 +19,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import UploadRecord
 from solarcal.session.view import read_session
 from solarcal.station.news import ClockAdjusted
+from solarcal.tui.dialogs.upload import UploadDialog
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.tracker import Stored
 
@@ -33,6 +34,40 @@ async def test_too_few_points_offer_nothing_to_upload() -> None:
         await pilot.press("y")
         assert "Write, store" not in screen_words(app)
     assert station.session.uploads == ()
+
+
+@on_loop
+async def test_after_a_rollback_the_upload_is_offered_on_the_same_terms_as_before() -> None:
+    """Not on those of the offsets that the unit had a moment ago."""
+    station, _ = bench()
+    take_points(station, 5)
+    station.set_sun_offset()
+    assert station.poll().offsets != Offsets()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("u")
+        await shows(pilot, "Upload?")
+        dialog = app.screen
+        assert isinstance(dialog, UploadDialog)
+        before = dialog._proposal
+        assert before is not None
+        await pilot.press("y")
+        await shows(pilot, "once more")
+        await pilot.press("y")
+        await shows(pilot, "read back EQUAL")
+        await until(pilot, lambda: dialog._proposal is not before)
+        held = dialog._proposal
+        assert held is not None
+        assert held.held.year_p95_deg == held.kept.year_p95_deg
+        await pilot.press("b")
+        await shows(pilot, "Rolled back")
+        await until(pilot, lambda: dialog._proposal is not held)
+        again = dialog._proposal
+        assert again is not None
+        assert (again.held.year_p95_deg, again.better, again.against) == (
+            before.held.year_p95_deg,
+            before.better,
+            before.against,
+        )
 
 
 @on_loop

@@ -230,7 +230,9 @@ def _to_repeat(session: SessionView | None) -> bool:
 
 
 def _propose(station: Station, judgement: Analysis | None) -> UploadOffer | None:
-    status = station.state.live.status
+    # What was written a moment ago is not in the last status that the screen has.
+    linked = station.tracker.capabilities.has_link
+    status = station.poll() if linked else station.state.live.status
     return propose_upload(
         station.session,
         station.coefficients_in_force,
