@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -112,6 +113,14 @@ def test_a_dash_is_standard_input_in_every_format_of_points(tmp_path, capsys):
         expected = json.loads(capsys.readouterr().out)
         ended = _through_a_shell("fit - --json", typed=file.read_text("utf-8"))
         assert json.loads(ended.stdout) == {**expected, "files": ["-"]}
+
+
+def test_an_archive_names_what_came_from_standard_input(tmp_path):
+    session = Path("sessions/azel-good-day.jsonl").read_text("utf-8")
+    ended = _through_a_shell(f'report - -o "{tmp_path / "day.html"}" --zip', typed=session)
+    assert ended.returncode == 0, ended.stderr
+    with zipfile.ZipFile(tmp_path / "day.zip") as archive:
+        assert archive.read("standard-input").decode("utf-8") == session
 
 
 @pytest.mark.parametrize("typed", ["", "hello\n"])

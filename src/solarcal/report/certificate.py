@@ -20,7 +20,7 @@ import numpy as np
 from solarcal import __version__
 from solarcal.config import toml_text
 from solarcal.errors import ConfigurationError
-from solarcal.input_files import read_bytes, reason_of, write_whole
+from solarcal.input_files import STANDARD_INPUT, read_bytes, reason_of, write_whole
 from solarcal.profiles import Profile
 from solarcal.report.blocks import Certificate, Facts, Section, Signatures, Table, plain_text
 from solarcal.report.certificate_sections import (
@@ -63,7 +63,11 @@ class SourceFile:
 
 def read_sources(paths: Sequence[Path]) -> tuple[SourceFile, ...]:
     """The files byte for byte; InputFileError where one cannot be read."""
-    return tuple(SourceFile(path.name, read_bytes(path)) for path in paths)
+    # In an archive, sha256sum would take a dash for its own standard input.
+    names = ("standard-input" if str(path) == STANDARD_INPUT else path.name for path in paths)
+    return tuple(
+        SourceFile(name, read_bytes(path)) for name, path in zip(names, paths, strict=True)
+    )
 
 
 def signed_off(judged: FileAnalysis) -> SignOff:
