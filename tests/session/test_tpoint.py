@@ -78,6 +78,12 @@ def test_an_observation_commented_out_in_another_way_of_writing_is_a_remark(
     assert points.labels == (6, 8, 10)
 
 
+@pytest.mark.parametrize("empty", ["!", "#", ";", "! \t", "!!", "! # nothing"])
+def test_a_comment_without_a_word_is_a_remark(tmp_path: Path, empty: str) -> None:
+    points = read(tmp_path, SMALL.replace("! 120.0 30.0 119.9 30.1", empty))
+    assert points.labels == (6, 8, 10)
+
+
 def test_angles_with_colons_below_zero_keep_their_sign(tmp_path: Path) -> None:
     row = "-0:30:00 -0:06:00 -0:24:00 -00:12:00"
     points = read(tmp_path, f"caption\n: ALTAZ\n-35\n{row}\nEND\n")

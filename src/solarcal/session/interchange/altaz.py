@@ -87,6 +87,8 @@ def layout_of(cells: Sequence[str]) -> str | None:
     are degrees, minutes, seconds. Eight columns of whole degrees and minutes could be that or
     decimal degrees with further numbers behind: no layout is certain.
     """
+    if not cells:
+        return None
     if any(":" in cell for cell in cells[:4]):
         return COLONS
     # A first cell with a point is a decimal degree: nothing else has to be looked at.
