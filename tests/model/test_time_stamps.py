@@ -109,6 +109,39 @@ def test_one_row_among_many_is_named_alone() -> None:
     assert "3600 s late" in found.sentence
 
 
+@pytest.mark.parametrize("off_s", [-25200.0, 43200.0])
+def test_a_stamp_at_which_the_sun_is_too_low_is_not_passed_over(
+    off_s: float, tmp_path, capsys
+) -> None:
+    """Its point is left out of the fit because of the stamp that is wrong."""
+    table = day("solartrak")
+    times = table.utc_s.copy()
+    times[3] += off_s
+    write_table(replace(table, utc_s=times), tmp_path / "night.csv")
+    _, document = documents(capsys, "fit", str(tmp_path / "night.csv"))
+    assert document["points"]["used"] == 9
+    assert document["verdict"]["state"] == "does_not_fit"
+    assert f"{abs(off_s):.0f} s" in document["verdict"]["reasons"][0]
+
+
+def test_points_that_are_low_by_stamp_and_angles_are_not_compared() -> None:
+    """No fit uses them, and there the air decides where the Sun is seen."""
+    dawn = np.append(day().utc_s, parse_utc("2026-06-21T12:10:00Z"))
+    table = day(n=11)
+    low = sun_position("precise", dawn[-1:], SITE)
+    ax1, ax2 = MountGeometry("azel", SITE.latitude_deg).axes_from_horizontal(
+        low.azimuth_deg, low.zenith_deg - 0.3
+    )
+    assert 0.0 < low.elevation_deg[0] < 4.5
+    table = replace(
+        table,
+        utc_s=dawn,
+        ax1_deg=np.append(day().ax1_deg, ax1),
+        ax2_deg=np.append(day().ax2_deg, ax2),
+    )
+    assert stamp_findings(table) == ()
+
+
 def test_stamps_that_nothing_single_explains_are_still_a_finding() -> None:
     scrambled = np.random.default_rng(3).permutation(day().utc_s)
     (found,) = stamp_findings(replace(day(), utc_s=scrambled))

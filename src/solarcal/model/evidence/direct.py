@@ -170,12 +170,11 @@ def weigh(evidence: Iterable[Finding], used: AbstractSet[int], tolerance_deg: fl
             case "frozen":
                 wrong.append(finding.sentence)
             case "time_stamps" | "site" | "geometry" | "ideal_kind":
-                # Struck out already, they speak of nothing that is fitted.
-                if not used.isdisjoint(finding.labels):
-                    # The laptop's time is the truth of a fit; the unit's must follow before it
-                    # points by the coefficients.
-                    own = finding.kind == "time_stamps" and finding.subject == UNIT_CLOCK
-                    (waiting if own else wrong).append(finding.sentence)
+                # The laptop's time is the truth of a fit; the unit's must follow before it points
+                # by the coefficients. That a point is fitted does not matter: a wrong stamp may be
+                # why it seems too low for that.
+                own = finding.kind == "time_stamps" and finding.subject == UNIT_CLOCK
+                (waiting if own else wrong).append(finding.sentence)
             case "offsets":
                 if not used.isdisjoint(finding.labels):
                     wrong.append(finding.sentence)

@@ -14,6 +14,7 @@ from typing import get_args
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.evidence.stamp_search import (
@@ -28,6 +29,7 @@ from solarcal.model.sky_context import (
     LOWEST_ELEVATION_DEG,
     Ideal,
     SkyContext,
+    SunDirections,
     sun_directions,
 )
 from solarcal.mount.geometry import AxisLimits, Limits, MountGeometry, crosses_branch
@@ -109,12 +111,13 @@ def _compared(
     if not len(rows):
         return ()
     try:
-        apart = _apart_now(rows, context)
+        sun = sun_directions(context, rows.utc_s)
     except ConfigurationError:
         # Instants of a Sun that is not known cannot contradict anything.
         return ()
+    apart = _apart_deg(rows, context, sun)
     limit = AGREEMENT_SHARE * tolerance_deg
-    bad = np.flatnonzero(apart > limit)
+    bad = np.flatnonzero((apart > limit) & ~_too_low(rows, context, sun))
     if not len(bad):
         return _kind_shown(rows, context, apart) if kind_claimed else ()
     # A few rows among many are slips of their own; else it is the file.
@@ -181,15 +184,26 @@ def _thinned(chosen: "np.ndarray[tuple[int, ...], np.dtype[np.intp]]") -> list[i
     return [int(chosen[place]) for place in places]
 
 
-def _apart_now(rows: PointTable, context: SkyContext) -> FloatArray:
+def _apart_deg(rows: PointTable, context: SkyContext, sun: SunDirections) -> FloatArray:
     """Separation (n,) on sky of ideal angles and Sun as the file has them."""
-    sun = sun_directions(context, rows.utc_s)
     return np.asarray(
         context.geometry.sky_separation_deg(
             context.geometry.branch(rows.ax1_deg), rows.ax2_deg, sun.ideal1_deg, sun.ideal2_deg
         ),
         dtype=np.float64,
     )
+
+
+def _too_low(rows: PointTable, context: SkyContext, sun: SunDirections) -> NDArray[np.bool_]:
+    """Which (n,) no fit uses, whether stamp or angles are right: there refraction dominates.
+
+    Of a heliostat's normal the angles do not tell how high the Sun is.
+    """
+    low = sun.elevation_deg < LOWEST_ELEVATION_DEG
+    if context.heliostat is None:
+        _, zenith_deg = context.geometry.horizontal_from_axes(rows.ax1_deg, rows.ax2_deg)
+        low &= 90.0 - zenith_deg < LOWEST_ELEVATION_DEG
+    return low
 
 
 def _kind_shown(
@@ -199,12 +213,11 @@ def _kind_shown(
     worst = float(apart_deg.max())
     if worst <= KIND_LIMIT_DEG:
         return ()
-    rms = {
-        kind: float(
-            np.sqrt(np.mean(_apart_now(rows, msgspec.structs.replace(context, ideal=kind)) ** 2))
-        )
-        for kind in get_args(Ideal)
-    }
+    rms = {}
+    for kind in get_args(Ideal):
+        other = msgspec.structs.replace(context, ideal=kind)
+        apart_deg = _apart_deg(rows, other, sun_directions(other, rows.utc_s))
+        rms[kind] = float(np.sqrt(np.mean(apart_deg**2)))
     best = min(rms, key=lambda kind: rms[kind])
     if rms[best] * KIND_FACTOR > rms[context.ideal]:
         return ()
