@@ -250,7 +250,6 @@ def test_the_command_says_what_it_did(fit_file, capsys):
         ([], 2, "which rotator?"),
         (["--scenario", "tijeras-azel", "--driver", "solartrak"], 2, "has its own tracking"),
         (["--scenario", "polar"], 2, "choose an azel scenario"),
-        (["--scenario", "tijeras-azel", "--every", "0"], 2, "seconds between 1 and 3600"),
         (["--scenario", "tijeras-azel", "--until", "noon"], 2, "HH:MM"),
         (["--scenario", "tijeras-azel", "--start", "2026-06-05T08:00:00Z"], 1, "horizon"),
         (["--scenario", "tijeras-azel", "--coefficients", "no.json"], 2, "is missing"),
@@ -261,6 +260,13 @@ def test_what_the_command_refuses_is_one_line(words, code, said, capsys):
     err = capsys.readouterr().err
     assert said in err.splitlines()[-1]
     assert "Traceback" not in err
+
+
+def test_an_interval_out_of_range_is_a_wrong_call(capsys):
+    with pytest.raises(SystemExit) as ended:
+        run_command(["track", "--scenario", "tijeras-azel", "--every", "0"])
+    assert ended.value.code == 2
+    assert "argument --every: 0 is not between 1 and 3600" in capsys.readouterr().err
 
 
 def test_coefficients_of_another_mount_are_refused(tmp_path, capsys):
