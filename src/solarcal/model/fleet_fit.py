@@ -5,7 +5,7 @@ comes out is the mechanism and how well it is known; the six numbers to UPLOAD n
 each site and are the business of ``methods.fit``.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -61,15 +61,7 @@ class ManyPoints:
         return len(self.ax1_deg)
 
     def take(self, chosen: Indices | slice) -> "ManyPoints":
-        return ManyPoints(
-            self.ax1_deg[chosen],
-            self.ax2_deg[chosen],
-            self.err1_deg[chosen],
-            self.err2_deg[chosen],
-            self.sigma_deg[chosen],
-            self.prior_mean[chosen],
-            self.prior_sigma[chosen],
-        )
+        return ManyPoints(*(getattr(self, one.name)[chosen] for one in fields(self)))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

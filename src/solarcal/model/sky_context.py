@@ -37,7 +37,8 @@ Ideal = Literal["apparent", "airless", "solartrak"]
 LOWEST_ELEVATION_DEG = 5.0
 """Points lower than this are never fitted: the air there is not known well enough."""
 
-_YEAR_S = 366.0 * SECONDS_PER_DAY
+BLOCK_S = 366.0 * SECONDS_PER_DAY
+"""The Sun is prepared in blocks of a year, of one session and of a fleet, so that answers agree."""
 _DEFAULT_YEAR = "2026-01-01"
 _FIRST_YEAR, _LAST_YEAR = "1961-01-01", "2099-01-01"
 """The first and the last that the Sun models cover from end to end."""
@@ -182,7 +183,7 @@ def sun_directions(context: SkyContext, utc_s: FloatArray) -> SunDirections:
     """The controller's ideal angles and the true apparent ones at POSIX UTC seconds (n,)."""
     first_s = float(utc_s.min()) if utc_s.size else context.first_midnight_utc_s
     last_s = float(utc_s.max()) if utc_s.size else first_s
-    ephemeris = _ephemeris(context.site, first_s // _YEAR_S, last_s // _YEAR_S)
+    ephemeris = _ephemeris(context.site, first_s // BLOCK_S, last_s // BLOCK_S)
     azimuth, zenith = ephemeris.horizontal_deg(utc_s)
     apparent = apparent_zenith_deg(zenith, context.refraction, context.air)
     true1, true2 = context.true_axes_deg(azimuth, apparent)
@@ -198,11 +199,10 @@ def sun_directions(context: SkyContext, utc_s: FloatArray) -> SunDirections:
 
 
 @lru_cache(maxsize=8)
-def _ephemeris(site: Site, first_block: float, last_block: float) -> "SiteEphemeris":
-    # Blocks of a year keep the prepared Sun for the next question.
+def _ephemeris(site: Site, first_block: float, last_block: float) -> SiteEphemeris:
     # A time beyond the models' years is refused by the ephemeris itself, with its own words.
-    start_s = max(first_block * _YEAR_S, FIRST_UTC_S)
-    end_s = min((last_block + 1.0) * _YEAR_S, LAST_UTC_S - 1.0)
+    start_s = max(first_block * BLOCK_S, FIRST_UTC_S)
+    end_s = min((last_block + 1.0) * BLOCK_S, LAST_UTC_S - 1.0)
     return SiteEphemeris(site, start_s, end_s)
 
 
@@ -255,8 +255,6 @@ def true_points(points: Points, context: SkyContext) -> TruePoints:
     )
 
 
-BLOCK_S = 366.0 * SECONDS_PER_DAY
-"""The Sun is prepared in the same blocks as for a single session, so that answers agree."""
 _STANDARD = Weather(pressure_hpa=1013.25, temperature_c=10.0)
 
 
@@ -265,7 +263,7 @@ class FleetPoints:
     """m points of any number of sessions, with what their sessions say of each.
 
     ``basis`` (m, 3, 3) of the mounts; ``kind`` (m,) ``apparent``, ``airless`` or ``solartrak``;
-    ``block`` (m,) the block of a year in which the session begins; ``utc_s`` finite where the
+    ``block`` (m,) the block of ``BLOCK_S`` in which the session begins; ``utc_s`` finite where the
     kind is ``solartrak``; the others (m,).
     """
 
@@ -283,11 +281,6 @@ class FleetPoints:
     elevation_m: FloatArray
     pressure_hpa: FloatArray
     temperature_c: FloatArray
-
-
-def block_of(first_utc_s: FloatArray) -> FloatArray:
-    """In which block of a year a session begins."""
-    return first_utc_s // BLOCK_S
 
 
 def fleet_true_points(points: FleetPoints) -> TruePoints:
@@ -319,12 +312,7 @@ def _sun_deg(
     points: FleetPoints, chosen: NDArray[np.intp], block: float
 ) -> tuple[FloatArray, FloatArray]:
     times = points.utc_s[chosen]
-    last_block = float(times.max()) // BLOCK_S
-    sun = SiteEphemeris(
-        Site(0.0, 0.0),
-        max(block * BLOCK_S, FIRST_UTC_S),
-        min((last_block + 1.0) * BLOCK_S, LAST_UTC_S - 1.0),
-    )
+    sun = _ephemeris(Site(0.0, 0.0), block, float(times.max()) // BLOCK_S)
     return sun.horizontal_elsewhere_deg(
         times, points.latitude_deg[chosen], points.longitude_deg[chosen], points.elevation_m[chosen]
     )

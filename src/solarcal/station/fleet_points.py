@@ -13,8 +13,6 @@ from solarcal.model.sky_context import (
     BLOCK_S,
     LOWEST_ELEVATION_DEG,
     FleetPoints,
-    TruePoints,
-    block_of,
     fleet_true_points,
 )
 from solarcal.mount.geometry import MountGeometry
@@ -85,7 +83,15 @@ def seen_points(sessions: Sequence[PlainSession]) -> tuple[list[Group], list[Pla
         groups.append(
             (
                 [sessions[i] for i in chosen],
-                _many(seen, rows, sigma, mean[chosen], spread[chosen]),
+                ManyPoints(
+                    seen.ax1_deg[rows],
+                    seen.ax2_deg[rows],
+                    seen.err1_deg[rows],
+                    seen.err2_deg[rows],
+                    sigma[rows],
+                    mean[chosen],
+                    spread[chosen],
+                ),  # fmt: skip
                 np.sin(points.ax2_deg[rows] * RAD_PER_DEG),
                 [
                     tuple(sessions[i].points.labels[row] for row in (found - first[i]).tolist())
@@ -94,24 +100,6 @@ def seen_points(sessions: Sequence[PlainSession]) -> tuple[list[Group], list[Pla
             )
         )
     return groups, [session for session, n in zip(sessions, used, strict=True) if not n]
-
-
-def _many(
-    seen: TruePoints,
-    rows: NDArray[np.intp],
-    sigma_deg: FloatArray,
-    mean: FloatArray,
-    spread: FloatArray,
-) -> ManyPoints:
-    return ManyPoints(
-        ax1_deg=seen.ax1_deg[rows],
-        ax2_deg=seen.ax2_deg[rows],
-        err1_deg=seen.err1_deg[rows],
-        err2_deg=seen.err2_deg[rows],
-        sigma_deg=sigma_deg[rows],
-        prior_mean=mean,
-        prior_sigma=spread,
-    )
 
 
 def _columns(
@@ -140,7 +128,7 @@ def _columns(
         ]
     )[owner]
     centre = site[:, 5]
-    begins = block_of(np.minimum.reduceat(utc_s, first[:-1]))
+    begins = np.minimum.reduceat(utc_s, first[:-1]) // BLOCK_S
     points = FleetPoints(
         ax1_deg=ax1 - 360.0 * np.ceil((ax1 - centre - 180.0) / 360.0),
         ax2_deg=ax2,
