@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import get_args
 
+import msgspec
 import numpy as np
 from scipy.optimize import minimize, minimize_scalar
 
@@ -98,10 +99,8 @@ class StampSearch:
         )
         if (change.ideal or self.context.ideal) == "apparent":
             zenith = apparent_zenith_deg(zenith, self.context.refraction, self.context.air)
-        aim = (azimuth, zenith)
-        if self.context.heliostat is not None:
-            aim = self.context.heliostat.controller_normal_deg(*aim)
-        ax1, ax2 = (axis.reshape(utc_s.shape) for axis in geometry.axes_from_horizontal(*aim))
+        there = msgspec.structs.replace(self.context, geometry=geometry)
+        ax1, ax2 = (a.reshape(utc_s.shape) for a in there.believed_axes_deg(azimuth, zenith))
         return np.asarray(
             geometry.sky_separation_deg(self.rows.ax1_deg, self.rows.ax2_deg, ax1, ax2),
             dtype=np.float64,

@@ -32,16 +32,16 @@ from solarcal.model.sky_context import (
     SunDirections,
     sun_directions,
 )
+from solarcal.mount.controller import ideal_and_elevation_deg
 from solarcal.mount.geometry import AxisLimits, Limits, MountGeometry, crosses_branch
 from solarcal.optics.offset_mirror import Heliostat
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header
 from solarcal.session.view import SessionView
 from solarcal.site import Site
-from solarcal.sun.appendix_a import horizontal_deg
 from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S, SUN_YEARS
 from solarcal.timescale import SECONDS_PER_DAY, format_utc, parse_utc
-from solarcal.units import FloatArray, wrap_deg
+from solarcal.units import FloatArray, rms, wrap_deg
 
 AGREEMENT_SHARE = 0.5
 """Stamps and angles that differ by more than this part of the tolerance contradict each other."""
@@ -213,13 +213,12 @@ def _kind_shown(
     worst = float(apart_deg.max())
     if worst <= KIND_LIMIT_DEG:
         return ()
-    rms = {}
+    left_deg = {}
     for kind in get_args(Ideal):
         other = msgspec.structs.replace(context, ideal=kind)
-        apart_deg = _apart_deg(rows, other, sun_directions(other, rows.utc_s))
-        rms[kind] = float(np.sqrt(np.mean(apart_deg**2)))
-    best = min(rms, key=lambda kind: rms[kind])
-    if rms[best] * KIND_FACTOR > rms[context.ideal]:
+        left_deg[kind] = rms(_apart_deg(rows, other, sun_directions(other, rows.utc_s)))
+    best = min(left_deg, key=lambda kind: left_deg[kind])
+    if left_deg[best] * KIND_FACTOR > left_deg[context.ideal]:
         return ()
     return (
         Finding(
@@ -227,7 +226,7 @@ def _kind_shown(
             subject="ideal angles",
             sentence=f"the ideal angles are {KIND_WORDS[best]}, not {context.ideal}: taken as "
             f"{context.ideal} they are up to {worst:.3f} deg from the Sun at their time stamps, "
-            f"taken as {best} {rms[best]:.4f} deg rms; give ideal={best} (or --ideal {best})",
+            f"taken as {best} {left_deg[best]:.4f} deg rms; give ideal={best} (or --ideal {best})",
             number=worst,
             direct=True,
             labels=rows.labels,
@@ -301,12 +300,8 @@ def _crossing(
 ) -> str | None:
     midnight_s = (day - site.longitude_deg / 360.0) * SECONDS_PER_DAY
     utc_s = midnight_s + np.arange(0.0, SECONDS_PER_DAY, _STEP_S)
-    azimuth, zenith = horizontal_deg(utc_s, site.latitude_deg, site.longitude_deg)
-    aim = (azimuth, zenith)
-    if heliostat is not None:
-        aim = heliostat.controller_normal_deg(azimuth, zenith)
-    ax1, ax2 = geometry.axes_from_horizontal(*aim)
-    high = (90.0 - zenith > LOWEST_ELEVATION_DEG) & _within_limits(limits.axis2, ax2)
+    ax1, ax2, elevation = ideal_and_elevation_deg(geometry, site, utc_s, heliostat)
+    high = (elevation > LOWEST_ELEVATION_DEG) & _within_limits(limits.axis2, ax2)
     path = np.where(high, ax1, np.nan)
     centre_deg = geometry.ax1_centre_deg
     if not crosses_branch(path, centre_deg):
@@ -320,7 +315,7 @@ def _crossing(
     edges = f"{centre_deg + 180.0:.0f} and {centre_deg - 180.0:.0f} deg"
     return (
         f"the Sun crosses the edge of axis 1's branch (AX1 {edges} are one direction) at "
-        f"{format_utc(float(utc_s[jump]), 0)}, {90.0 - zenith[jump]:.0f} deg high: axis 1 has to "
+        f"{format_utc(float(utc_s[jump]), 0)}, {elevation[jump]:.0f} deg high: axis 1 has to "
         "make a full turn there, and a scale error P5 has another effect on each side; one range "
         "of AX1 cannot cover this day, this site needs two"
     )
