@@ -5,6 +5,7 @@ Angles are degrees in the mount's native frame, AX1 on the branch; ``err = readi
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
@@ -33,7 +34,8 @@ a column without a number for every accepted point is None.
 """
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+# No slots: cached properties live in the instance's dictionary.
+@dataclass(frozen=True, eq=False)
 class PointTable:
     """Points of one unit. All columns have n rows, one per point or attempt.
 
@@ -80,7 +82,7 @@ class PointTable:
     def __len__(self) -> int:
         return len(self.labels)
 
-    @property
+    @cached_property
     def site(self) -> Site | None:
         """Where the unit stands, if the file says so."""
         if self.latitude_deg is None or self.longitude_deg is None:
