@@ -32,7 +32,7 @@ from solarcal.model.finding import Finding, listed
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
 from solarcal.model.points import Points
-from solarcal.model.prior import MechanismPosterior, Prior
+from solarcal.model.prior import Prior
 from solarcal.model.sky_context import LOWEST_ELEVATION_DEG, SkyContext, true_points
 from solarcal.model.year_grid import coefficients_jacobian, mechanism_of
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients
@@ -239,13 +239,7 @@ def _widened(
     stretch = np.linalg.cholesky(together) @ np.linalg.inv(np.linalg.cholesky(alone))
     stretch = stretch * unit[:, np.newaxis] / unit
     old = solution.posterior
-    posterior = MechanismPosterior(
-        weights=old.weights,
-        means=old.means,
-        covariances=stretch @ old.covariances @ stretch.T,
-        noise_deg=old.noise_deg,
-        point_weights=old.point_weights,
-    )
+    posterior = replace(old, covariances=stretch @ old.covariances @ stretch.T)
     carried = coefficients_jacobian(solution.year.slopes, solution.context, solution.prior)
     return replace(
         solution, posterior=posterior, covariance=carried @ posterior.covariance @ carried.T

@@ -138,11 +138,6 @@ def _told(approach: NDArray[np.int_], axis: int | None) -> bool:
     return min(sides) >= SIDES_NEEDED
 
 
-def squares_beside(base: FloatArray, residuals: FloatArray) -> float:
-    """Sum of squares that columns (m, k) leave of residuals (m,)."""
-    return ColumnFit(base, residuals).squares
-
-
 def norms_beside(base: FloatArray, columns: FloatArray) -> FloatArray:
     """Length of the part of each column (m, q) that columns (m, k) do not hold, (q,); 0 where
     rounding."""

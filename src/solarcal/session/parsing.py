@@ -270,13 +270,7 @@ class _Point(msgspec.Struct, tag="point", frozen=True):
     approach: tuple[int, int] | None = None
 
 
-class _Void(msgspec.Struct, tag="void", frozen=True):
-    seq: int
-    utc: str
-    voids: int
-
-
-_points_decoder = msgspec.json.Decoder(_Point | _Void)
+_points_decoder = msgspec.json.Decoder(_Point | Void)
 
 
 class NeedsWholeReader(Exception):
@@ -314,7 +308,7 @@ def _points_of(content: bytes, source: str) -> tuple[Header, PointTable]:
         # An escaped type name would escape this reader.
         raise NeedsWholeReader("torn or escaped lines")
     points: list[_Point] = []
-    voids: list[_Void] = []
+    voids: list[Void] = []
     for seq, line in enumerate(lines[1:], start=header.seq + 1):
         if _WANTED[0] not in line and _WANTED[1] not in line:
             continue

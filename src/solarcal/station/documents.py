@@ -34,17 +34,15 @@ def fit_document(
     if findings is None:
         findings = () if judgement is None else judgement.findings
     fitted = solution.as_json()
-    counted = {
-        state: sum(status == state for status in table.status) for state in ("aborted", "rejected")
-    }
     return {
         "files": _names(files),
         "geometry": fitted.pop("geometry"),
         "method": fitted.pop("method"),
         "points": {
-            "total": len(table.status),
+            "total": len(table),
             "used": solution.n_points,
-            **counted,
+            "aborted": table.count("aborted"),
+            "rejected": table.count("rejected"),
             "outliers": fitted.pop("outliers", []),
         },
         "mechanism": fitted.pop("mechanism", None),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from solarcal.model.f_tests import PointsTested, squares_beside
+from solarcal.model.f_tests import ColumnFit, PointsTested
 from solarcal.model.finding import Finding, points_named
 from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext
@@ -212,7 +212,7 @@ def _shifted(points: Points, loss: Loss, after: Sequence[int]) -> Points:
 
 def _squares(points: Points, context: SkyContext, values: FloatArray) -> float:
     rows = PointsTested.of(points, context).rows(values, {})
-    return squares_beside(rows.six, rows.residuals)
+    return ColumnFit(rows.six, rows.residuals).squares
 
 
 def missed_counts_finding(

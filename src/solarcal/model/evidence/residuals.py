@@ -19,7 +19,6 @@ from solarcal.model.fit import fit_linear
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import DEFAULT_PRIOR, fit_exact
 from solarcal.model.parameter_checks import correlation_text
-from solarcal.model.points import Points
 from solarcal.model.prior import Prior
 from solarcal.model.residual_tests import BadPoint, Cause, ResidualTests, run_residual_tests
 from solarcal.model.sky_context import SkyContext, true_points
@@ -171,15 +170,11 @@ def solution_to_test(
     if solution.terms != CONTROLLER_TERMS or len(points) < LINEAR_FEWEST:
         return fit_exact(points, context, prior=prior)
     seen = true_points(points, context)
-    there = Points(
-        geometry=points.geometry,
+    there = points.replace(
         ax1_deg=seen.ax1_deg,
         ax2_deg=seen.ax2_deg,
         err1_deg=seen.err1_deg,
         err2_deg=seen.err2_deg,
-        sigma_deg=points.sigma_deg,
-        labels=points.labels,
-        utc_s=points.utc_s,
     )
     # With the air and the better Sun taken out, as every fit of a mechanism has them.
     linear = fit_linear(there)
