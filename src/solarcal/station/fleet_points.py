@@ -91,7 +91,7 @@ def seen_points(sessions: Sequence[PlainSession]) -> tuple[list[Group], list[Pla
                     sigma[rows],
                     mean[chosen],
                     spread[chosen],
-                ),  # fmt: skip
+                ),
                 np.sin(points.ax2_deg[rows] * RAD_PER_DEG),
                 [
                     tuple(sessions[i].points.labels[row] for row in (found - first[i]).tolist())
