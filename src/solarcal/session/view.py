@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from solarcal.decimals import Pair
 from solarcal.errors import SessionFileError
 from solarcal.input_files import read_bytes
 from solarcal.mount.geometry import MountGeometry
@@ -79,6 +80,14 @@ class SessionView:
         return MountGeometry(
             self.header.geometry, self.header.site.latitude_deg, self.header.ax1_centre_deg
         )
+
+    def true_axes_deg(self, azimuth_deg: float, zenith_deg: float) -> Pair:
+        """AX1 on the branch and AX2 of a light there, or of the normal that reflects it."""
+        if self.header.unit.heliostat is not None:
+            aim = self.header.unit.heliostat.true_normal_deg(azimuth_deg, zenith_deg)
+            azimuth_deg, zenith_deg = aim
+        ax1, ax2 = self.geometry.axes_from_horizontal(azimuth_deg, zenith_deg)
+        return float(ax1), float(ax2)
 
     @cached_property
     def accepted(self) -> tuple[PointRecord, ...]:
@@ -257,8 +266,9 @@ def refuse_void(header: Header, records: Sequence[Record], seq: int) -> None:
     if all(record.seq != seq for record in records):
         last = records[-1].seq if records else header.seq
         raise SessionFileError(f"there is no record {seq} in this session (the last is {last})")
-    if all(record.seq != seq for record in live_records(records)):
-        by = [r.seq for r in live_records(records) if isinstance(r, Void) and r.voids == seq]
+    live = live_records(records)
+    if all(record.seq != seq for record in live):
+        by = [r.seq for r in live if isinstance(r, Void) and r.voids == seq]
         raise SessionFileError(
             f"record {seq} is void already; to restore it, void record {by[0]} instead"
         )

@@ -141,10 +141,7 @@ def point_candidate(
         e1, e2 = commanded_error_deg(coefficients, stood.offsets, *ideal)
         error = round(e1, 6), round(e2, 6)
     sun = sun_position("precise", parse_utc(read_utc), session.header.site)
-    aim = (sun.azimuth_deg, sun.zenith_deg)
-    if session.header.unit.heliostat is not None:
-        aim = session.header.unit.heliostat.true_normal_deg(*aim)
-    precise1, precise2 = session.geometry.axes_from_horizontal(*aim)
+    precise1, precise2 = session.true_axes_deg(sun.azimuth_deg, sun.zenith_deg)
     expected, found = counts_since_last_point(session, ideal, reading)
     return PointRecord(
         seq=-1,
@@ -156,7 +153,7 @@ def point_candidate(
         read_utc=read_utc,
         unit_minus_laptop_s=gathered.unit_minus_laptop_s,
         ideal_deg=ideal,
-        precise_deg=(round(float(precise1), 6), round(float(precise2), 6)),
+        precise_deg=(round(precise1, 6), round(precise2, 6)),
         reading_deg=reading,
         counts=stood.counts,
         offsets=last.offsets,

@@ -33,15 +33,14 @@ class MoonPlace:
     """Ideal axis angles of the middle of the Moon's light for one session: apparent."""
 
     def __init__(self, station: Station) -> None:
-        self._header = station.session.header
-        self._geometry = station.geometry
+        self._session = station.session
         self._day = -1
         self._light: MoonLight | None = None
 
     def horizontal_deg(self, utc_s: float) -> Pair:
         """Azimuth and apparent zenith angle."""
         azimuth, zenith = self._light_at(utc_s).horizontal_deg(utc_s)
-        return azimuth, float(apparent_zenith_deg(zenith, "hughes", self._header.weather))
+        return azimuth, float(apparent_zenith_deg(zenith, "hughes", self._session.header.weather))
 
     def bright_enough(self, utc_s: float) -> bool:
         """Whether enough of it is lit to be followed."""
@@ -49,12 +48,7 @@ class MoonPlace:
 
     def axes_deg(self, utc_s: float) -> Pair:
         """AX1 on the branch and AX2, of a heliostat those of the normal."""
-        aim = self.horizontal_deg(utc_s)
-        heliostat = self._header.unit.heliostat
-        if heliostat is not None:
-            aim = heliostat.true_normal_deg(*aim)
-        ax1, ax2 = self._geometry.axes_from_horizontal(*aim)
-        return float(ax1), float(ax2)
+        return self._session.true_axes_deg(*self.horizontal_deg(utc_s))
 
     def rates_deg_per_s(self, utc_s: float) -> Pair:
         """How fast the axes follow it, central difference."""
@@ -67,7 +61,9 @@ class MoonPlace:
         if self._light is None or day != self._day:
             begins_s = day * SECONDS_PER_DAY
             ends_s = begins_s + SECONDS_PER_DAY
-            self._light = MoonLight(self._header.site, begins_s - RATE_OVER_S, ends_s + RATE_OVER_S)
+            self._light = MoonLight(
+                self._session.header.site, begins_s - RATE_OVER_S, ends_s + RATE_OVER_S
+            )
             self._day = day
         return self._light
 

@@ -87,13 +87,11 @@ def sun_now(session: SessionView, live: LiveView) -> SunNow | None:
         return SunNow(azimuth, elevation, float(sun.solar_time_h))
     geometry = session.geometry
     unit_azimuth, unit_zenith = geometry.horizontal_from_axes(status.ideal1_deg, status.ideal2_deg)
-    aim = (azimuth, float(sun.zenith_deg))
     if header.unit.heliostat is not None:
-        aim = header.unit.heliostat.true_normal_deg(*aim)
         unit_azimuth, unit_zenith = (
             float(angle) for angle in header.unit.heliostat.sun_deg(unit_azimuth, unit_zenith)
         )
-    ax1, ax2 = geometry.axes_from_horizontal(*aim)
+    ax1, ax2 = session.true_axes_deg(azimuth, float(sun.zenith_deg))
     apart = geometry.sky_separation_deg(status.ideal1_deg, status.ideal2_deg, ax1, ax2)
     return SunNow(
         azimuth,
