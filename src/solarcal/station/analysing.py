@@ -303,7 +303,9 @@ def solve_merged(
     """
     ordered = sorted(tables, key=_first_instant)
     context = sky_context(ordered[0], header)
-    parts = [point_set(_without_sigma(t, ordered)) for t in ordered]
+    # Sigmas count only where every table gives them.
+    weighted = all(table.sigma_deg is not None for table in ordered)
+    parts = [point_set(t if weighted else replace(t, sigma_deg=None)) for t in ordered]
     names = [t.sources[0] if t.sources else f"session {k + 1}" for k, t in enumerate(ordered)]
 
     def merged(prior: Prior) -> Merged:
@@ -320,10 +322,3 @@ def solve_merged(
 def _first_instant(table: PointTable) -> float:
     known = table.utc_s[np.isfinite(table.utc_s)]
     return float(known.min()) if len(known) else 0.0
-
-
-def _without_sigma(table: PointTable, all_tables: Sequence[PointTable]) -> PointTable:
-    """Sigmas count only where every table gives them."""
-    if all(other.sigma_deg is not None for other in all_tables):
-        return table
-    return replace(table, sigma_deg=None)

@@ -109,7 +109,10 @@ def calibrate(
     path = journal.path or Path()
     try:
         truth_before = emulation.truth()
-        _say_settings(station, say)
+        for sentence in disagreements(station):
+            say(sentence)
+        if warning := branch_warning(station.session.header, station.clock.utc_s()):
+            say(warning)
         technician = AutomaticTechnician(
             station,
             emulation.spot,
@@ -195,10 +198,3 @@ def _reopen(station: Station, lost: LinkError, clock: Clock) -> None:
         else:
             return
     raise LinkError(f"{lost}; given up after {GIVE_UP_S:.0f} s, the session can be continued")
-
-
-def _say_settings(station: Station, say: Callable[[str], None]) -> None:
-    for sentence in disagreements(station):
-        say(sentence)
-    if warning := branch_warning(station.session.header, station.clock.utc_s()):
-        say(warning)

@@ -73,7 +73,7 @@ def next_step(
         )
     if session is None or live.link is LinkState.CLOSED:
         return NextStep("No unit is connected.", "link")
-    if (busy := _during(state)) is not None:
+    if (busy := _during(state, session)) is not None:
         return busy
     if session.ref_checks and live.status is not None and not live.status.referenced:
         return NextStep(
@@ -86,17 +86,13 @@ def next_step(
     return _next_point(state, session, sun_elevation_deg, judgement)
 
 
-def _ends(state: StationState) -> str:
-    session = state.session
-    return "switches" if session is None or session.header.unit.has_switches else "marks"
-
-
-def _during(state: StationState) -> NextStep | None:
+def _during(state: StationState, session: SessionView) -> NextStep | None:
     """In the middle of something: what it waits for."""
     typed = not state.live.capabilities.has_link
+    ends = "switches" if session.header.unit.has_switches else "marks"
     match state.activity:
         case Activity.REF_CHECK:
-            return NextStep(f"Reference check running: watch both axes reach their {_ends(state)}.")
+            return NextStep(f"Reference check running: watch both axes reach their {ends}.")
         case Activity.QUESTIONS | Activity.READY:
             return NextStep("A point is being taken: answer the questions.", "take_point")
         case Activity.GATHERING if typed:
@@ -162,7 +158,7 @@ def _next_point(
     elif day is None and n >= FULL_CALIBRATION and not misfit:
         return NextStep(f"{n} points: upload the coefficients, then prove them.", "upload")
     else:
-        due_utc_s = _due_utc_s(session)
+        due_utc_s = parse_utc(session.accepted[-1].utc) + POINT_INTERVAL_S if n else None
     now_utc_s = state.live.laptop_utc_s
     waits = due_utc_s is not None and now_utc_s is not None and due_utc_s > now_utc_s
     low = sun_elevation_deg is not None and sun_elevation_deg < guards.MIN_ELEVATION_DEG
@@ -228,9 +224,3 @@ def _after_upload(session: SessionView) -> NextStep:
         return NextStep(f"Take {number}: the same questions, never fitted.", "take_point")
     due_utc_s = parse_utc(since[-1].utc) + POINT_INTERVAL_S if since else None
     return NextStep(f"Prove it with {number}: set the Sun offset first.", "sun_offset", due_utc_s)
-
-
-def _due_utc_s(session: SessionView) -> float | None:
-    """Half an hour after the last accepted point."""
-    taken = session.accepted
-    return parse_utc(taken[-1].utc) + POINT_INTERVAL_S if taken else None

@@ -230,14 +230,11 @@ class SensorFollower:
             elif all(view.watch.from_behind):
                 return
             else:
-                self._from_behind(jog)
+                # Behind the light and forward to the same aim: the slack is taken up.
+                jog.go_behind()
+                self._come_forward(jog)
                 watch.forget()
         raise SensorDoubt(f"the {self.light} could not be centred in {MAX_CORRECTIONS} corrections")
-
-    def _from_behind(self, jog: SunOffsetJog) -> None:
-        """Behind the light and forward to the same aim, the slack taken up."""
-        jog.go_behind()
-        self._come_forward(jog)
 
     def _come_forward(self, jog: SunOffsetJog, longest_s: float = MAX_CORRECTIONS) -> None:
         for _ in range(math.ceil(longest_s)):

@@ -94,14 +94,13 @@ class StationState:
     generation: int = 0
 
 
-def newest_upload(records: Sequence[object]) -> UploadRecord | None:
+def newest_upload(uploads: Sequence[UploadRecord]) -> UploadRecord | None:
     """The newest upload that is no rollback itself.
 
     One that wrote what the unit held already replaced nothing: the one before it is meant, if any.
     """
-    found = [r for r in records if isinstance(r, UploadRecord) and not r.rollback]
-    changed = [upload for upload in found if upload.changed]
-    newest = changed or found
+    found = [upload for upload in uploads if not upload.rollback]
+    newest = [upload for upload in found if upload.changed] or found
     return newest[-1] if newest else None
 
 

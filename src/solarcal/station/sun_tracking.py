@@ -159,7 +159,8 @@ class SunTracking:
                 if until_utc_s is not None and now_s >= until_utc_s:
                     run.ended_by = "until"
                     break
-                if self._sun_is_down(now_s):
+                sun = sun_position("solartrak", now_s, self._tracker.site().site)
+                if float(sun.elevation_deg) < 0.0:
                     run.ended_by = "sunset"
                     break
                 try:
@@ -200,10 +201,6 @@ class SunTracking:
             self._tracker.stop()
         except SolarcalError as error:
             self._say(f"it could not be stopped: {error}")
-
-    def _sun_is_down(self, utc_s: float) -> bool:
-        sun = sun_position("solartrak", utc_s, self._tracker.site().site)
-        return float(sun.elevation_deg) < 0.0
 
     def _look(self, status: Status) -> None:
         run = self._run

@@ -193,7 +193,7 @@ class RotatorControl:
         if mode in (Mode.TRACK, Mode.LIMIT):
             self._follow(now_s)
         elif mode is Mode.JOG and not 0.0 < self._jog_expires_s - now_s <= JOG_EXPIRES_S + 1.0:
-            self._end_jog()
+            self.manual()
         elif self._next_s < NEVER_S:
             self.watch()
             self._look_again(now_s)
@@ -244,11 +244,6 @@ class RotatorControl:
                 self._check.number, off_deg <= THERE_DEG, difference1, difference2
             )
             self._become(Mode.MANUAL, self._halts)
-
-    def _end_jog(self) -> None:
-        halts = self._halts
-        self._rotator.stop()
-        self._become(Mode.MANUAL, halts)
 
     def _look_again(self, now_s: float) -> None:
         if self.mode in (Mode.JOG, Mode.REF) or not self.at_rest:
