@@ -80,12 +80,13 @@ def _cure(chances: "_Chances", normal: FloatArray, pair: tuple[int, int]) -> str
         r = _correlations(normal + weight * added)[:, pair[0], pair[1]]
         return np.abs(r) <= TOLD_APART
 
-    slots_s, information = chances.today
-    good = slots_s[cured(information)].tolist()
+    grid, information = chances.slots
+    today = grid.day == 0
+    good = grid.utc_s[today][cured(information[today])].tolist()
     if good:
-        today = times[times >= chances.midnight_s]
-        before = [t for t in good if t < today.min()]
-        after = [t for t in good if t > today.max()]
+        taken = times[times >= chances.midnight_s]
+        before = [t for t in good if t < taken.min()]
+        after = [t for t in good if t > taken.max()]
         if before and len(before) >= len(after):
             return f"a point before {clock_utc(max(before) + 1.0)} would"
         if after:
@@ -114,27 +115,23 @@ class _Chances:
         return float(first_s + SECONDS_PER_DAY * np.floor(since_s / SECONDS_PER_DAY))
 
     @cached_property
-    def today(self) -> tuple[FloatArray, FloatArray]:
-        """Half hours (s,) of that day, and what a point there tells (s, 6, 6)."""
-        return self._informations(sun_grid(self.solution.context, np.array([self.midnight_s])))
+    def slots(self) -> tuple[SunGrid, FloatArray]:
+        """Half hours of that day and of later ones; what a point at each tells (s, 6, 6)."""
+        days = np.array((0, *_DAYS_AHEAD))
+        grid = sun_grid(self.solution.context, self.midnight_s + SECONDS_PER_DAY * days)
+        at = grid.linearised(self.solution.posterior.mean)
+        rows = np.transpose(at.sky_slopes, (2, 1, 0)) * self.solution.prior.sigma_array()
+        return grid, np.einsum("nai,naj->nij", rows, rows)
 
     @cached_property
     def later(self) -> tuple[FloatArray, FloatArray]:
         """Midnights (d,) of later days, and what some points spread over each tell (d, 6, 6)."""
-        starts_s = self.midnight_s + SECONDS_PER_DAY * np.array(_DAYS_AHEAD)
-        grid = sun_grid(self.solution.context, starts_s)
-        _, information = self._informations(grid)
+        grid, information = self.slots
         long_enough, together = [], []
-        for index in range(len(starts_s)):
+        for index in range(1, len(grid.days_utc_s)):
             of_day = np.flatnonzero(grid.day == index)
             if len(of_day) >= _POINTS_OF_A_DAY:
                 spread = np.linspace(0, len(of_day) - 1, _POINTS_OF_A_DAY).round().astype(int)
                 long_enough.append(index)
                 together.append(information[of_day[spread]].sum(axis=0))
-        return starts_s[long_enough], np.array(together).reshape(-1, 6, 6)
-
-    def _informations(self, grid: SunGrid) -> tuple[FloatArray, FloatArray]:
-        """The grid's half hours (s,), and what a point there tells (s, 6, 6)."""
-        at = grid.linearised(self.solution.posterior.mean)
-        rows = np.transpose(at.sky_slopes, (2, 1, 0)) * self.solution.prior.sigma_array()
-        return grid.utc_s, np.einsum("nai,naj->nij", rows, rows)
+        return grid.days_utc_s[long_enough], np.array(together).reshape(-1, 6, 6)
