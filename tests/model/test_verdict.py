@@ -7,6 +7,7 @@ import pytest
 from made_up_trackers import JUNE, TRACKER, day_of, judge
 from scipy.spatial.transform import Rotation
 
+from solarcal.errors import ConfigurationError
 from solarcal.model.cross_checks import (
     _order_probability,
     _spectrum,
@@ -151,7 +152,7 @@ class TestLean:
 
 class TestShims:
     def test_the_side_the_top_leans_to_is_lifted(self):
-        shims = shim_heights(2.0, 90.0, 500.0, 4)
+        shims = shim_heights(2.0, 90.0, BoltCircle(500.0, 4))
         heights = {shim.bolt_bearing_deg: shim.height_mm for shim in shims}
         assert heights[270.0] == 0.0
         assert heights[90.0] == pytest.approx(500.0 * np.sin(np.radians(2.0)))
@@ -159,7 +160,7 @@ class TestShims:
 
     @pytest.mark.parametrize("bolts", [3, 4, 6, 8])
     def test_shimmed_bolts_lie_in_a_level_plane(self, bolts):
-        shims = shim_heights(3.0, 37.0, 600.0, bolts, first_bolt_bearing_deg=10.0)
+        shims = shim_heights(3.0, 37.0, BoltCircle(600.0, bolts, 10.0))
         bearing = np.radians([s.bolt_bearing_deg for s in shims])
         east, north = 300.0 * np.sin(bearing), 300.0 * np.cos(bearing)
         towards = np.radians(37.0)
@@ -180,7 +181,7 @@ class TestShims:
             np.radians(mount.basis().T @ np.array([-values[2], -values[0], 0.0]))
         )
         base = base_tilt(values, mount)
-        shims = shim_heights(base.tilt_deg, base.bearing_deg, 400.0, bolts, 20.0)
+        shims = shim_heights(base.tilt_deg, base.bearing_deg, BoltCircle(400.0, bolts, 20.0))
         bearing = np.radians([shim.bolt_bearing_deg for shim in shims])
         flat = 200.0 * np.column_stack((np.sin(bearing), np.cos(bearing), np.zeros(bolts)))
         plate = turn.apply(flat)
@@ -205,8 +206,10 @@ class TestShims:
         assert "shims" not in plain.as_json()
 
     def test_a_plate_has_three_bolts_at_least(self):
-        with pytest.raises(ValueError, match="three bolts"):
-            shim_heights(2.0, 0.0, 500.0, 2)
+        with pytest.raises(ConfigurationError, match="number of bolts: 2 is not between 3 and 72"):
+            BoltCircle(500.0, 2)
+        with pytest.raises(ConfigurationError, match="diameter"):
+            BoltCircle(0.0, 4)
 
     def test_winds(self):
         assert [wind(b) for b in (0.0, 22.5, 90.0, 225.0, 359.0)] == ["N", "NNE", "E", "SW", "N"]

@@ -12,6 +12,7 @@ from solarcal.model.sky_context import SkyContext, TruePoints
 from solarcal.model.solution import Solution
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Linearised
+from solarcal.site import BoltCircle
 from solarcal.units import FloatArray
 
 OUTLIER_PROBABILITY = 0.5
@@ -192,35 +193,13 @@ class Shim:
     height_mm: float
 
 
-def shim_heights(
-    lean_deg: float,
-    bearing_deg: float,
-    bolt_circle_diameter_mm: float,
-    bolts: int,
-    first_bolt_bearing_deg: float = 0.0,
-) -> tuple[Shim, ...]:
+def shim_heights(lean_deg: float, bearing_deg: float, plate: BoltCircle) -> tuple[Shim, ...]:
     """Heights that bring a leaning tower upright; the highest corner gets nothing.
 
-    Parameters
-    ----------
-    lean_deg, bearing_deg
-        How far, and towards which compass bearing, the top leans.
-    bolt_circle_diameter_mm
-        Of the bolts in the base plate.
-    bolts
-        At least three, equally spaced.
-    first_bolt_bearing_deg
-        Compass bearing of one of them.
-
-    Raises
-    ------
-    ValueError
-        Fewer than three bolts, or a circle without a diameter.
+    ``bearing_deg``: towards which compass bearing the top leans.
     """
-    if bolts < 3 or not bolt_circle_diameter_mm > 0.0:
-        raise ValueError("a base plate has at least three bolts on a circle of some diameter")
-    radius = bolt_circle_diameter_mm / 2.0
-    bearings = [(first_bolt_bearing_deg + 360.0 * i / bolts) % 360.0 for i in range(bolts)]
+    radius, first_deg = plate.diameter_mm / 2.0, plate.first_bolt_bearing_deg
+    bearings = [(first_deg + 360.0 * i / plate.bolts) % 360.0 for i in range(plate.bolts)]
     # The plate is low on the side the top leans to: that side is lifted.
     rises = [
         radius * math.sin(math.radians(lean_deg)) * math.cos(math.radians(b - bearing_deg))

@@ -203,13 +203,7 @@ def base_and_shims(
     base = base_tilt(solution.posterior.mean, solution.geometry)
     if bolt_circle is None:
         return base, ()
-    return base, shim_heights(
-        base.tilt_deg,
-        base.bearing_deg,
-        bolt_circle.diameter_mm,
-        bolt_circle.bolts,
-        bolt_circle.first_bolt_bearing_deg,
-    )
+    return base, shim_heights(base.tilt_deg, base.bearing_deg, bolt_circle)
 
 
 def shims_words(shims: Sequence[Shim]) -> str:
