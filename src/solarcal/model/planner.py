@@ -52,7 +52,6 @@ def plan(
     until_utc_s: float | None = None,
     points: int | None = None,
     struck: Sequence[tuple[float, float]] = (),
-    prior: Prior | None = None,
 ) -> Plan:
     """Plan the rest of the solar day that ``at_utc_s`` lies in.
 
@@ -76,12 +75,11 @@ def plan(
         Exactly so many more, where the day has room; None: as many as are worth taking.
     struck
         Intervals (from, to) in which no point can be taken: cloud, lunch.
-    prior
-        Whose spreads are the units of the arithmetic; never changes the answer.
     """
     if until_utc_s is not None and until_utc_s < at_utc_s:
         raise ConfigurationError("the plan must end after it begins")
-    unit = (prior or Prior()).sigma_array()
+    # The units of the arithmetic; they never change the answer.
+    unit = Prior().sigma_array()
     wider = expected is not None and expected.posterior is not posterior
     year = year_ahead(posterior, context, unit, expected if wider else None)
     covariance = posterior.covariance / np.outer(unit, unit)

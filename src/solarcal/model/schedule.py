@@ -13,7 +13,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from solarcal.errors import ConfigurationError
 from solarcal.model.prior import MechanismPosterior
 from solarcal.model.sky_context import SkyContext, sun_directions
 from solarcal.model.year_grid import LOWEST_FORECAST_DEG
@@ -285,8 +284,6 @@ def day_slots(
     since_s = (at_utc_s - context.first_midnight_utc_s) % SECONDS_PER_DAY
     end_s = at_utc_s + SECONDS_PER_DAY - since_s
     if until_utc_s is not None:
-        if until_utc_s < at_utc_s:
-            raise ConfigurationError("the plan must end after it begins")
         end_s = min(end_s, until_utc_s)
     first_s = slot_s * math.ceil(at_utc_s / slot_s) if on_the_clock else at_utc_s
     times = first_s + slot_s * np.arange(max(int((end_s - first_s) / slot_s) + 1.0, 0.0))

@@ -9,14 +9,14 @@ and the sense are right: every observation has a beta of its own, and they must 
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import msgspec
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.mount.drive import DEAD_POINT_MARGIN_DEG, ScrewjackDrive, jack_length
+from solarcal.mount.drive import DEAD_POINT_MARGIN_DEG, ScrewjackDrive, jack_length, reading_deg
 from solarcal.units import RAD_PER_DEG, FloatArray, rms
 
 CONSISTENT_DEG = 0.5
@@ -119,10 +119,7 @@ def fit_beta(jack: ScrewjackDrive, observations: Sequence[Measured]) -> Screwjac
     )
     if n < 3 or setup.consistent:
         return setup
-    return ScrewjackSetup(
-        fitted, betas, setup.length_residuals, setup.angle_residuals_deg, sigma,
-        _explanations(fitted, observations),
-    )  # fmt: skip
+    return replace(setup, explanations=_explanations(fitted, observations))
 
 
 def dead_points_deg(jack: ScrewjackDrive) -> tuple[float, float]:
@@ -173,7 +170,7 @@ def wrong_length(
         An angle that one of the two cannot reach.
     """
     counts = true.counts(angle_deg) - true.counts(reference_deg)
-    error = told.angle_deg(told.counts(reference_deg) + counts) - angle_deg
+    error = reading_deg(told, reference_deg, counts) - angle_deg
     line = np.stack((np.ones(len(angle_deg)), angle_deg), axis=1)
     (offset, scale), *_ = np.linalg.lstsq(line, error, rcond=None)
     left = error - line @ np.array([offset, scale])

@@ -105,12 +105,11 @@ class Journal:
         try:
             disk.lock(descriptor, path)
             text = parse_session(disk.read(descriptor), str(path))
-        except OSError as error:
+        except (OSError, SessionFileError) as error:
             disk.close(descriptor)
+            if isinstance(error, SessionFileError):
+                raise
             raise SessionFileError(f"{path} cannot be read: {reason_of(error)}") from error
-        except SessionFileError:
-            disk.close(descriptor)
-            raise
         return cls(
             text.header,
             text.records,
