@@ -148,8 +148,12 @@ class Replay:
         """Forward, or with a negative number back."""
         self.jump(self.position + records)
 
+    @property
+    def point_positions(self) -> list[int]:
+        """Just after each point, accepted or not."""
+        return [i for i, r in enumerate(self.records, start=1) if isinstance(r, PointRecord)]
+
     def jump_to_point(self, number: int) -> None:
         """Go to just after the ``number``-th accepted or unaccepted point, counted from one."""
-        places = [i for i, record in enumerate(self.records) if isinstance(record, PointRecord)]
-        if places:
-            self.jump(places[min(max(number, 1), len(places)) - 1] + 1)
+        if places := self.point_positions:
+            self.jump(places[min(max(number, 1), len(places)) - 1])

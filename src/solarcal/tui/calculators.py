@@ -189,24 +189,17 @@ class CalculatorScreen(StationScreen):
         return self.answer.drawings if self.answer is not None else ()
 
     def _show_answer(self) -> None:
-        views = self._views()
+        views = ["all", *(f"drawing{number}" for number in range(len(self.drawings))), "text"]
         self._view %= len(views)
         view = views[self._view]
         self.set_class(view.startswith("drawing"), "-drawing")
         self.set_class(view == "text", "-text")
         at = int(view.removeprefix("drawing")) if view.startswith("drawing") else 0
         plot = self.query_one("#drawing", AnsiPlot)
-        if self.drawings:
-            draw = self.drawings[at].draw
-            plot.show(draw)
-        else:
-            plot.show(lambda sheet: "")
+        plot.show(self.drawings[at].draw if self.drawings else lambda sheet: "")
         width = max(20, self.app.size.width - 1)
         lines = self.answer.lines if self.answer is not None else ["no result"]
         self.query_one(TextLines).show([part for line in lines for part in _fitted(line, width)])
-
-    def _views(self) -> list[str]:
-        return ["all", *(f"drawing{number}" for number in range(len(self.drawings))), "text"]
 
     def action_scroll_result(self, pages: int) -> None:
         """The form keeps the focus."""

@@ -10,7 +10,6 @@ from textual.widget import Widget
 
 from solarcal.decimals import counted
 from solarcal.report.session_report import record_line
-from solarcal.session.records import PointRecord
 from solarcal.station.news import FitReady
 from solarcal.station.planning import Fitter
 from solarcal.station.saved_sessions import Replay
@@ -252,12 +251,7 @@ class ReplayScreen(PanesScreen):
         self._stand()
 
     def action_point(self, step: int) -> None:
-        places = [
-            index + 1
-            for index, record in enumerate(self.replay.records)
-            if isinstance(record, PointRecord)
-        ]
-        at = self.replay.position
+        places, at = self.replay.point_positions, self.replay.position
         wanted = [p for p in places if p > at][:1] if step > 0 else [p for p in places if p < at]
         if wanted:
             self.replay.jump(wanted[-1])
@@ -276,13 +270,11 @@ class ReplayScreen(PanesScreen):
         self._show_bar()
 
     def action_jump(self) -> None:
-        count = sum(isinstance(record, PointRecord) for record in self.replay.records)
-
         def jump(number: int) -> None:
             self.replay.jump_to_point(number)
             self._stand()
 
-        self.app.push_screen(JumpDialog(count, jump))
+        self.app.push_screen(JumpDialog(len(self.replay.point_positions), jump))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Where the plot is alone its arrows, + and - are the plot's."""
@@ -291,6 +283,4 @@ class ReplayScreen(PanesScreen):
         return not (action in moves and self.has_class("-alone"))
 
     def on_workstation_view_point_opened(self, event: WorkstationView.PointOpened) -> None:
-        session = self.replay.view
-        if session is not None:
-            self.app.push_screen(PointScreen(session, event.point.seq, writable=False))
+        self.app.push_screen(PointScreen(self.replay.view, event.point.seq, writable=False))

@@ -122,8 +122,7 @@ class StartScreen(StationScreen):
     def _use_driver(self, name: str) -> None:
         """How what is opened next is talked to; what is remembered keeps its own driver."""
         self._driver = name if name in ON_A_LINE else DEFAULT_DRIVER
-        name = self._driver
-        self.query_one("#driver", Static).update(f"Driver [d]: {name}")
+        self.query_one("#driver", Static).update(f"Driver [d]: {self._driver}")
         self.query_one(Input).placeholder = DRIVERS[self._driver].address
         self._offer(self._offers)
 
@@ -237,8 +236,7 @@ class StartScreen(StationScreen):
             self.workstation.open_choice(choice)
 
     def action_driver(self) -> None:
-        names = ON_A_LINE
-        self._use_driver(names[(names.index(self._driver) + 1) % len(names)])
+        self._use_driver(ON_A_LINE[(ON_A_LINE.index(self._driver) + 1) % len(ON_A_LINE)])
         self.say_on_line(f"Driver {self._driver}: {DRIVERS[self._driver].summary}.")
 
     def action_profile(self) -> None:

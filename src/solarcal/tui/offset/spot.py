@@ -45,11 +45,7 @@ class Sunspot(Widget):
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
         self._spot: tuple[float, float] | None = None
-        self._half_width_deg = HALF_WIDTHS_DEG[0]
-
-    @property
-    def half_width_deg(self) -> float:
-        return self._half_width_deg
+        self.half_width_deg = HALF_WIDTHS_DEG[0]
 
     def show(self, spot: Spot | None, ideal2_deg: float) -> None:
         """On the plate an axis-1 error is seen as its angle on the sky."""
@@ -59,7 +55,7 @@ class Sunspot(Widget):
             on_sky = spot.error1_deg * math.sin(math.radians(ideal2_deg))
             self._spot = (on_sky, spot.error2_deg)
             reach = max(abs(on_sky), abs(spot.error2_deg)) + SUN_RADIUS_DEG
-            self._half_width_deg = next(
+            self.half_width_deg = next(
                 (half for half in HALF_WIDTHS_DEG if half >= reach), HALF_WIDTHS_DEG[-1]
             )
         self.refresh()
@@ -89,7 +85,7 @@ class Sunspot(Widget):
     def _cell(self, x: int, y: int, width: int, height: int) -> str:
         """One character: spot in half cells, over the cross, the ring and the scale's ticks."""
         # A cell is about twice as high as wide: half cells are square.
-        scale = 2.0 * self._half_width_deg / (2.0 * height)
+        scale = 2.0 * self.half_width_deg / (2.0 * height)
         right = (x - 0.5 * (width - 1)) * scale
         upper = (0.5 * (2 * height - 1) - 2 * y) * scale
         lower = upper - scale
