@@ -79,6 +79,26 @@ def test_ctrl_c_stops_the_rotator():
     assert bench.cable.motions()[-1] == "+\\stop"
 
 
+@pytest.mark.parametrize("request_no", range(8))
+def test_ctrl_c_within_a_request_stops_the_rotator_too(request_no):
+    bench = RotatorBench()
+    bench.open()
+    handled, sent = bench.rotator.handle_input, []
+
+    def interrupted(data):
+        sent.append(data)
+        if len(sent) == request_no + 1:
+            raise KeyboardInterrupt
+        return handled(data)
+
+    bench.rotator.handle_input = interrupted
+    done = tracking(bench).until(None, 10.0).document()
+    assert done["ended_by"] == "interrupted"
+    assert sent[-1] == b"+\\get_pos\n" or sent[-1] == b"+\\stop\n"
+    assert bench.cable.motions()[-1] == "+\\stop"
+    assert bench.tracker.status().mode is Mode.STOP
+
+
 def test_a_stop_by_somebody_else_counts():
     bench = RotatorBench()
     bench.open()

@@ -307,3 +307,24 @@ def test_addresses_of_rotctld(text, address):
 def test_what_is_no_address_is_said_with_what_to_do(text):
     with pytest.raises(ConfigurationError, match=r"start rotctld -m MODEL -r DEVICE first"):
         rotctld_address(text)
+
+
+def test_a_request_that_an_interrupt_broke_off_takes_no_reply_of_the_next():
+    """Whether it went out is not known: the line is given up, and STOP goes out on a new one."""
+    links = [ScriptedRotctld(*OPENING), ScriptedRotctld(*OPENING, ("+\\stop", "stop:", "RPRT 0"))]
+    rotator = RotctldRotator(lambda: links.pop(0), "roof:4533")
+    rotator.open()
+    first, second = rotator._link, links[0]
+
+    def interrupted(data):
+        raise KeyboardInterrupt
+
+    first.write = interrupted
+    with pytest.raises(KeyboardInterrupt):
+        rotator.go_to(170.0, 40.0, rotator.stops())
+    assert first.closed
+    with pytest.raises(LinkError, match="a request to roof:4533 was interrupted"):
+        rotator.stop()
+    rotator.open()
+    rotator.stop()
+    second.assert_finished()

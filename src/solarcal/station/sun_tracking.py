@@ -151,18 +151,29 @@ class SunTracking:
         UnitRefused
             The unit does not track: the Sun is down, say.
         """
-        run, clock = self._run, self._clock
-        self._tracker.set_mode(Mode.TRACK)
+        run = self._run
+        try:
+            self._tracker.set_mode(Mode.TRACK)
+            run.ended_by = self._followed(until_utc_s, every_s)
+        except KeyboardInterrupt as interrupt:
+            run.ended_by = str(interrupt).removeprefix("ended by ") or "interrupted"
+            # In here, where a signal that asks again breaks nothing off.
+            self._end()
+        else:
+            self._end()
+        return run
+
+    def _followed(self, until_utc_s: float | None, every_s: float) -> str:
+        """What ended it."""
+        clock = self._clock
         try:
             while True:
                 now_s = clock.utc_s()
                 if until_utc_s is not None and now_s >= until_utc_s:
-                    run.ended_by = "until"
-                    break
+                    return "until"
                 sun = sun_position("solartrak", now_s, self._tracker.site().site)
                 if float(sun.elevation_deg) < 0.0:
-                    run.ended_by = "sunset"
-                    break
+                    return "sunset"
                 try:
                     status = self._tracker.status()
                 except LinkError as error:
@@ -170,30 +181,27 @@ class SunTracking:
                     continue
                 if status.mode not in (Mode.TRACK, Mode.LIMIT):
                     # Somebody stopped it by another way in: that counts.
-                    run.ended_by = f"mode {status.mode}"
-                    break
+                    return f"mode {status.mode}"
                 self._look(status)
                 left_s = math.inf if until_utc_s is None else until_utc_s - clock.utc_s()
                 clock.wait(max(min(every_s, left_s), SHORTEST_WAIT_S))
-        except KeyboardInterrupt as interrupt:
-            run.ended_by = str(interrupt).removeprefix("ended by ") or "interrupted"
-            # In here, where a signal that asks again breaks nothing off.
-            self._end()
         except SolarcalError:
             self._stop_if_possible()
             raise
-        else:
-            self._end()
-        return run
 
     def _end(self) -> None:
         self._run.ended_utc_s = self._clock.utc_s()
         try:
             self._tracker.stop()
         except LinkError as error:
-            raise LinkError(
-                f"{self._run.ended_by}; the unit could NOT be stopped: {error}"
-            ) from None
+            try:
+                # An interrupt may have broken off a request, and the line with it.
+                self._tracker.open()
+                self._tracker.stop()
+            except LinkError:
+                raise LinkError(
+                    f"{self._run.ended_by}; the unit could NOT be stopped: {error}"
+                ) from None
 
     def _stop_if_possible(self) -> None:
         """The cause of the end is reported, not that a lost line cannot carry a STOP either."""

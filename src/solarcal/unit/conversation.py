@@ -232,9 +232,9 @@ class Conversation:
                     self._state.wait(left_s)
                     continue
                 self._someone_reads = True
-                self._state.release()
                 line = None
                 try:
+                    self._state.release()
                     # Noise often breaks one reply into several lines: read what is there before
                     # repeating, or each piece would cost a repeat of its own.
                     line = self._link.read_line(0.0 if waiting.damaged else left_s)

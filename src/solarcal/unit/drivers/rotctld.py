@@ -127,10 +127,10 @@ class RotctldRotator(Rotator):
         # The queue is within, too: replies come in the order of the writes.
         with self._guard.sending(stops, interrupts=interrupts):
             link = self._open_link()
-            with self._state:
-                nobody_waits = not self._waiting and not self._someone_reads
-                self._waiting.append(waiting)
             try:
+                with self._state:
+                    nobody_waits = not self._waiting and not self._someone_reads
+                    self._waiting.append(waiting)
                 # What is there already answers nothing: replies carry no number to tell them by.
                 # A STOP goes out all the same.
                 stray = link.read_line(0.0) if nobody_waits and not interrupts else None
@@ -140,6 +140,10 @@ class RotctldRotator(Rotator):
                 link.write(line)
             except LinkError as error:
                 self._give_up(str(error))
+                raise
+            except KeyboardInterrupt:
+                # Whether it went out is not known, nor which reply would be whose.
+                self._give_up(f"a request to {self.where} was interrupted; connect again")
                 raise
 
     def _open_link(self) -> Link:
@@ -160,8 +164,8 @@ class RotctldRotator(Rotator):
                         raise LinkError(self._give_up(self._silence(waiting)))
                     continue
                 self._someone_reads = True
-                self._state.release()
                 try:
+                    self._state.release()
                     line = link.read_line(max(deadline - time.monotonic(), 0.0))
                 except LinkError as error:
                     self._give_up(str(error))
