@@ -2,6 +2,7 @@
 
 import gc
 import os
+import signal
 import sys
 
 # All our matrices are small: a second thread of the linear algebra library is waited for longer
@@ -17,13 +18,26 @@ def main() -> int:
         from solarcal.cli.completion import complete
 
         complete()
+    interrupted = signal.getsignal(signal.SIGINT)
+    # Nothing is open yet: an interrupt ends the process, with no traceback of imports.
+    _on_interrupt(signal.SIG_DFL)
     from solarcal.cli import run_command
     from solarcal.cli.process import demand_streams, end_by_signals
 
     gc.set_threshold(ALLOCATIONS_BETWEEN_COLLECTIONS)
     demand_streams()
     end_by_signals()
-    return run_command(sys.argv[1:])
+    _on_interrupt(interrupted)
+    try:
+        return run_command(sys.argv[1:])
+    finally:
+        # Everything is done: the exit code stays that of the command.
+        _on_interrupt(signal.SIG_IGN)
+
+
+def _on_interrupt(how: "signal._HANDLER") -> None:
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+        signal.signal(signal.SIGINT, how)
 
 
 if __name__ == "__main__":

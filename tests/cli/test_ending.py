@@ -137,3 +137,33 @@ def test_the_exit_code_of_a_hang_up_is_not_that_of_what_could_not_be_written(hun
     finally:
         os.close(writing)
     assert ended.returncode == (code if hung_up else 120)
+
+
+INTERRUPTED_WHILE_STARTING = """
+import os, signal, sys
+from solarcal.__main__ import main
+class Interrupt:
+    def find_spec(self, name, *_):
+        if name == "solarcal.cli":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Interrupt())
+sys.argv = ["solarcal", "scenarios"]
+main()
+"""
+INTERRUPTED_AT_THE_END = """
+import atexit, os, signal, sys
+from solarcal.__main__ import main
+atexit.register(os.kill, os.getpid(), signal.SIGINT)
+sys.argv = ["solarcal", "scenarios"]
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize(
+    ("program", "code"), [(INTERRUPTED_WHILE_STARTING, -signal.SIGINT), (INTERRUPTED_AT_THE_END, 0)]
+)
+def test_an_interrupt_before_or_after_the_command_is_no_traceback(program, code):
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (code, "")
