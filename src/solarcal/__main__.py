@@ -18,7 +18,6 @@ def main() -> int:
         from solarcal.cli.completion import complete
 
         complete()
-    interrupted = signal.getsignal(signal.SIGINT)
     # Nothing is open yet: an interrupt ends the process, with no traceback of imports.
     _on_interrupt(signal.SIG_DFL)
     from solarcal.cli import run_command
@@ -27,7 +26,6 @@ def main() -> int:
     gc.set_threshold(ALLOCATIONS_BETWEEN_COLLECTIONS)
     demand_streams()
     end_by_signals()
-    _on_interrupt(interrupted)
     try:
         return run_command(sys.argv[1:])
     finally:
@@ -35,7 +33,7 @@ def main() -> int:
         _on_interrupt(signal.SIG_IGN)
 
 
-def _on_interrupt(how: "signal._HANDLER") -> None:
+def _on_interrupt(how: signal.Handlers) -> None:
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, how)
 

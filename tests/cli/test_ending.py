@@ -78,6 +78,33 @@ def test_a_signal_whose_exception_is_lost_asks_again_and_does_not_break_off_the_
     assert done.stderr.strip().endswith("Ended: ended by SIGTERM")
 
 
+WITHIN_AN_IMPORT = """
+import signal, sys, time
+from solarcal.cli.process import end_by_signals
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+end_by_signals()
+try:
+    import begun
+    time.sleep(10.0)
+except KeyboardInterrupt:
+    print("loaded" if "begun" in sys.modules else "broken off")
+"""
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_a_signal_breaks_off_no_import(tmp_path, name):
+    """A library in C whose start is interrupted may crash."""
+    (tmp_path / "begun.py").write_text(
+        f"import os, signal, time\nos.kill(os.getpid(), signal.{name})\ntime.sleep(0.2)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", WITHIN_AN_IMPORT],
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
+    assert (done.stdout, done.stderr) == ("loaded\n", "")
+
+
 def interrupted_in_a_lock(args):
     """As a condition's wait is, between giving its lock away and taking it again."""
     lock = threading.Lock()

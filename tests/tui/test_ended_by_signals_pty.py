@@ -1,4 +1,4 @@
-"""SIGTERM and SIGHUP: the workstation restores the terminal and closes what it has open."""
+"""SIGINT, SIGTERM and SIGHUP: the workstation restores the terminal and closes what it has open."""
 
 import os
 import signal
@@ -31,7 +31,7 @@ class Recording(Terminal):
         return self._process.wait(10.0)
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_the_terminal_is_as_it_was_and_the_session_is_free(tmp_path: Path, number) -> None:
     terminal = Recording(tmp_path, "--scenario", "tijeras-azel")
     try:

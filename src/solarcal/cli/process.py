@@ -1,6 +1,7 @@
 """The process of a command: what it prints and its streams can print, the signals that end it.
 
-SIGTERM and SIGHUP end a command as Ctrl-C does: what is open is closed, and nothing is lost. A
+SIGTERM and SIGHUP end a command as Ctrl-C (SIGINT) does: what is open is closed, and nothing is
+lost. A
 terminal that is gone ends it too: where the program is no child of its terminal the system sends no
 hang-up when that is closed. It would then read an end of file for ever, as fast as it can, and hold
 the unit's line and the session file. Everything recorded is on the disk already; the start screen
@@ -87,6 +88,10 @@ AGAIN_S = 1.0
 """A signal asks again after so long as nothing comes of it. What it raises can be lost: raised in
 a function that a library in C calls, it may be taken for an answer."""
 
+IMPORT_S = 0.05
+"""A signal within an import asks again after so long: a library in C that is interrupted while it
+starts may crash."""
+
 GRACE_S = 5.0
 """A terminal that is gone may block whoever draws on it; the program ends all the same."""
 
@@ -101,11 +106,13 @@ class Ended(KeyboardInterrupt):
 
 def _ending() -> tuple[signal.Signals, ...]:
     """Windows knows no hang-up."""
-    return tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
+    names = ("SIGINT", "SIGTERM", "SIGHUP")
+    return tuple(getattr(signal, name) for name in names if hasattr(signal, name))
 
 
 def end_by_signals() -> None:
-    """Raise ``Ended`` in the main thread when the program is terminated or its terminal is gone.
+    """Raise ``Ended`` in the main thread when the program is terminated or its terminal is gone,
+    KeyboardInterrupt when it is interrupted.
 
     A signal that is ignored stays so (``nohup``).
     """
@@ -115,13 +122,27 @@ def end_by_signals() -> None:
 
 
 def _raise_ended(number: int, frame: FrameType | None) -> None:
-    del frame
-    again = threading.Timer(AGAIN_S, signal.raise_signal, args=(number,))
+    importing = _importing(frame)
+    if number == signal.SIGINT and not importing:
+        # Who sent it sees whether it ends, and sends another one.
+        raise KeyboardInterrupt
+    wait_s = IMPORT_S if importing else AGAIN_S
+    again = threading.Timer(wait_s, signal.raise_signal, args=(number,))
     again.daemon = True
     again.start()
+    if importing:
+        return
     # Closing must not be broken off by a second one.
     if not any(isinstance(error, KeyboardInterrupt) for error in _chain(sys.exc_info()[1])):
         raise Ended(number)
+
+
+def _importing(frame: FrameType | None) -> bool:
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            return True
+        frame = frame.f_back
+    return False
 
 
 @contextlib.contextmanager
@@ -147,7 +168,7 @@ def interrupts_prevail() -> Iterator[None]:
 def interrupts_obeyed() -> None:
     """The program is about to end: the signal that asked for it need not ask again."""
     for number in _ending():
-        if signal.getsignal(number) is _raise_ended:
+        if number != signal.SIGINT and signal.getsignal(number) is _raise_ended:
             signal.signal(number, signal.SIG_IGN)
 
 
