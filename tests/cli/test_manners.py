@@ -154,15 +154,52 @@ def test_terms_may_be_written_with_spaces_and_not_left_empty(capsys):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--trace", "line.txt"], "--trace is for a unit on a line: give --port"),
-        (["--baudrate", "1200"], "--baudrate is for a unit on a line: give --port"),
-        (["--port", "loop://", "--set", "truth.P1=0.3"], "--set is for an emulated tracker"),
-        (["--port", "loop://", "--start", "2026-06-03"], "--start is for an emulated tracker"),
+        ("calibrate --trace line.txt", "--trace is for a unit on a line: give --port"),
+        ("calibrate --baudrate 1200", "--baudrate is for a unit on a line: give --port"),
+        ("calibrate --port loop:// --set truth.P1=0.3", "--set is for an emulated tracker"),
+        ("calibrate --port loop:// --start 2026-06-03", "--start is for an emulated tracker"),
+        ("calibrate --port loop:// --seed 0", "--seed is for an emulated tracker"),
+        ("calibrate --scenario polar --site s.toml", "--site is for a unit on a line: leave"),
+        ("calibrate --scenario polar --profile roof", "--profile is for a unit on a line: leave"),
+        ("calibrate --scenario polar --trace t.txt", "--trace is for a unit on a line: leave"),
+        ("calibrate --input b.book --seed 3", "--seed is for an emulated tracker"),
+        ("calibrate --input b.book --points 3", "--points is for a unit on a line; the book"),
+        ("calibrate --input b.book --trace t", "--trace is for a unit on a line"),
+        ("track --port loop:// --driver rotctld --seed 1", "--seed is for an emulated tracker"),
+        ("track --port loop:// --noise-deg 0.1", "--noise-deg is for an emulated tracker"),
+        ("track --scenario tijeras-azel --site s.toml", "--site is for a unit on a line: leave"),
+        ("track --scenario tijeras-azel --input b.book", "--input is for a unit without a line"),
+        ("run --input b.book", "--input is for calibrate, upload and rollback"),
+        ("run --scenario polar --baudrate 1200", "--baudrate is for a unit on a line"),
+        ("run --scenario polar --driver typed", "there is no emulated unit for driver typed"),
+        ("run --continue a.jsonl -o b.jsonl", "--output is for a new session"),
+        ("run --continue a.jsonl --driver rotctld", "--driver is for a new session"),
+        ("run --offline --trace t.txt", "--trace is for a unit; --offline opens none"),
     ],
 )
 def test_an_option_that_the_unit_has_no_use_for_is_not_passed_over(capsys, words, said):
-    assert run_command(["calibrate", *words]) == 2
+    assert run_command(words.split()) == 2
     assert capsys.readouterr().err.startswith(f"solarcal: {said}")
+
+
+@pytest.mark.parametrize("option", ["--points 3", "--method exact", "--force why"])
+def test_the_demonstration_on_a_screen_takes_no_option_of_the_one_without(
+    capsys, monkeypatch, option
+):
+    monkeypatch.setattr("solarcal.cli.run.has_terminal", lambda: True)
+    assert run_command(["demo", *option.split()]) == 2
+    said = f"solarcal: {option.split()[0]} is for a demonstration without a screen: give --headless"
+    assert capsys.readouterr().err.startswith(said)
+
+
+def test_a_rotator_is_emulated_on_the_screen_of_run_too(monkeypatch):
+    opened = []
+    monkeypatch.setattr("solarcal.cli.run.has_terminal", lambda: True)
+    monkeypatch.setattr(
+        "solarcal.cli.run.run_workstation", lambda choice, **how: opened.append(choice) or 0
+    )
+    assert run_command(["run", "--scenario", "tijeras-azel", "--driver", "rotctld"]) == 0
+    assert opened[0].driver == "rotctld"
 
 
 def test_a_calibration_begun_at_night_waits_for_the_morning(capsys, tmp_path):

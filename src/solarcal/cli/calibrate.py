@@ -29,6 +29,7 @@ from solarcal.cli.unit_options import (
     journal_creator,
     named_profile,
     port,
+    refuse_options,
 )
 from solarcal.config import file_stem
 from solarcal.decimals import number_option, whole_option
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
 
 DEFAULT_SCENARIO = "tijeras-azel"
 MOST_POINTS = 500
+FOR_EMULATED = ("--set", "--start", "--seed")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -96,7 +98,6 @@ def add_seed_option(options: Options) -> None:
     options.add_argument(
         "--seed",
         type=whole_option(0, 2**63 - 1),
-        default=0,
         help="seed of all random numbers (default 0)",
     )
 
@@ -161,21 +162,16 @@ def tracker_for(args: argparse.Namespace) -> "Iterator[tuple[Tracker, str, float
         An option that the unit meant has no use for.
     """
     if asks_for_unit(args):
-        _refuse(args, {"settings": "--set", "start": "--start"}, "an emulated tracker, not a unit")
+        refuse_options(args, FOR_EMULATED, "an emulated tracker, not a unit")
         with asked_tracker(args) as tracker:
             yield tracker, "unit", args.noise_deg
     else:
-        _refuse(
-            args, {"trace": "--trace", "baudrate": "--baudrate"}, "a unit on a line: give --port"
-        )
+        instead = "leave --scenario away" if args.scenario else "give --port"
+        refuse_options(args, ["--input"], "a unit without a line: leave --scenario away")
+        flags = ["--trace", "--baudrate", "--profile", "--site"]
+        refuse_options(args, flags, f"a unit on a line: {instead}")
         with emulated_tracker(args) as made:
             yield made
-
-
-def _refuse(args: argparse.Namespace, options: dict[str, str], of: str) -> None:
-    for name, option in options.items():
-        if getattr(args, name):
-            raise ConfigurationError(f"{option} is for {of}")
 
 
 @contextmanager
@@ -188,7 +184,8 @@ def emulated_tracker(args: argparse.Namespace) -> "Iterator[tuple[Tracker, str, 
         args.driver or DEFAULT_DRIVER,
         settings=tuple(args.settings),
         start_utc_s=start_utc_s(args),
-        seed=args.seed,
+        seed=args.seed or 0,
+        speed=getattr(args, "speed", None) or 0.0,
         noise_deg=args.noise_deg,
     )
     with closing(emulated.tracker) as tracker:
@@ -260,6 +257,9 @@ def run_book(args: argparse.Namespace) -> int:
 
     if args.scenario or args.port:
         raise ConfigurationError("--input is for a unit without a line; leave --port, --scenario")
+    refuse_options(args, [*FOR_EMULATED, "--noise-deg"], "an emulated tracker")
+    refuse_options(args, ["--trace", "--baudrate"], "a unit on a line")
+    refuse_options(args, ["--points", "--every"], "a unit on a line; the book has its points")
     if args.force is not None:
         raise ConfigurationError("--force: give the reason on the book's own upload line")
     if any(rule_changes(args).values()):

@@ -104,7 +104,7 @@ def run_emulate(args: argparse.Namespace) -> int:
         if args.watch is not None:
             raise ConfigurationError("--watch is for rotators; a controller is asked by X SPOT")
         emulator = emulator_of(args, scenario)
-        line = FaultyLine(emulator, faults, seed=args.seed) if faults is not None else emulator
+        line = FaultyLine(emulator, faults, seed=args.seed or 0) if faults is not None else emulator
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: ended.set())
@@ -134,7 +134,7 @@ def emulator_of(args: argparse.Namespace, scenario: "Scenario") -> "Emulator":
     return Emulator(
         scenario,
         start_utc_s=start_utc_s(args),
-        seed=args.seed,
+        seed=args.seed or 0,
         noise_deg=args.noise_deg,
         speed=args.speed or 0.0,
     )
@@ -150,7 +150,7 @@ def _rotator(args: argparse.Namespace, scenario: "Scenario") -> "EmulatedRotator
     rotator = EmulatedRotator(
         scenario,
         start_utc_s=SystemClock().utc_s() if start_s is None else start_s,
-        seed=args.seed,
+        seed=args.seed or 0,
         noise_deg=args.noise_deg,
         speed=1.0 if args.speed is None else args.speed,
     )

@@ -27,7 +27,13 @@ from solarcal.cli.process import (
     print_json,
     say,
 )
-from solarcal.cli.unit_options import PORT_HELP, add_driver_options, add_output_option, port
+from solarcal.cli.unit_options import (
+    PORT_HELP,
+    add_driver_options,
+    add_output_option,
+    port,
+    refuse_options,
+)
 from solarcal.config import Choice, file_stem, load_keymap, load_settings
 from solarcal.decimals import speed_option
 from solarcal.errors import ConfigurationError, FitError
@@ -59,6 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    _refuse_what_is_passed_over(args)
     demand_terminal()
     # A new profile's name is allowed here: the form fills it.
     profile = (
@@ -83,12 +90,28 @@ def run(args: argparse.Namespace) -> int:
             last_coefficients=last,
         )
     elif args.scenario:
-        choice = Choice(scenario=args.scenario, last_coefficients=last)
+        choice = Choice(
+            scenario=args.scenario, driver=args.driver or DEFAULT_DRIVER, last_coefficients=last
+        )
     elif args.session:
         choice = _continued(args.session)
     return run_workstation(
         choice, profile=profile, output=args.output, trace=args.trace, offline=args.offline
     )
+
+
+def _refuse_what_is_passed_over(args: argparse.Namespace) -> None:
+    refuse_options(args, ["--input"], "calibrate, upload and rollback; here a form asks")
+    if args.scenario:
+        refuse_options(args, ["--baudrate"], "a unit on a line: give --port")
+        if args.driver and not demand_driver(args.driver).has_line:
+            raise ConfigurationError(f"there is no emulated unit for driver {args.driver}")
+    elif args.session:
+        flags = ["--driver", "--baudrate", "--output"]
+        refuse_options(args, flags, "a new session; this one has its own")
+    elif args.offline:
+        flags = ["--driver", "--baudrate", "--trace", "--output"]
+        refuse_options(args, flags, "a unit; --offline opens none")
 
 
 def _continued(path: Path) -> "Choice":
@@ -183,13 +206,16 @@ def add_demo_arguments(parser: argparse.ArgumentParser) -> None:
 def run_demo(args: argparse.Namespace) -> int:
     """In a terminal the workstation, for a newcomer to calibrate; else a whole day headless."""
     if has_terminal() and not (args.headless or args.json):
+        flags = ["--points", "--every", "--method", "--tolerance", "--done-probability"]
+        flags += ["--unmodelled", "--force"]
+        refuse_options(args, flags, "a demonstration without a screen: give --headless")
         return run_workstation(
             Choice(
                 scenario=args.scenario,
                 driver=args.driver,
                 settings=tuple(args.settings),
                 start_utc=args.start or "",
-                seed=args.seed,
+                seed=args.seed or 0,
                 noise_deg=args.noise_deg,
                 speed=args.speed,
                 last_coefficients=last_coefficients(args),

@@ -203,7 +203,7 @@ def _simulate(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     from solarcal.two_mirror.day import day_document, day_lines, day_table, simulate_day
 
     refuse_to_replace(args, args.log)
-    day = simulate_day(_scenario(args), seed=args.seed)
+    day = simulate_day(_scenario(args), seed=args.seed or 0)
     if args.log:
         from solarcal.session.interchange.csv_points import write_points_csv
 
@@ -214,7 +214,7 @@ def _simulate(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
 def _tune(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     from solarcal.two_mirror.tuning import tune
 
-    tuning = tune(_scenario(args), seed=args.seed, axis=args.axis)
+    tuning = tune(_scenario(args), seed=args.seed or 0, axis=args.axis)
     gains = tuning.gains
     document = {
         "axis": tuning.axis,

@@ -107,6 +107,17 @@ def asked_driver(args: argparse.Namespace, profile: "Profile | None") -> str:
     return str(driver)
 
 
+def refuse_options(args: argparse.Namespace, flags: Iterable[str], of: str) -> None:
+    """Refuse (ConfigurationError) the first of ``flags`` that was given: it would be passed over.
+
+    ``of`` says what it is for.
+    """
+    for flag in flags:
+        name = "settings" if flag == "--set" else flag.removeprefix("--").replace("-", "_")
+        if getattr(args, name) not in (None, []):
+            raise ConfigurationError(f"{flag} is for {of}")
+
+
 def port_words(args: argparse.Namespace) -> str:
     """Where the unit is, to go after its name."""
     return f" on {args.port}" if args.port else ""

@@ -20,6 +20,7 @@ from solarcal.cli.unit_options import (
     forced_reason,
     port,
     port_words,
+    refuse_options,
 )
 from solarcal.config import sessions_dir
 from solarcal.decimals import number_option
@@ -182,6 +183,8 @@ def run_track(args: argparse.Namespace) -> int:
         args.driver = "rotctld"
     if not any((args.scenario, args.port, args.driver, args.profile, args.site)):
         raise ConfigurationError("which rotator? give --port and --site, or --site alone")
+    if not args.scenario:
+        refuse_options(args, ["--noise-deg"], "an emulated tracker, not a unit")
     with tracker_for(args) as (tracker, _, _):
         identity = tracker.open()
         clock = clock_beside(tracker.emulation)
