@@ -196,6 +196,40 @@ def test_a_file_that_could_not_be_begun_leaves_nothing_behind(tmp_path: Path, fa
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("call", ["write", "sync"])
+def test_a_record_that_is_being_written_when_interrupted_is_written_whole(
+    tmp_path: Path, call: str
+) -> None:
+    class Interrupted(Disk):
+        calls = 0
+
+        def write(self, descriptor: int, content: bytes) -> int:
+            taken = super().write(descriptor, content[:40])
+            self.interrupt("write")
+            return taken
+
+        def sync(self, descriptor: int) -> None:
+            super().sync(descriptor)
+            self.interrupt("sync")
+
+        def interrupt(self, name: str) -> None:
+            self.calls += name == call
+            if self.calls == 3:
+                self.calls += 1
+                raise KeyboardInterrupt
+
+    path = tmp_path / "day.jsonl"
+    Journal.create(path, HEADER).close()
+    with Journal.resume(path, disk=Interrupted()) as journal:
+        with pytest.raises(KeyboardInterrupt):
+            list(map(journal.append, map(note, range(1, 5))))
+        last = journal.records[-1].seq
+        journal.append(note(last + 1))
+    session = read_session(path)
+    assert session.records == tuple(note(number) for number in range(1, last + 2))
+    assert not [words for words in session.warnings if "torn" in words]
+
+
 def test_an_existing_file_is_never_overwritten(tmp_path: Path) -> None:
     path = tmp_path / "day.jsonl"
     path.write_text("mine")

@@ -160,15 +160,18 @@ class Journal:
         if self._closed:
             raise SessionFileError(f"{self.path or 'this session'} is closed")
         lines = encode_records(records)
+        interrupt = None
         if self._disk is not None and lines:
             try:
-                self._write(lines)
+                interrupt = self._write(lines)
             except OSError as error:
                 raise SessionFileError(
                     f"{self.path} cannot be written: {reason_of(error)}; "
                     f"record {self.next_seq} is not saved"
                 ) from error
         self.records.extend(records)
+        if interrupt is not None:
+            raise interrupt
 
     def close(self) -> None:
         """Give up the file and its lock. Closing twice is allowed."""
@@ -205,7 +208,8 @@ class Journal:
         disk.close(self._descriptor)
         self._descriptor = descriptor
 
-    def _write(self, line: bytes) -> None:
+    def _write(self, line: bytes) -> KeyboardInterrupt | None:
+        """Write and sync; what interrupted it meanwhile, for the caller to raise at the end."""
         disk, path = self._disk, self.path
         assert disk is not None
         assert path is not None
@@ -225,9 +229,16 @@ class Journal:
             line = b"\n" + torn_marker(torn_bytes + 1) + line
         elif not self._ended:
             line = b"\n" + line
-        written = 0
-        while written < len(line):
-            written += disk.write(self._descriptor, line[written:])
-        disk.sync(self._descriptor)
-        self._end += torn_bytes + len(line)
+        interrupt = None
+        begin = self._end + torn_bytes
+        while self._end != begin + len(line):
+            try:
+                # Asked of the disk: an interrupt may come between a write and its answer.
+                while (written := disk.size(self._descriptor) - begin) < len(line):
+                    disk.write(self._descriptor, line[written:])
+                disk.sync(self._descriptor)
+                self._end = begin + len(line)
+            except KeyboardInterrupt as error:
+                interrupt = error
         self._ended = True
+        return interrupt
