@@ -107,8 +107,8 @@ class TestDefinitions:
         context, points = day_of("azel", 20, noise_deg=0.005)
         solution = fit(points, context)
         exact = forecast(solution)
-        rounded = forecast(solution, uploaded=solution.coefficients().rounded(1, 3))
-        fine = forecast(solution, uploaded=solution.coefficients().rounded(4, 6))
+        rounded = exact.uploading(solution.coefficients().rounded(1, 3))
+        fine = exact.uploading(solution.coefficients().rounded(4, 6))
         assert rounded.year_rms_deg > 1.5 * exact.year_rms_deg
         assert fine.year_rms_deg == pytest.approx(exact.year_rms_deg, rel=0.02)
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.methods import posterior_without_prior
-from solarcal.model.prior import SAMPLES, SEED, MechanismPosterior
+from solarcal.model.prior import MechanismPosterior
 from solarcal.model.sky_context import SkyContext
 from solarcal.model.solution import Solution
 from solarcal.model.unmodelled import CROSS_AXIS, widened, year_columns
@@ -165,23 +165,16 @@ def forecast(
     solution: Solution,
     context: SkyContext | None = None,
     *,
-    uploaded: Coefficients | None = None,
     rule: StoppingRule = DEFAULT_RULE,
-    samples: int = SAMPLES,
-    seed: int = SEED,
 ) -> Forecast:
-    """The year's forecast for a solution of any method.
+    """The year's forecast for a solution of any method, its own numbers uploaded.
 
     Parameters
     ----------
     context
         Needed for ``linear``; the others carry theirs.
-    uploaded
-        What the unit really holds, after rounding; None: the solution's own numbers.
     rule
         What is asked of the year, and what may be there beside the six numbers.
-    samples, seed
-        Draws from the posterior; the same seed gives the same forecast.
 
     Notes
     -----
@@ -189,9 +182,7 @@ def forecast(
     one, without prior.
     """
     posterior, context = _knowledge(solution, context, rule.unmodelled)
-    coefficients = uploaded or solution.coefficients()
-    grid = year_grid(context)
-    return forecast_of(posterior, coefficients, grid, rule=rule, samples=samples, seed=seed)
+    return forecast_of(posterior, solution.coefficients(), year_grid(context), rule=rule)
 
 
 def _knowledge(
@@ -212,15 +203,13 @@ def forecast_of(
     grid: SunGrid,
     *,
     rule: StoppingRule = DEFAULT_RULE,
-    samples: int = SAMPLES,
-    seed: int = SEED,
 ) -> Forecast:
     """What a mechanism known so far does over a grid with these coefficients uploaded."""
     known, slopes = known_and_slopes(posterior.mean, uploaded, grid)
-    away = posterior.samples(samples, seed) - posterior.mean
+    away = posterior.samples() - posterior.mean
     errors = SkyErrors(known, slopes.reshape(len(slopes), -1), away)
-    square = np.empty((samples, len(grid)))
-    for low in range(0, samples, _DRAWS_AT_ONCE):
+    square = np.empty((len(away), len(grid)))
+    for low in range(0, len(away), _DRAWS_AT_ONCE):
         part = slice(low, low + _DRAWS_AT_ONCE)
         of_draws = errors.of(part)
         np.einsum("mag,mag->mg", of_draws, of_draws, out=square[part])
@@ -231,7 +220,7 @@ def forecast_of(
     of_moment = square.mean(axis=0)
     of_draw = square.mean(axis=1)
     known_square = float(np.mean(np.sum(known**2, axis=0)))
-    drawn = posterior.samples(_SURE_DRAWS, seed)
+    drawn = posterior.samples(_SURE_DRAWS)
     within = _within(known, slopes, drawn - posterior.mean, rule.tolerance_deg)
     day_by_hour = np.full((len(grid.days_utc_s), SLOTS), np.nan)
     day_by_hour[grid.day, grid.slot] = np.sqrt(of_moment)
