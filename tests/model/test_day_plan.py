@@ -24,7 +24,7 @@ from solarcal.model.schedule import (
     day_slots,
     equally_spaced,
     gains,
-    greedy,
+    greedy_for_each,
     with_point,
 )
 from solarcal.model.sky_context import SkyContext
@@ -110,7 +110,9 @@ class TestArithmetic:
         ours = best_schedule(slots, start, year.weight, count)
         assert len(ours) == count
         equal = equally_spaced(slots, count)
-        plain, _ = greedy(slots, start, year.weight, count)
+        ((plain, _),) = greedy_for_each(
+            slots, start, year.weight, [count], np.array([np.inf]), least_gain=1e-9
+        )
         best = cost(slots, start, year.weight, ours)
         assert best <= cost(slots, start, year.weight, equal)
         assert best <= cost(slots, start, year.weight, plain)

@@ -24,7 +24,6 @@ SLOT_S = 300.0
 GAP_S = 600.0
 """A point with its three questions takes some minutes; ten is the least between two."""
 
-_LEAST_GAIN = 1e-9
 _ROUNDS = 8
 MOST_POINTS = 30
 
@@ -110,25 +109,6 @@ def with_point(covariance: FloatArray, row: FloatArray) -> FloatArray:
     return after
 
 
-def greedy(
-    slots: Slots,
-    covariance: FloatArray,
-    weight: FloatArray,
-    most: int,
-    *,
-    until_s: float = np.inf,
-    least_gain: float = _LEAST_GAIN,
-) -> tuple[list[int], list[FloatArray]]:
-    """Best slots one after the other, and the covariance after each.
-
-    Stops at ``most`` points, when no slot is free, or when the best one lowers the mean square by
-    less than the part ``least_gain``.
-    """
-    ends_s = np.array([until_s])
-    (only,) = greedy_for_each(slots, covariance, weight, [most], ends_s, least_gain=least_gain)
-    return only
-
-
 def greedy_for_each(
     slots: Slots,
     covariance: FloatArray,
@@ -136,13 +116,14 @@ def greedy_for_each(
     most: Sequence[int],
     ends_s: FloatArray,
     *,
-    least_gain: float = _LEAST_GAIN,
+    least_gain: float,
     floor: float = 0.0,
 ) -> list[tuple[list[int], list[FloatArray]]]:
-    """``greedy`` for every end (e,) at which the schedule could be over, side by side.
+    """Best slots one after the other, and the covariance after each, for every end (e,) at which
+    the schedule could be over, side by side.
 
-    ``most`` (e,): points until each, at most. ``floor``: the part of the mean square that points
-    cannot change.
+    Each stops at ``most`` (e,) points, when no slot is free, or when the best one lowers the mean
+    square by less than the part ``least_gain``. ``floor``: the part of it that no points change.
     """
     schedules: list[tuple[list[int], list[FloatArray]]] = [([], []) for _ in ends_s]
     free = slots.utc_s <= ends_s[:, np.newaxis]
@@ -233,7 +214,8 @@ def best_schedule(
     count = min(count, len(eligible))
     if count == 0:
         return []
-    chosen, _ = greedy(slots, covariance, weight, count, until_s=until_s, least_gain=-np.inf)
+    ends_s = np.array([until_s])
+    ((chosen, _),) = greedy_for_each(slots, covariance, weight, [count], ends_s, least_gain=-np.inf)
     starts = [chosen]
     equal = equally_spaced(slots, count, until_s)
     # In a short window equal spacing may come closer than a point takes.
