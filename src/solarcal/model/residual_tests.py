@@ -80,8 +80,6 @@ class ResidualTests:
     causes: tuple[Cause, ...]
     bad: tuple[BadPoint, ...]
     weakest: dict[str, float]
-    values: FloatArray
-    noise_deg: float | None
 
 
 def run_residual_tests(
@@ -90,8 +88,8 @@ def run_residual_tests(
     values: FloatArray,
     prior: Prior,
     *,
-    suspects: Sequence[int] = (),
-    noise_deg: float | None = None,
+    suspects: Sequence[int],
+    noise_deg: float,
 ) -> ResidualTests:
     """Test every cause and every point.
 
@@ -104,7 +102,7 @@ def run_residual_tests(
     suspects
         Points to be tested together: bad ones can hide each other.
     noise_deg
-        For ``weakest``; default what is left over.
+        For ``weakest``.
     """
     search = _Search(model, rows, values, prior, tuple(suspects))
     search.run()
@@ -223,31 +221,25 @@ class _Search:
         normal = base.T @ base + np.diag(precision)
         return np.asarray(np.linalg.solve(normal, base.T @ residuals), dtype=np.float64)
 
-    def concluded(self, noise_deg: float | None) -> ResidualTests:
-        fit = self._fit()
-        spare = fit.spare
-        noise = float(np.sqrt(fit.squares / spare)) if spare > 0 else None
-        taken = self._taken_together() if spare >= _SPARE_NEEDED else []
-        said = noise_deg if noise_deg is not None else noise
-        weakest: dict[str, float] = {}
-        if said is not None and spare >= _SPARE_NEEDED:
+    def concluded(self, noise_deg: float) -> ResidualTests:
+        spare = self._fit().spare
+        taken: list[Cause] = []
+        weakest = dict.fromkeys(self.rows.causes, np.inf)
+        if spare >= _SPARE_NEEDED:
+            taken = self._taken_together()
             factor = t_limit(FAMILY_LEVEL / self.family, spare - 1) + POWER_QUANTILE
             told = {name for cause in taken for name in (cause.name, *cause.rivals)}
             base = self._kept(self._base(names=tuple(self.amounts)))
             names = [name for name in self.rows.causes if name not in told]
             norms = norms_beside(base, self._columns(names)).tolist()
             weakest = {
-                name: factor * said / norm if norm > 0.0 else np.inf
+                name: factor * noise_deg / norm if norm > 0.0 else np.inf
                 for name, norm in zip(names, norms, strict=True)
             }
-        else:
-            weakest = dict.fromkeys(self.rows.causes, np.inf)
         return ResidualTests(
             causes=tuple(taken),
             bad=tuple(self._bad_point(i) for i in sorted(self.bad)),
             weakest=weakest,
-            values=self.values,
-            noise_deg=noise,
         )
 
     def _taken_together(self) -> list[Cause]:
