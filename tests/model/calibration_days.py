@@ -3,12 +3,21 @@
 import numpy as np
 
 from solarcal.model.points import Points
+from solarcal.model.terms import NativeAngles, Term, design_matrix
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.mount.geometry import MountGeometry
 from solarcal.units import FloatArray
 
 JUNE, EQUINOX, DECEMBER = 23.4, 0.0, -23.4
 TRUTH = Coefficients(P1=0.31, P2=-0.22, P3=-0.45, P4=0.17, P5=0.0011, P6=-0.0016)
+
+
+def design_of(
+    term: Term, geometry: MountGeometry, ax1_deg: FloatArray, ax2_deg: FloatArray
+) -> FloatArray:
+    """Axis degrees on (E1, E2) per unit of a term, shape (n, 2)."""
+    ax1, ax2 = np.broadcast_arrays(np.atleast_1d(ax1_deg), np.atleast_1d(ax2_deg))
+    return design_matrix((term,), NativeAngles.at(geometry, ax1, ax2))[0].T
 
 
 def sun_axes(

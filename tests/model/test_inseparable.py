@@ -7,6 +7,7 @@ from calibration_days import (
     EQUINOX,
     JUNE,
     TRUTH,
+    design_of,
     points_of_day,
     sky_rms_deg,
     year_axes,
@@ -87,7 +88,7 @@ class TestPolarDay:
             points = points_of_day("polar", rng.uniform(6.0, 23.4), 10, truth=truth)
             columns = np.array(
                 [
-                    TERMS[t].design(geometry, points.ax1_deg, points.ax2_deg).T.ravel()
+                    design_of(TERMS[t], geometry, points.ax1_deg, points.ax2_deg).T.ravel()
                     for t in CONTROLLER_TERMS
                 ]
             )

@@ -4,7 +4,16 @@ from dataclasses import FrozenInstanceError
 
 import numpy as np
 import pytest
-from calibration_days import DECEMBER, EQUINOX, JUNE, TRUTH, points_of_day, sky_rms_deg, year_axes
+from calibration_days import (
+    DECEMBER,
+    EQUINOX,
+    JUNE,
+    TRUTH,
+    design_of,
+    points_of_day,
+    sky_rms_deg,
+    year_axes,
+)
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -22,7 +31,7 @@ ALL_OWN = (*CONTROLLER_TERMS, "C", "N", "SAG")
 
 def weighted_design(points: Points, terms: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
     """The textbook's X and y: rows of axis 1 times sin AX2, each divided by its sigma."""
-    columns = [TERMS[t].design(points.geometry, points.ax1_deg, points.ax2_deg) for t in terms]
+    columns = [design_of(TERMS[t], points.geometry, points.ax1_deg, points.ax2_deg) for t in terms]
     sigma = np.ones(len(points)) if points.sigma_deg is None else points.sigma_deg
     cross, along = np.sin(np.radians(points.ax2_deg)) / sigma, 1.0 / sigma
     x = np.vstack(

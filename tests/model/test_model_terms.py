@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from calibration_days import design_of
 
 from solarcal.errors import FitError
 from solarcal.model.evidence.residuals import diagnose
@@ -24,7 +25,7 @@ AX2 = np.array([80.0, 50.0, 20.0, 95.0])
 def test_controller_terms_are_the_controllers_formula(name: str, geometry: str) -> None:
     one = Coefficients(**{name: 1.0})
     expected = np.column_stack(np.broadcast_arrays(*correction_deg(one, AX1, AX2)))
-    design = TERMS[name].design(MountGeometry(geometry, 35.0), AX1, AX2)
+    design = design_of(TERMS[name], MountGeometry(geometry, 35.0), AX1, AX2)
     np.testing.assert_allclose(design, expected, rtol=1e-12, atol=1e-12)
 
 
@@ -49,7 +50,7 @@ def test_every_term_is_the_slope_of_the_exact_mechanism(
     up = np.array(Mechanism(**{field: step}).errors_deg(mount, AX1, AX2))
     down = np.array(Mechanism(**{field: -step}).errors_deg(mount, AX1, AX2))
     np.testing.assert_allclose(
-        TERMS[term].design(mount, AX1, AX2).T, (up - down) / (2.0 * step), atol=1e-7
+        design_of(TERMS[term], mount, AX1, AX2).T, (up - down) / (2.0 * step), atol=1e-7
     )
 
 
@@ -78,7 +79,7 @@ def test_tpoint_terms_are_their_printed_equations() -> None:
     for name, (cross, up) in cross_and_up.items():
         mount = MountGeometry("azel", 35.0)
         (term,) = chosen_terms((name,), mount)
-        design = term.design(mount, AX1, AX2) * 3600.0
+        design = design_of(term, mount, AX1, AX2) * 3600.0
         np.testing.assert_allclose(design[:, 0] * cos_e, cross, atol=1e-12, err_msg=name)
         np.testing.assert_allclose(design[:, 1], up, atol=1e-12, err_msg=name)
         assert term.unit == "arcsec"
@@ -105,7 +106,7 @@ def test_a_fit_gives_back_the_tpoint_terms_a_sky_was_made_with(names: tuple[str,
     truth = generator.uniform(-90.0, 90.0, len(names))
     terms = chosen_terms(names, mount)
     errors = sum(
-        value * term.design(mount, ax1, ax2) for value, term in zip(truth, terms, strict=True)
+        value * design_of(term, mount, ax1, ax2) for value, term in zip(truth, terms, strict=True)
     )
     points = Points(
         geometry=mount, ax1_deg=ax1, ax2_deg=ax2, err1_deg=errors[:, 0], err2_deg=errors[:, 1]
@@ -136,8 +137,8 @@ def test_tpoint_lean_and_flexure_agree_with_ours() -> None:
         ("CA", "C", -1),
     ):
         np.testing.assert_allclose(
-            TERMS[tpoint].design(mount, AX1, AX2) * 3600.0,
-            sign * TERMS[ours].design(mount, AX1, AX2),
+            design_of(TERMS[tpoint], mount, AX1, AX2) * 3600.0,
+            sign * design_of(TERMS[ours], mount, AX1, AX2),
             atol=1e-12,
         )
 
@@ -215,7 +216,7 @@ def test_what_the_direction_alone_does_not_give_is_tested_for_and_never_fitted()
         with pytest.raises(FitError, match=f"no error term '{name}'"):
             chosen_terms((name,), mount)
         with pytest.raises(FitError, match="only tested for"):
-            TERMS[name].design(mount, AX1, AX2)
+            design_of(TERMS[name], mount, AX1, AX2)
 
 
 @pytest.mark.parametrize(

@@ -26,19 +26,6 @@ def test_distance_of_a_mount_is_that_of_its_nearer_axis():
     )
 
 
-@pytest.mark.parametrize(
-    ("reading1", "reading2", "words"),
-    [
-        (149.0, 40.0, "axis 1 high limit 150.0 deg"),
-        (-119.0, 40.0, "axis 1 low limit -120.0 deg"),
-        (0.0, 6.0, "axis 2 low limit 5.0 deg"),
-        (0.0, 90.0, "axis 2 high limit 88.0 deg"),
-    ],
-)
-def test_the_nearest_limit_is_named(reading1, reading2, words):
-    assert LIMITS.nearest(reading1, reading2) == words
-
-
 @pytest.mark.parametrize(("low", "high"), [(10.0, 10.0), (20.0, -20.0), (float("nan"), 5.0)])
 def test_limits_without_room_are_refused(low, high):
     with pytest.raises(ConfigurationError, match="leave the axis no range"):

@@ -129,14 +129,6 @@ class Term:
     exact: str | None = None
     tested: LookedFor | None = None
 
-    def design(
-        self, geometry: MountGeometry, ax1_deg: FloatArray, ax2_deg: FloatArray
-    ) -> FloatArray:
-        """Axis degrees on (E1, E2) per unit of the term, shape (n, 2)."""
-        ax1, ax2 = np.broadcast_arrays(np.atleast_1d(ax1_deg), np.atleast_1d(ax2_deg))
-        e1, e2 = design_matrix((self,), NativeAngles.at(geometry, ax1, ax2))[0]
-        return np.column_stack((e1, e2))
-
 
 def labels(terms: Iterable[Term], geometry_name: str) -> list[str]:
     """The terms as a technician says them: 'elevation zero (P4)'."""

@@ -278,12 +278,6 @@ class AxisLimits(msgspec.Struct, frozen=True):
         """The read-out, or the limit it lies beyond."""
         return min(max(reading_deg, self.low_deg), self.high_deg)
 
-    def nearer(self, reading_deg: float) -> str:
-        """Which limit is the nearer one, in words: ``high limit 150.0 deg``."""
-        if reading_deg - self.low_deg < self.high_deg - reading_deg:
-            return f"low limit {self.low_deg:.1f} deg"
-        return f"high limit {self.high_deg:.1f} deg"
-
 
 class Limits(msgspec.Struct, frozen=True):
     """Software limits of both axes."""
@@ -310,9 +304,3 @@ class Limits(msgspec.Struct, frozen=True):
                     f"{limits.low_deg:g}..{limits.high_deg:g}"
                 )
         return ""
-
-    def nearest(self, reading1_deg: float, reading2_deg: float) -> str:
-        """Which limit of which axis is the nearest, in words: ``axis 1 high limit 150.0 deg``."""
-        if self.axis1.distance_deg(reading1_deg) <= self.axis2.distance_deg(reading2_deg):
-            return f"axis 1 {self.axis1.nearer(reading1_deg)}"
-        return f"axis 2 {self.axis2.nearer(reading2_deg)}"
