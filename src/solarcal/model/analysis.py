@@ -36,14 +36,10 @@ class Analysis:
 
     Attributes
     ----------
-    solution, forecast
-        The fit, and the year with what it would upload.
-    plan
-        None where no time was given to plan from.
-    findings
-        Everything found, excluded or not determinable, direct evidence first.
-    verdict
-        What all of that together says.
+    solution, forecast : the fit, and the year with what it would upload.
+    plan : None where no time was given to plan from.
+    findings : everything found, excluded or not determinable, direct evidence first.
+    verdict : what all of that together says.
     """
 
     solution: Solution
@@ -82,22 +78,14 @@ def analyse(
 
     Parameters
     ----------
-    points, context
-        What was measured, and under which sky.
-    evidence
-        What the records say beside the points.
-    at_utc_s
-        The moment to plan from; None: nothing is planned.
-    method, prior
-        As in ``fit``.
-    solution
-        The fit, where it is made already (merged sessions).
-    rule
-        When a calibration is done, and what may be there beside P1..P6.
-    until_utc_s, points_left, struck
-        As in ``plan``.
-    bolt_circle
-        For shim heights.
+    points, context : what was measured, and under which sky.
+    evidence : what the records say beside the points.
+    at_utc_s : the moment to plan from; None: nothing is planned.
+    method, prior : as in ``fit``.
+    solution : the fit, where it is made already (merged sessions).
+    rule : when a calibration is done, and what may be there beside P1..P6.
+    until_utc_s, points_left, struck : as in ``plan``.
+    bolt_circle : for shim heights.
 
     Raises
     ------

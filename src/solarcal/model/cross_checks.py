@@ -35,20 +35,14 @@ class CrossChecks:
 
     Attributes
     ----------
-    left_out_deg : (n,)
-        Sky error of each point predicted from all the others.
-    left_out_rms_deg : float or None
-        Over both axes (on sky, hypot); None with a single point.
-    order_probability : float or None
-        How often residuals of pure chance would follow each other as these do, or more; None with
-        fewer than seven points.
-    order_limit : float
-        Below this it is no chance: ``order_limit`` of the number of points.
-    residual_rms_deg : float
-        Of the points that are not blunders, on sky.
-    last_moved_deg : float or None
-        By how much the last two points moved the prediction for the year, rms on sky; None when
-        there is nothing before them.
+    left_out_deg : (n,), sky error of each point predicted from all the others.
+    left_out_rms_deg : over both axes (on sky, hypot); None with a single point.
+    order_probability : how often residuals of pure chance would follow each other as these do, or
+        more; None with fewer than seven points.
+    order_limit : below this it is no chance: ``order_limit`` of the number of points.
+    residual_rms_deg : of the points that are not blunders, on sky.
+    last_moved_deg : by how much the last two points moved the prediction for the year, rms on sky;
+        None when there is nothing before them.
     """
 
     left_out_deg: FloatArray

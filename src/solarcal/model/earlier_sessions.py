@@ -52,16 +52,12 @@ class Merged:
 
     Attributes
     ----------
-    solution
-        Its residuals are counted after each session's own shift.
-    change
-        ``same``; ``zeros`` changed; ``tower``: the lean changed, and zeros may have, too.
-    shifts, shift_sigmas : (s - 1, 4)
-        P1..P4 of each earlier session less those of the last, degrees; zero where not allowed.
-    findings
-        On what changed, or what could have without showing.
-    sentence
-        The outcome of the test.
+    solution : its residuals are counted after each session's own shift.
+    change : ``same``; ``zeros`` changed; ``tower``: the lean changed, and zeros may have, too.
+    shifts, shift_sigmas : (s - 1, 4), P1..P4 of each earlier session less those of the last,
+        degrees; zero where not allowed.
+    findings : on what changed, or what could have without showing.
+    sentence : the outcome of the test.
     """
 
     solution: MechanismSolution
@@ -83,12 +79,9 @@ def merge_sessions(
 
     Parameters
     ----------
-    parts
-        The sessions in order of time. The tower may have moved between any two.
-    context
-        Common to all.
-    names
-        What the sessions are called; default ``session 1``...
+    parts : the sessions in order of time. The tower may have moved between any two.
+    context : common to all.
+    names : what the sessions are called; default ``session 1``...
 
     Raises
     ------
@@ -279,12 +272,9 @@ def weigh_last(
 
     Parameters
     ----------
-    last
-        What the unit held.
-    usual
-        The prior without them: it takes their place where they are contradicted.
-    solve
-        The fit by a prior.
+    last : what the unit held.
+    usual : the prior without them: it takes their place where they are contradicted.
+    solve : the fit by a prior.
 
     Raises
     ------

@@ -41,27 +41,17 @@ class Finding:
 
     Attributes
     ----------
-    kind
-        ``cross_axis``: collimation or axes not square, which of them the points do not say;
+    kind : ``cross_axis``: collimation or axes not square, which of them the points do not say;
         ``unmodelled``: a pattern that several causes would explain.
-    subject
-        Where: ``unit clock``, ``axis 1``, ``point 7``, ``collimation``.
-    sentence
-        For the technician, with its number and, where there is one, the cure.
-    certainty
-        ``found``, or ``not_determinable`` with these points: neither found nor excluded.
-    number, sigma, unit
-        How large, and its standard deviation; None where there is no number.
-    direct
-        Seen (clocks, counts, read-outs), not inferred from residuals.
-    labels
-        The points concerned.
-    causes
-        The kinds that explain it about equally well, the best first; for a named cause itself.
-    leaves_deg
-        Residual rms on sky that each of ``causes`` would leave, in the same order.
-    effect_deg
-        How much of the points' residual rms on sky it makes.
+    subject : where: ``unit clock``, ``axis 1``, ``point 7``, ``collimation``.
+    sentence : for the technician, with its number and, where there is one, the cure.
+    certainty : ``found``, or ``not_determinable`` with these points: neither found nor excluded.
+    number, sigma, unit : how large, and its standard deviation; None where there is no number.
+    direct : seen (clocks, counts, read-outs), not inferred from residuals.
+    labels : the points concerned.
+    causes : the kinds that explain it about equally well, the best first; for a named cause itself.
+    leaves_deg : residual rms on sky that each of ``causes`` would leave, in the same order.
+    effect_deg : how much of the points' residual rms on sky it makes.
     """
 
     kind: Kind

@@ -42,13 +42,10 @@ def fit_linear(
 
     Parameters
     ----------
-    points
-        At least three. Their ``sigma_deg``, if given, weight them and give the covariance its
+    points : at least three. Their ``sigma_deg``, if given, weight them and give the covariance its
         scale; otherwise all count alike and the residuals give the scale.
-    terms
-        Names from ``TERMS``.
-    limits
-        Software limits, within which the correction has to be realistic.
+    terms : names from ``TERMS``.
+    limits : software limits, within which the correction has to be realistic.
 
     Raises
     ------

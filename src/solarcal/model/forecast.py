@@ -76,31 +76,24 @@ class Forecast:
 
     Attributes
     ----------
-    year_rms_deg, year_p95_deg, year_max_deg
-        The contract's: root mean square over posterior and grid; 95th percentile over both
-        together; 95 % posterior quantile of the largest of the year.
-    parameters_rms_deg
-        The part of the year's rms that more or better points can remove.
-    known_rms_deg
-        The part the formula, refraction and ephemeris leave although the mechanism were known.
-    map_rms_deg : (days, 48)
-        Day by half hour of mean solar time; NaN where the Sun is low or out of reach.
-    days_utc_s : (days,)
-        Mean solar midnights at which the rows begin.
-    sample_rms_deg : (m,)
-        Year rms of each posterior draw.
-    rule
-        The tolerance, and how sure one must be of it.
-    probability_within_tolerance
-        Posterior probability that this tracker's own 95th percentile over the grid is within the
-        tolerance: what ``done`` is decided on.
-    large_cross_axis
-        What a large collimation or squareness error would make of that probability; None where
-        the posterior holds none.
-    posterior
-        What is known of the mechanism, for a ``robust`` fit with what may be there beside it.
-    errors
-        Cross and along error of each draw at each moment of ``grid``.
+    year_rms_deg, year_p95_deg, year_max_deg : the contract's: root mean square over posterior and
+        grid; 95th percentile over both together; 95 % posterior quantile of the largest of the
+        year.
+    parameters_rms_deg : the part of the year's rms that more or better points can remove.
+    known_rms_deg : the part the formula, refraction and ephemeris leave although the mechanism were
+        known.
+    map_rms_deg : (days, 48), day by half hour of mean solar time; NaN where the Sun is low or out
+        of reach.
+    days_utc_s : (days,), mean solar midnights at which the rows begin.
+    sample_rms_deg : (m,), year rms of each posterior draw.
+    rule : the tolerance, and how sure one must be of it.
+    probability_within_tolerance : posterior probability that this tracker's own 95th percentile
+        over the grid is within the tolerance: what ``done`` is decided on.
+    large_cross_axis : what a large collimation or squareness error would make of that probability;
+        None where the posterior holds none.
+    posterior : what is known of the mechanism, for a ``robust`` fit with what may be there beside
+        it.
+    errors : cross and along error of each draw at each moment of ``grid``.
     """
 
     year_rms_deg: float
@@ -171,10 +164,8 @@ def forecast(
 
     Parameters
     ----------
-    context
-        Needed for ``linear``; the others carry theirs.
-    rule
-        What is asked of the year, and what may be there beside the six numbers.
+    context : needed for ``linear``; the others carry theirs.
+    rule : what is asked of the year, and what may be there beside the six numbers.
 
     Notes
     -----

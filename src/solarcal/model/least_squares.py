@@ -47,15 +47,12 @@ def solve(
 
     Parameters
     ----------
-    rows : (k, m)
-        Effect of each parameter on each datum, weighted. One row a parameter: it is the
+    rows : (k, m), effect of each parameter on each datum, weighted. One row a parameter: it is the
         transposed design matrix, which keeps every parameter contiguous in memory.
-    measured : (m,)
-        The data, weighted.
-    prior_sigma : (k,)
-        Units in which the norm is minimised where the data leave a choice.
-    data_weight
-        Root sum square of the weights: what an effect of one on every datum would amount to.
+    measured : (m,), the data, weighted.
+    prior_sigma : (k,), units in which the norm is minimised where the data leave a choice.
+    data_weight : root sum square of the weights: what an effect of one on every datum would amount
+        to.
     """
     k, m = rows.shape
     norms = np.sqrt(np.einsum("ij,ij->i", rows, rows))

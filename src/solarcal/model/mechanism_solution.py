@@ -72,17 +72,12 @@ class MechanismSolution(Solution):
 
     Attributes
     ----------
-    posterior
-        What is known of the mechanism.
-    context, prior
-        What was known beforehand.
-    seen
-        The points from where the Sun really stood.
-    year
-        The mechanism over the year's grid.
+    posterior : what is known of the mechanism.
+    context, prior : what was known beforehand.
+    seen : the points from where the Sun really stood.
+    year : the mechanism over the year's grid.
     blunder_probability : (n,)
-    slopes : (n, 2, 6)
-        Of the points' sky errors with respect to the mechanism.
+    slopes : (n, 2, 6), of the points' sky errors with respect to the mechanism.
     """
 
     posterior: MechanismPosterior

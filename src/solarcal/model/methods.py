@@ -59,19 +59,14 @@ def fit(
 
     Parameters
     ----------
-    points
-        ``robust`` and ``exact`` answer from one point on, ``linear`` from three. A point given
+    points : ``robust`` and ``exact`` answer from one point on, ``linear`` from three. A point given
         more than once counts once.
-    context
-        Site, limits, and what the ideal angles leave out. None: nothing, and the whole sky.
-    method
-        ``linear``: the named terms by plain least squares. ``robust``: the exact mechanism with a
-        prior and doubt about single points. ``exact``: the same without prior. ``iterated``: the
-        named TPOINT terms at the encoder places, as SPK's PMFIT.
-    prior
-        Of the mechanism; not for ``linear``.
-    terms
-        For ``linear`` and ``iterated``.
+    context : site, limits, and what the ideal angles leave out. None: nothing, and the whole sky.
+    method : ``linear``: the named terms by plain least squares. ``robust``: the exact mechanism
+        with a prior and doubt about single points. ``exact``: the same without prior. ``iterated``:
+        the named TPOINT terms at the encoder places, as SPK's PMFIT.
+    prior : of the mechanism; not for ``linear``.
+    terms : for ``linear`` and ``iterated``.
 
     Raises
     ------
@@ -193,14 +188,10 @@ def fit_mechanism(
 
     Parameters
     ----------
-    points
-        At least one.
-    sigma_deg : (n,) or None
-        Noise on sky per axis, up to a common factor; None: unknown and alike.
-    prior
-        Its sigmas are also the units of the search.
-    use_prior
-        False: ``exact``, where the prior only chooses what the points leave open.
+    points : at least one.
+    sigma_deg : (n,), noise on sky per axis, up to a common factor; None: unknown and alike.
+    prior : its sigmas are also the units of the search.
+    use_prior : False: ``exact``, where the prior only chooses what the points leave open.
     """
     n = len(points.ax1_deg)
     unit, mean = prior.sigma_array(), prior.mean_array()

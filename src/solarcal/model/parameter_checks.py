@@ -28,12 +28,10 @@ def inseparable_sentences(
 
     Parameters
     ----------
-    labels
-        The parameters as a technician calls them, k of them.
-    null_directions : (k, q)
-        Orthonormal directions, in column-normalised parameters, that leave every datum unchanged.
-    correlations : (k, k) or None
-        Correlation matrix of the estimates.
+    labels : the parameters as a technician calls them, k of them.
+    null_directions : (k, q), orthonormal directions, in column-normalised parameters, that leave
+        every datum unchanged.
+    correlations : (k, k), correlation matrix of the estimates.
     """
     k = len(labels)
     shared = null_directions @ null_directions.T

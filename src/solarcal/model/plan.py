@@ -52,20 +52,14 @@ class Plan:
 
     Attributes
     ----------
-    now
-        The forecast as it stands, without another point.
-    stops
-        One for each remaining half hour.
-    recommended
-        One of ``stops`` (or ``now``), its schedule as short as the rule allows.
-    done
-        Nothing more is needed.
-    hopeless
-        No schedule of today comes near the rule.
-    come_back_utc_s
-        Mean solar noon of the next date whose points would meet it; None: not needed or none.
-    second_visit_utc_s
-        When to take points then.
+    now : the forecast as it stands, without another point.
+    stops : one for each remaining half hour.
+    recommended : one of ``stops`` (or ``now``), its schedule as short as the rule allows.
+    done : nothing more is needed.
+    hopeless : no schedule of today comes near the rule.
+    come_back_utc_s : mean solar noon of the next date whose points would meet it; None: not needed
+        or none.
+    second_visit_utc_s : when to take points then.
     """
 
     at_utc_s: float

@@ -57,24 +57,16 @@ def plan(
 
     Parameters
     ----------
-    posterior
-        Of a fit.
-    rule
-        When the calibration is done.
-    expected
-        The forecast of the points taken, where there is one. With what may be there beside P1..P6
-        it is of another posterior: more points remove none of that.
-    clear
-        Nothing known speaks against the fit: only then can the calibration be done.
-    taken_utc_s
-        When they were taken. The plan is the one made after the last of them, as long as its next
-        point has not been missed.
-    until_utc_s
-        The technician must leave then.
-    points
-        Exactly so many more, where the day has room; None: as many as are worth taking.
-    struck
-        Intervals (from, to) in which no point can be taken: cloud, lunch.
+    posterior : of a fit.
+    rule : when the calibration is done.
+    expected : the forecast of the points taken, where there is one. With what may be there beside
+        P1..P6 it is of another posterior: more points remove none of that.
+    clear : nothing known speaks against the fit: only then can the calibration be done.
+    taken_utc_s : when they were taken. The plan is the one made after the last of them, as long as
+        its next point has not been missed.
+    until_utc_s : the technician must leave then.
+    points : exactly so many more, where the day has room; None: as many as are worth taking.
+    struck : intervals (from, to) in which no point can be taken: cloud, lunch.
     """
     if until_utc_s is not None and until_utc_s < at_utc_s:
         raise ConfigurationError("the plan must end after it begins")

@@ -39,18 +39,12 @@ class Points:
 
     Parameters
     ----------
-    geometry
-        The mount; AX1 is brought onto its branch.
-    ax1_deg, ax2_deg : (n,)
-        IDEAL Sun angles in the native frame, degrees.
-    err1_deg, err2_deg : (n,)
-        Axis errors, reading minus ideal, in AXIS degrees (not on sky).
-    sigma_deg : (n,), optional
-        Standard deviation of one point ON SKY, per axis.
-    labels : n integers, optional
-        What messages call the points: sequence or line numbers. Default 1..n.
-    utc_s : (n,), optional
-        POSIX seconds, NaN where unknown.
+    geometry : the mount; AX1 is brought onto its branch.
+    ax1_deg, ax2_deg : (n,), IDEAL Sun angles in the native frame, degrees.
+    err1_deg, err2_deg : (n,), axis errors, reading minus ideal, in AXIS degrees (not on sky).
+    sigma_deg : (n,), standard deviation of one point ON SKY, per axis.
+    labels : n integers by which messages call the points: sequence or line numbers. Default 1..n.
+    utc_s : (n,), POSIX seconds, NaN where unknown.
 
     Raises
     ------

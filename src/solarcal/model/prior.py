@@ -41,12 +41,9 @@ class Prior(msgspec.Struct, frozen=True):
 
     Parameters
     ----------
-    means, sigmas
-        Of P1..P6.
-    widths
-        (factor on all sigmas, chance) pairs; the chances add up to one.
-    last
-        The unit's last coefficients, where it is about them.
+    means, sigmas : of P1..P6.
+    widths : (factor on all sigmas, chance) pairs; the chances add up to one.
+    last : the unit's last coefficients, where it is about them.
 
     Raises
     ------
@@ -120,14 +117,11 @@ class MechanismPosterior:
 
     Attributes
     ----------
-    weights : (q,)
-        Sum to one.
+    weights : (q,), sum to one.
     means : (q, 6)
     covariances : (q, 6, 6)
-    noise_deg : (q,)
-        Noise of one point on sky, per axis, that goes with each normal.
-    point_weights : (q, n)
-        Of the points fitted, where there are any.
+    noise_deg : (q,), noise of one point on sky, per axis, that goes with each normal.
+    point_weights : (q, n), of the points fitted, where there are any.
 
     With what may be there beside the six numbers (``unmodelled``) the normals have more than six
     dimensions; P1..P6 come first.

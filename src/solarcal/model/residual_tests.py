@@ -95,14 +95,10 @@ def run_residual_tests(
 
     Parameters
     ----------
-    rows, values : (6,)
-        The points about the fitted mechanism, and that mechanism.
-    prior
-        Its sigmas are the units in which the place moves when a cause is taken in.
-    suspects
-        Points to be tested together: bad ones can hide each other.
-    noise_deg
-        For ``weakest``.
+    rows, values : (6,), the points about the fitted mechanism, and that mechanism.
+    prior : its sigmas are the units in which the place moves when a cause is taken in.
+    suspects : points to be tested together: bad ones can hide each other.
+    noise_deg : for ``weakest``.
     """
     search = _Search(model, rows, values, prior, tuple(suspects))
     search.run()

@@ -51,22 +51,16 @@ class SkyContext(msgspec.Struct, frozen=True):
 
     Parameters
     ----------
-    site
-        Its latitude is that of the mount.
-    geometry
-        The mount.
-    limits
-        Software limits; None: the whole sky.
-    ideal
-        What the controller's ideal angles are.
-    weather
-        Station pressure and temperature; None: the standard atmosphere at the site's elevation.
-    refraction
-        ``hughes`` or ``saemundsson``.
-    year
-        First day of the year looked at, ``YYYY-01-01``.
-    heliostat
-        Target and mirror where the axes turn a mirror's normal: all angles are then the normal's.
+    site : its latitude is that of the mount.
+    geometry : the mount.
+    limits : software limits; None: the whole sky.
+    ideal : what the controller's ideal angles are.
+    weather : station pressure and temperature; None: the standard atmosphere at the site's
+        elevation.
+    refraction : ``hughes`` or ``saemundsson``.
+    year : first day of the year looked at, ``YYYY-01-01``.
+    heliostat : target and mirror where the axes turn a mirror's normal: all angles are then the
+        normal's.
 
     Raises
     ------

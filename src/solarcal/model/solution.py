@@ -34,28 +34,18 @@ class Solution:
 
     Attributes
     ----------
-    method
-        ``linear``: plain sky-weighted linear least squares.
-    model_terms : k terms
-        The fitted terms; ``terms`` are their names.
-    values : (k,)
-        Fitted values, each in its term's unit.
-    covariance : (k, k) or None
-        None where nothing says how large the noise is.
-    sigma_source
-        ``given``: from the points' own sigmas. ``residuals``: no sigmas were given, the covariance
-        is scaled by the residuals. ``none``: no sigmas given and no residuals to judge by.
-        ``posterior``: the unknown noise was weighed along with the parameters.
-    rank
-        Number of combinations of terms the points fix.
-    condition_number
-        Of the column-normalised design; infinite when rank-deficient.
-    residual1_deg, residual2_deg : (n,)
-        Measured minus predicted, axis degrees.
-    points
-        What was fitted.
-    limits
-        Within which the correction has to be realistic, or None.
+    method : ``linear``: plain sky-weighted linear least squares.
+    model_terms : the k fitted terms; ``terms`` are their names.
+    values : (k,), fitted values, each in its term's unit.
+    covariance : (k, k), None where nothing says how large the noise is.
+    sigma_source : ``given``: from the points' own sigmas. ``residuals``: no sigmas were given, the
+        covariance is scaled by the residuals. ``none``: no sigmas given and no residuals to judge
+        by. ``posterior``: the unknown noise was weighed along with the parameters.
+    rank : number of combinations of terms the points fix.
+    condition_number : of the column-normalised design; infinite when rank-deficient.
+    residual1_deg, residual2_deg : (n,), measured minus predicted, axis degrees.
+    points : what was fitted.
+    limits : within which the correction has to be realistic, or None.
     """
 
     method: str

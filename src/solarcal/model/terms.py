@@ -74,16 +74,13 @@ class LookedFor:
 
     Attributes
     ----------
-    worth_knowing
-        An amount that occurs in practice. Where it would go unnoticed, the report says so.
-    large
-        So large that it will be looked at anyway: a weaker proof will do.
-    largest
-        No mechanism has more.
-    finding
-        The kind of finding it makes.
-    both_sides_of
-        The axis (1 or 2) that must have come from both sides before anything is reported.
+    worth_knowing : an amount that occurs in practice. Where it would go unnoticed, the report says
+        so.
+    large : so large that it will be looked at anyway: a weaker proof will do.
+    largest : no mechanism has more.
+    finding : the kind of finding it makes.
+    both_sides_of : the axis (1 or 2) that must have come from both sides before anything is
+        reported.
     """
 
     worth_knowing: float
@@ -99,23 +96,15 @@ class Term:
 
     Attributes
     ----------
-    name, unit, meaning
-        As reports have them.
-    prior_sigma
-        How large the term may physically be, one sigma, in its own unit.
-    rows
-        To first order: (E1, E2) in axis degrees per unit of the term. None where the direction
+    name, unit, meaning : as reports have them.
+    prior_sigma : how large the term may physically be, one sigma, in its own unit.
+    rows : to first order: (E1, E2) in axis degrees per unit of the term. None where the direction
         alone does not give it: such a term is tested for and never fitted.
-    kind
-        Which of the limits of "unrealistic" apply.
-    only
-        The one geometry that has it.
-    called
-        What a technician calls it on a given mount.
-    exact
-        The number of ``Mechanism`` that is its exact effect; None: ``rows`` already are.
-    tested
-        How the residuals are tested for it; None: they are not.
+    kind : which of the limits of "unrealistic" apply.
+    only : the one geometry that has it.
+    called : what a technician calls it on a given mount.
+    exact : the number of ``Mechanism`` that is its exact effect; None: ``rows`` already are.
+    tested : how the residuals are tested for it; None: they are not.
     """
 
     name: str

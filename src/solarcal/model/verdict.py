@@ -102,12 +102,9 @@ def assess(
 
     Parameters
     ----------
-    solution, expected
-        The fit and its forecast, with the rule it is held to.
-    bolt_circle
-        For shim heights.
-    evidence
-        What clocks, reference checks, settings and read-outs show directly.
+    solution, expected : the fit and its forecast, with the rule it is held to.
+    bolt_circle : for shim heights.
+    evidence : what clocks, reference checks, settings and read-outs show directly.
     """
     tolerance_deg = expected.rule.tolerance_deg
     checks = cross_check(solution) if isinstance(solution, MechanismSolution) else None

@@ -207,15 +207,11 @@ class Mechanism(msgspec.Struct, frozen=True):
 
         Parameters
         ----------
-        values, others
-            The mechanism, as in ``of``.
-        ax1_deg, ax2_deg : (..., n)
-            On the branch; (s, n) for s mechanisms side by side, which may be of different mounts
-            as long as nothing sags.
-        names
-            k attributes of a mechanism.
-        seen
-            Without it there is neither other air nor backlash.
+        values, others : the mechanism, as in ``of``.
+        ax1_deg, ax2_deg : (..., n), on the branch; (s, n) for s mechanisms side by side, which may
+            be of different mounts as long as nothing sags.
+        names : k attributes of a mechanism.
+        seen : without it there is neither other air nor backlash.
 
         Raises
         ------

@@ -136,18 +136,12 @@ def error_plot_data(
 
     Parameters
     ----------
-    site
-        Without one (a file that does not say) solar time follows from the angles.
-    points
-        What was measured, all with their errors; may be empty.
-    solution
-        Without one there are no model dots and no residuals.
-    limits
-        Of the read-outs; the model's correction is added to the ideal angles before comparing.
-    empty_day_utc_s
-        The day to show while there is no point.
-    heliostat
-        Where the axes turn a mirror's normal; the Sun's path and places stay the Sun's.
+    site : without one (a file that does not say) solar time follows from the angles.
+    points : what was measured, all with their errors; may be empty.
+    solution : without one there are no model dots and no residuals.
+    limits : of the read-outs; the model's correction is added to the ideal angles before comparing.
+    empty_day_utc_s : the day to show while there is no point.
+    heliostat : where the axes turn a mirror's normal; the Sun's path and places stay the Sun's.
     """
     sun = sun or SunModel()
     n = len(points.labels)

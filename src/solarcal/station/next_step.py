@@ -59,11 +59,9 @@ def next_step(
 
     Parameters
     ----------
-    judgement
-        Of the session's points as they are: its plan says when the next one is due, its verdict
-        when there are enough. Without one the manual's rules hold.
-    sun_elevation_deg
-        Of the Sun now, where it is known: too low a Sun gives no points.
+    judgement : of the session's points as they are: its plan says when the next one is due, its
+        verdict when there are enough. Without one the manual's rules hold.
+    sun_elevation_deg : of the Sun now, where it is known: too low a Sun gives no points.
     """
     live, session = state.live, state.session
     if live.link is LinkState.LOST:

@@ -50,16 +50,11 @@ class UploadOffer:
 
     Attributes
     ----------
-    rounded
-        The coefficients as the unit keeps them.
-    held
-        The year with what the unit holds now; None where that is not known.
-    better
-        Probability that the new coefficients point better over the year than those held.
-    against
-        The reasons that forbid it unless they are overruled.
-    in_force
-        What the unit corrects by now, where it is asked what changes.
+    rounded : the coefficients as the unit keeps them.
+    held : the year with what the unit holds now; None where that is not known.
+    better : probability that the new coefficients point better over the year than those held.
+    against : the reasons that forbid it unless they are overruled.
+    in_force : what the unit corrects by now, where it is asked what changes.
     """
 
     judgement: Analysis
@@ -197,17 +192,12 @@ class SignOff:
 
     Attributes
     ----------
-    signed_off
-        The newest upload reads back equal, and every accepted check point after it is within the
-        tolerance; at least one there is.
-    reason
-        The sentence that says so, or why not.
-    uploads
-        Every live upload and rollback, oldest first.
-    checks
-        Accepted check points after the newest upload.
-    sky_rms_deg, sky_max_deg
-        Of these; None without any.
+    signed_off : the newest upload reads back equal, and every accepted check point after it is
+        within the tolerance; at least one there is.
+    reason : the sentence that says so, or why not.
+    uploads : every live upload and rollback, oldest first.
+    checks : accepted check points after the newest upload.
+    sky_rms_deg, sky_max_deg : of these; None without any.
     """
 
     signed_off: bool

@@ -125,12 +125,10 @@ def clock_findings(
 
     Parameters
     ----------
-    utc_s, unit_minus_laptop_s
-        Laptop instant of each point and what the unit's clock showed more, seconds.
-    settings
-        In order of time.
-    labels
-        The points' labels, in the same order.
+    utc_s, unit_minus_laptop_s : laptop instant of each point and what the unit's clock showed more,
+        seconds.
+    settings : in order of time.
+    labels : the points' labels, in the same order.
     """
     behaviour = clock_behaviour(utc_s, unit_minus_laptop_s, settings)
     said = [] if behaviour is None else _changes(behaviour, utc_s, labels)

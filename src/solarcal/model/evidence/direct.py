@@ -43,12 +43,9 @@ class Evidence:
 
     Attributes
     ----------
-    table
-        All attempts of all files; None where there are points only.
-    sessions
-        The sessions among the files.
-    between
-        What a comparison of several sessions has found already.
+    table : all attempts of all files; None where there are points only.
+    sessions : the sessions among the files.
+    between : what a comparison of several sessions has found already.
     """
 
     table: PointTable | None = None
@@ -126,13 +123,10 @@ class Weighed(NamedTuple):
 
     Attributes
     ----------
-    wrong
-        The unit, its settings or its read-outs are not what the fit takes them for.
-    waiting
-        Points to be struck out or taken again before the end.
-    cautions
-        The coefficients are right, but the unit will not point by them unless this is seen to; or
-        something has changed since the last ones.
+    wrong : the unit, its settings or its read-outs are not what the fit takes them for.
+    waiting : points to be struck out or taken again before the end.
+    cautions : the coefficients are right, but the unit will not point by them unless this is seen
+        to; or something has changed since the last ones.
     """
 
     wrong: tuple[str, ...]
@@ -145,12 +139,9 @@ def weigh(evidence: Iterable[Finding], used: AbstractSet[int], tolerance_deg: fl
 
     Parameters
     ----------
-    evidence
-        Everything found: seen, or asked for by the residuals.
-    used
-        Labels of the fitted points: points already struck out no longer matter.
-    tolerance_deg
-        What is smaller, in degrees of axis or of Sun, is no reason against anything.
+    evidence : everything found: seen, or asked for by the residuals.
+    used : labels of the fitted points: points already struck out no longer matter.
+    tolerance_deg : what is smaller, in degrees of axis or of Sun, is no reason against anything.
     """
     wrong: list[str] = []
     waiting: list[str] = []

@@ -44,10 +44,8 @@ def frozen_findings(
 
     Parameters
     ----------
-    labels
-        n points in order of time.
-    reading_deg, ideal_deg : (n, 2)
-        Absolute read-outs and ideal angles, axis degrees.
+    labels : n points in order of time.
+    reading_deg, ideal_deg : (n, 2), absolute read-outs and ideal angles, axis degrees.
     """
     said = []
     for axis in (0, 1):

@@ -49,14 +49,11 @@ def diagnose(
 
     Parameters
     ----------
-    solution
-        A ``robust`` or ``exact`` fit.
-    approach : (n, 2), optional
-        Sense of the last motion of each axis at the fitted points, +1, -1, 0 unknown.
-    losses
-        Counts known to have been missed: undone before anything is tested.
-    tolerance_deg
-        Against which an effect matters or does not.
+    solution : a ``robust`` or ``exact`` fit.
+    approach : (n, 2), sense of the last motion of each axis at the fitted points, +1, -1, 0
+        unknown.
+    losses : counts known to have been missed: undone before anything is tested.
+    tolerance_deg : against which an effect matters or does not.
     """
     if losses:
         points, _ = undo_losses(solution.points, solution.context, solution.posterior.mean, losses)

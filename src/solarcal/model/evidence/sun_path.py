@@ -62,15 +62,11 @@ def stamp_evidence(
 
     Parameters
     ----------
-    table
-        Points of one unit; rows without an instant are not compared.
-    context
-        Their site, mount, air and kind of ideal angles.
-    tolerance_deg
-        Half of it is what stamps and angles may differ by, on sky.
-    kind_claimed
-        Whether the kind of the ideal angles is the file's word (a CSV, an import); where a unit
-        computes them by the protocol it is known.
+    table : points of one unit; rows without an instant are not compared.
+    context : their site, mount, air and kind of ideal angles.
+    tolerance_deg : half of it is what stamps and angles may differ by, on sky.
+    kind_claimed : whether the kind of the ideal angles is the file's word (a CSV, an import); where
+        a unit computes them by the protocol it is known.
 
     Returns
     -------

@@ -56,10 +56,7 @@ def reading_sheet_doubts(
 ) -> tuple[Doubt, ...]:
     """Read-outs, offsets, Sun angles and time of one look at the display.
 
-    Parameters
-    ----------
-    offset_just_set : the offsets are new; else they are those typed before, and may not have been
-        changed them.
+    ``offset_just_set``: the offsets are new; else they must be those typed before.
     """
     doubts = [*_moment_doubts(held, texts, read_utc_s)]
     fit = reading_fit(held, texts, read_utc_s)
