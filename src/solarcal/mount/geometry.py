@@ -239,10 +239,8 @@ def default_ax1_centre(name: str, latitude_deg: float) -> float:
 def crosses_branch(ax1_deg: FloatArray, ax1_centre_deg: float = 0.0) -> bool:
     """Whether a path of ideal AX1 jumps across c +- 180: one range cannot hold it.
 
-    Parameters
-    ----------
-    ax1_deg : (n,) array, degrees, in order of time: the Sun's path within limits, on any branch.
-        NaN parts one stretch from the next (night, beyond limits): a step over it does not count.
+    ``ax1_deg``: (n,) array, degrees, in order of time: the Sun's path within limits, on any branch.
+    NaN parts one stretch from the next (night, beyond limits): a step over it does not count.
 
     Notes
     -----

@@ -38,9 +38,7 @@ def unit_parameters(
 ) -> UnitParameters:
     """Drives, limits and reference position.
 
-    Parameters
-    ----------
-    unit_limits : what the unit itself tells; nothing described goes beyond it.
+    ``unit_limits``: what the unit itself tells; nothing described goes beyond it.
 
     Raises
     ------

@@ -78,9 +78,7 @@ def open_line(
 ) -> OpenLine:
     """Learn who is on the line, and open or continue the session file.
 
-    Parameters
-    ----------
-    tracker : not opened yet; it is closed with the line.
+    ``tracker``: not opened yet; it is closed with the line.
 
     Raises
     ------

@@ -89,9 +89,7 @@ def analyse_with_options(
 class Fitter:
     """One thread, one waiting place.
 
-    Parameters
-    ----------
-    post : where ``FitReady`` goes; must be safe to call from another thread.
+    ``post``: where ``FitReady`` goes; must be safe to call from another thread.
     """
 
     def __init__(self, post: Callable[[FitReady], object]) -> None:

@@ -45,9 +45,7 @@ def question_evidence(
 ) -> tuple[Fact, ...]:
     """Facts about question 0 (reference check), 1 (Set Sun Offset) or 2 (tracking).
 
-    Parameters
-    ----------
-    spot : what the sunspot device of an emulated unit shows now.
+    ``spot``: what the sunspot device of an emulated unit shows now.
     """
     return (_reference, _offset, _tracking)[number](session, live, spot)
 

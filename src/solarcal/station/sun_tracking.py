@@ -41,9 +41,7 @@ class FileCoefficients(msgspec.Struct, frozen=True):
 def read_coefficients(path: Path, method: str | None = None) -> FileCoefficients:
     """The coefficients a file gives.
 
-    Parameters
-    ----------
-    method : how a session is fitted; a document's fit has been made.
+    ``method``: how a session is fitted; a document's fit has been made.
 
     Raises
     ------

@@ -29,9 +29,7 @@ if TYPE_CHECKING:
 class LineApp(StationApp):
     """Opens what is chosen, on a thread, and remembers it.
 
-    Attributes
-    ----------
-    line : the open line, else ``None``; and what ``StationApp`` has.
+    ``line``: the open line, else ``None``; and what ``StationApp`` has.
     """
 
     def __init__(

@@ -95,9 +95,7 @@ START_S = 2.0
 class MotionWatch:
     """Sense of motion of one axis, now and last.
 
-    Parameters
-    ----------
-    still_deg : a change of the read-out by no more than this is its last digit, no motion.
+    ``still_deg``: a change of the read-out by no more than this is its last digit, no motion.
     """
 
     def __init__(self, still_deg: float) -> None:
@@ -168,9 +166,7 @@ class Pace(Protocol):
 class ThreadPace:
     """A thread that looks, several times a second, whether something is due.
 
-    Parameters
-    ----------
-    speed : laptop seconds a real second; 0 while time moves only by calls of ``act``.
+    ``speed``: laptop seconds a real second; 0 while time moves only by calls of ``act``.
     """
 
     def __init__(self, speed: Callable[[], float] = lambda: 1.0) -> None:

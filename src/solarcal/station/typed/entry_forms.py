@@ -214,9 +214,7 @@ def key_in_texts(
 ) -> tuple[tuple[str, str], ...]:
     """Names and values as the unit keeps them, to be keyed in.
 
-    Parameters
-    ----------
-    decimals : how many the unit keeps of P1..P4 and O; and of P5, P6.
+    ``decimals``: how many the unit keeps of P1..P4 and O; and of P5, P6.
     """
     tilt, scale = decimals
     named = []

@@ -297,9 +297,7 @@ class AskedForm:
 class WaitingDisplay:
     """A ``Display`` whose forms are answered on another thread, which is waited for.
 
-    Parameters
-    ----------
-    post : takes a form to who answers it; safe to call from the thread that asks.
+    ``post``: takes a form to who answers it; safe to call from the thread that asks.
     """
 
     def __init__(self, post: Callable[[AskedForm], object], clock: Clock | None = None) -> None:

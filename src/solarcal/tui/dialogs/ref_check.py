@@ -48,9 +48,7 @@ class _CheckTeller(Dialog):
 class RefCheckDialog(_CheckTeller):
     """Asks, drives, and shows the difference against the check before.
 
-    Parameters
-    ----------
-    switches : whether the unit has any; one without goes to its reference position only.
+    ``switches``: whether the unit has any; one without goes to its reference position only.
     """
 
     HEADING = "Reference check"
