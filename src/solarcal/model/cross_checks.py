@@ -69,8 +69,8 @@ def cross_check(solution: MechanismSolution) -> CrossChecks:
     share = np.einsum("n,nai,ij,nbj->nab", weights, rows, covariance, rows)
     predicted = np.linalg.solve(np.eye(2) - share + 1e-12 * np.eye(2), sky[..., np.newaxis])
     left_out = np.hypot(predicted[:, 0, 0], predicted[:, 1, 0])
-    order = _in_time(solution)
-    used = order[good[order]]
+    order = solution.points.in_time
+    used = np.flatnonzero(good) if order is None else order[good[order]]
     return CrossChecks(
         left_out_deg=left_out,
         left_out_rms_deg=rms(left_out[good]) if good.sum() > 1 else None,
@@ -86,14 +86,6 @@ def _sky_residuals(solution: MechanismSolution) -> FloatArray:
     ax2 = solution.points.ax2_deg
     sine = Mechanism.of(solution.posterior.mean).sin_ax2(ax2, np.zeros_like(ax2))
     return np.column_stack((solution.residual1_deg * sine, solution.residual2_deg))
-
-
-def _in_time(solution: MechanismSolution) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
-    times = solution.points.utc_s
-    n = len(solution.points)
-    if times is None or not np.isfinite(times).all():
-        return np.arange(n)
-    return np.argsort(times, kind="stable")
 
 
 def _order_probability(

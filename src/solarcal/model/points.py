@@ -90,6 +90,13 @@ class Points:
     def __len__(self) -> int:
         return len(self.ax1_deg)
 
+    @property
+    def in_time(self) -> NDArray[np.intp] | None:
+        """Positions (n,) in the order of time; None where a time is not known."""
+        if self.utc_s is None or not np.isfinite(self.utc_s).all():
+            return None
+        return np.argsort(self.utc_s, kind="stable")
+
     def _refuse_unusable(self) -> None:
         for name in (name for name in COLUMNS if name != "utc_s"):
             column = getattr(self, name)
@@ -199,10 +206,10 @@ class Points:
         ]
 
     def _remark_branch_crossed(self) -> list[str]:
+        order = self.in_time
         # Only a path in time crosses anything: a telescope's grid of stars lies all round.
-        if self.utc_s is None or not np.isfinite(self.utc_s).all():
+        if order is None:
             return []
-        order = np.argsort(self.utc_s, kind="stable")
         # A step of more than 270 deg along the branch is a short one across its ends.
         steps = np.flatnonzero(np.abs(np.diff(self.ax1_deg[order])) > 270.0)
         end = self.geometry.ax1_centre_deg + 180.0

@@ -242,11 +242,7 @@ def true_points(points: Points, context: SkyContext) -> TruePoints:
             )
         sun = sun_directions(context, points.utc_s)
         true1, true2, zenith = sun.true1_deg, sun.true2_deg, 90.0 - sun.elevation_deg
-    # Both angles may straddle the end of the branch; the difference is a small one.
-    step1 = (ideal1 - true1 + 180.0) % 360.0 - 180.0
-    return TruePoints(
-        true1, true2, points.err1_deg + step1, points.err2_deg + (ideal2 - true2), 90.0 - zenith
-    )
+    return _seen_from(points, true1, true2, zenith)
 
 
 _STANDARD = Weather(pressure_hpa=1013.25, temperature_c=10.0)
@@ -292,14 +288,16 @@ def fleet_true_points(points: FleetPoints) -> TruePoints:
     true1, true2 = axes_of_horizontal_deg((x, y, z), points.centre_deg, azimuth, zenith)
     true1 = np.where(moved, true1, points.ax1_deg)
     true2 = np.where(moved, true2, points.ax2_deg)
-    step1 = (points.ax1_deg - true1 + 180.0) % 360.0 - 180.0
-    return TruePoints(
-        true1,
-        true2,
-        points.err1_deg + step1,
-        points.err2_deg + (points.ax2_deg - true2),
-        90.0 - zenith,
-    )
+    return _seen_from(points, true1, true2, zenith)
+
+
+def _seen_from(
+    points: Points | FleetPoints, true1: FloatArray, true2: FloatArray, zenith: FloatArray
+) -> TruePoints:
+    # Both angles may straddle the end of the branch; the difference is a small one.
+    err1 = points.err1_deg + ((points.ax1_deg - true1 + 180.0) % 360.0 - 180.0)
+    err2 = points.err2_deg + (points.ax2_deg - true2)
+    return TruePoints(true1, true2, err1, err2, 90.0 - zenith)
 
 
 def _sun_deg(

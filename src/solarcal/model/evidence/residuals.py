@@ -92,10 +92,9 @@ def _steps(solution: MechanismSolution, rows: Rows, tolerance_deg: float) -> tup
     preferred.
     """
     points, n = solution.points, len(solution.points)
-    times = points.utc_s
-    if times is None or not np.isfinite(times).all() or n < 2 * SHORTEST_RUN + 1:
+    order = points.in_time
+    if order is None or n < 2 * SHORTEST_RUN + 1:
         return ()
-    order = np.argsort(times, kind="stable")
     base = ColumnFit(rows.six, rows.residuals)
     place = np.empty(n, dtype=np.intp)
     place[order] = np.arange(n)
