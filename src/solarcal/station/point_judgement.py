@@ -5,6 +5,7 @@ The manual's rule: beware of 'changes in turncounts that don't match observation
 
 import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -35,6 +36,8 @@ SUSPICIOUS_DEG = 0.25
 of the prediction) call for a reference check."""
 
 TRUSTED_FIT_POINTS = 5
+
+Kind = TypeVar("Kind", RefCheck, SunOffset, ClockSet)
 
 
 @dataclass(frozen=True, slots=True)
@@ -253,7 +256,7 @@ class PointEvidence:
 def point_evidence(session: SessionView, point: PointRecord) -> PointEvidence:
     """What the session says about a point beside its own numbers."""
 
-    def last(records: tuple[Record, ...]) -> Record | None:
+    def last(records: tuple[Kind, ...]) -> Kind | None:
         return next((r for r in reversed(records) if r.seq < point.seq), None)
 
     check, offset, clock = (
@@ -261,12 +264,8 @@ def point_evidence(session: SessionView, point: PointRecord) -> PointEvidence:
     )  # fmt: skip
     live = live_records(session.records)
     void = next((r for r in live if isinstance(r, Void) and r.voids == point.seq), None)
-    about = [r for r in (clock, check, offset, point) if r is not None]
+    about: list[Record] = [r for r in (clock, check, offset, point) if r is not None]
     about += [r for r in session.records if isinstance(r, Void) and r.voids == point.seq]
     return PointEvidence(
-        check if isinstance(check, RefCheck) else None,
-        offset if isinstance(offset, SunOffset) else None,
-        clock if isinstance(clock, ClockSet) else None,
-        void,
-        tuple(sorted(about, key=lambda record: record.seq)),
+        check, offset, clock, void, tuple(sorted(about, key=lambda record: record.seq))
     )

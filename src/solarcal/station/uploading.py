@@ -204,8 +204,8 @@ class SignOff:
     reason: str
     uploads: tuple[UploadRecord, ...] = ()
     checks: tuple[CheckRecord, ...] = ()
-    sky_rms_deg: float | None = field(default=None)
-    sky_max_deg: float | None = field(default=None)
+    sky_rms_deg: float | None = None
+    sky_max_deg: float | None = None
 
     @property
     def newest(self) -> UploadRecord | None:

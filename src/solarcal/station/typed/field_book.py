@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 from solarcal.errors import ConfigurationError, InputFileError
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.station.typed.forms import (
+    YES_NO,
     DisplayForm,
     Moment,
     TypedAnswer,
@@ -44,7 +45,6 @@ TO_THE_END = ("reject", "because")
 """Words that take the rest of the line as a reason."""
 
 _DAY = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}", re.ASCII)
-_YES_NO = {"yes": True, "y": True, "no": False, "n": False}
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,8 +127,8 @@ def _entry(words: list[str], utc_s: float, where: str) -> Entry:
     if step in ("note", "void", "keep"):
         return Entry(where, utc_s, step, reason=" ".join(rest))
     answers: list[bool] = []
-    while rest and rest[0].lower() in _YES_NO:
-        answers.append(_YES_NO[rest.pop(0).lower()])
+    while rest and rest[0].lower() in YES_NO:
+        answers.append(YES_NO[rest.pop(0).lower()])
     values: dict[str, str] = {}
     stores: bool | None = None
     reason = ""

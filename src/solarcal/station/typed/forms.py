@@ -8,6 +8,7 @@ import math
 import re
 import threading
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
@@ -23,7 +24,7 @@ Values = Mapping[str, Value]
 _TIME = re.compile(
     r"([0-9]{1,2})[:hH. ]?([0-5][0-9])[:mM. ]?([0-5][0-9](?:[.,][0-9]+)?)s?", re.ASCII
 )
-_YES = {"y": True, "yes": True, "n": False, "no": False}
+YES_NO = {"y": True, "yes": True, "n": False, "no": False}
 _SENSES = {"+": 1, "-": -1}
 
 
@@ -100,13 +101,15 @@ class DisplayField:
             case Kind.DEGREES | Kind.NUMBER:
                 return number(text)
             case Kind.COUNTS:
-                return _whole(text)
+                with suppress(ConfigurationError):
+                    return whole(text)
+                return None
             case Kind.TIME:
                 return time_of_day_s(text)
             case Kind.SENSE:
                 return _SENSES.get(text)
             case Kind.YES_NO:
-                return _YES.get(text.lower())
+                return YES_NO.get(text.lower())
 
 
 _WANTED = {
@@ -227,13 +230,6 @@ def number(text: str) -> float | None:
     """The number a text is; no exponents, no names of numbers."""
     try:
         return decimal(text, exponent=False) + 0.0
-    except ConfigurationError:
-        return None
-
-
-def _whole(text: str) -> int | None:
-    try:
-        return whole(text)
     except ConfigurationError:
         return None
 
