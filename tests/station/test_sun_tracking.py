@@ -99,6 +99,18 @@ def test_ctrl_c_within_a_request_stops_the_rotator_too(request_no):
     assert bench.tracker.status().mode is Mode.STOP
 
 
+def test_an_interrupt_that_broke_a_lock_stops_the_rotator_too():
+    bench = RotatorBench()
+    bench.open()
+
+    def broken(line):
+        raise RuntimeError("cannot release un-acquired lock")
+
+    with pytest.raises(RuntimeError):
+        tracking(bench, broken).until(None, 10.0)
+    assert bench.cable.motions()[-1] == "+\\stop"
+
+
 def test_a_stop_by_somebody_else_counts():
     bench = RotatorBench()
     bench.open()

@@ -328,3 +328,19 @@ def test_a_request_that_an_interrupt_broke_off_takes_no_reply_of_the_next():
     rotator.open()
     rotator.stop()
     second.assert_finished()
+
+
+def test_an_interrupt_after_reading_leaves_the_line_to_the_next(monkeypatch):
+    rotator, _ = opened(("+\\get_pos", *AT_REST))
+    acquire, calls = rotator._state.acquire, []
+
+    def interrupted():
+        acquire()
+        calls.append(1)
+        if len(calls) == len(AT_REST):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(rotator._state, "acquire", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        rotator.position_deg()
+    assert not rotator._someone_reads

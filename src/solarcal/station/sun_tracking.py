@@ -183,7 +183,8 @@ class SunTracking:
                 self._look(status)
                 left_s = math.inf if until_utc_s is None else until_utc_s - clock.utc_s()
                 clock.wait(max(min(every_s, left_s), SHORTEST_WAIT_S))
-        except SolarcalError:
+        except (SolarcalError, RuntimeError):
+            # The second of a lock that an interrupt broke.
             self._stop_if_possible()
             raise
 
@@ -211,7 +212,7 @@ class SunTracking:
     def _look(self, status: Status) -> None:
         run = self._run
         when = format_utc(status.unit_utc_s, 0)
-        axes = f"axes {status.reading1_deg:8.2f} {status.reading2_deg:7.2f} deg"
+        axes = f"axes {status.reading1_deg:z8.2f} {status.reading2_deg:z7.2f} deg"
         if status.mode is Mode.LIMIT:
             run.at_limit += 1
             self._say(f"{when}  {axes}  the Sun is beyond the limits; waiting for it")

@@ -239,8 +239,11 @@ class Conversation:
                     # repeating, or each piece would cost a repeat of its own.
                     line = self._link.read_line(0.0 if waiting.damaged else left_s)
                 finally:
-                    self._state.acquire()
-                    self._someone_reads = False
+                    try:
+                        self._state.acquire()
+                    finally:
+                        # An interrupt here must not leave a line that nobody reads.
+                        self._someone_reads = False
                     self._state.notify_all()
                 if line is None:
                     return

@@ -171,8 +171,11 @@ class RotctldRotator(Rotator):
                     self._give_up(str(error))
                     raise
                 finally:
-                    self._state.acquire()
-                    self._someone_reads = False
+                    try:
+                        self._state.acquire()
+                    finally:
+                        # An interrupt here must not leave a line that nobody reads.
+                        self._someone_reads = False
                     self._state.notify_all()
                 if line is None:
                     raise LinkError(self._give_up(self._silence(waiting)))
