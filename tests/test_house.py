@@ -4,11 +4,15 @@ import dataclasses
 import importlib
 import inspect
 import pkgutil
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import msgspec
 import pytest
+
+import solarcal
 
 SCREEN = {"textual", "rich", "plotext"}
 LOADED = {
@@ -85,3 +89,13 @@ def test_values_cannot_be_changed_once_made(floor):
             if not frozen:
                 changeable.add(f"{module.name}.{name}")
     assert changeable == {name for name in CHANGING if name.startswith(f"solarcal.{floor}.")}
+
+
+SIGNED_DECIMALS = re.compile(r":[<>=^]?\+[0-9]*\.[0-9{]")
+
+
+def test_no_number_is_written_with_a_negative_zero():
+    """``z`` in the format: -0.0004 to three decimals is +0.000."""
+    for source in sorted(Path(solarcal.__file__).parent.rglob("*.py")):
+        found = SIGNED_DECIMALS.findall(source.read_text(encoding="utf-8"))
+        assert not found, f"{source.name}: {found} without z"

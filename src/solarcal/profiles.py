@@ -129,7 +129,7 @@ class Profile(msgspec.Struct, frozen=True, kw_only=True):
         """One line for the start screen."""
         parts = [f"profile {self.name}"]
         if self.site is not None:
-            place = f"{self.site.latitude_deg:+.4f} {self.site.longitude_deg:+.4f}"
+            place = f"{self.site.latitude_deg:+z.4f} {self.site.longitude_deg:+z.4f}"
             parts.append(f"{self.site.name} {place}".strip())
         else:
             parts.append("site as the unit reports")

@@ -78,8 +78,8 @@ class Inclinometer(msgspec.Struct, frozen=True, kw_only=True):
 
     def words(self) -> str:
         return (
-            f"inclinometer: lean to the north {self.lean_north_deg:+.3f} deg, "
-            f"to the east {self.lean_east_deg:+.3f} deg, sigma {self.sigma_deg:.3f} deg"
+            f"inclinometer: lean to the north {self.lean_north_deg:+z.3f} deg, "
+            f"to the east {self.lean_east_deg:+z.3f} deg, sigma {self.sigma_deg:.3f} deg"
         )
 
 

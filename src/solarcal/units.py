@@ -32,8 +32,7 @@ def wrap_deg(angle_deg: Angles, centre_deg: float = 0.0) -> Angles:
 
 def format_degrees(angle_deg: float, decimals: int = 3) -> str:
     """A signed angle for a table, without a negative zero."""
-    text = f"{angle_deg:+.{decimals}f}"
-    return text if float(text) else text.replace("-", "+")
+    return f"{angle_deg:+z.{decimals}f}"
 
 
 def rms(values: FloatArray) -> float:

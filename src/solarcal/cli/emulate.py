@@ -174,12 +174,11 @@ def _seen(rotator: "EmulatedRotator") -> str:
     spot, light = rotator.spot(), rotator.scenario.truth.light.capitalize()
     # Axis 1 counts from South towards East, axis 2 from the zenith down.
     seen = (
-        f"{light} at az {-spot.error1_deg + 0.0:+.3f}, el {-spot.error2_deg + 0.0:+.3f} deg "
-        "from there"
+        f"{light} at az {-spot.error1_deg:+z.3f}, el {-spot.error2_deg:+z.3f} deg from there"
         if spot.visible
         else f"no {light} on the sunspot device"
     )
-    return f"{format_utc(utc_s, 0)}  reads az {azimuth:.2f} el {elevation:.2f} deg; {seen}"
+    return f"{format_utc(utc_s, 0)}  reads az {azimuth:z.2f} el {elevation:z.2f} deg; {seen}"
 
 
 def add_scenarios_arguments(parser: argparse.ArgumentParser) -> None:

@@ -108,8 +108,8 @@ def watch_folder(instrument: Instrument, args: argparse.Namespace, clock: Clock)
         found.append(one)
         if not args.json:
             print(
-                f"{args.image}: axis 1 {one['correction1_deg']:+.5f} +- "
-                f"{one['correction1_sigma_deg']:.5f}, axis 2 {one['correction2_deg']:+.5f} +- "
+                f"{args.image}: axis 1 {one['correction1_deg']:+z.5f} +- "
+                f"{one['correction1_sigma_deg']:.5f}, axis 2 {one['correction2_deg']:+z.5f} +- "
                 f"{one['correction2_sigma_deg']:.5f} deg",
                 flush=True,
             )

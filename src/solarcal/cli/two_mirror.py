@@ -162,8 +162,8 @@ def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     for (name, value), sigma in zip(document["base"].items(), sigmas, strict=True):
         known = "" if sigma is None else f" +- {sigma:.4f}"
         lines.append(
-            f"  {name.removesuffix('_deg'):5} {value:+9.4f}{known} deg   (from three points "
-            f"{begun[name]:+9.4f})"
+            f"  {name.removesuffix('_deg'):5} {value:+z9.4f}{known} deg   (from three points "
+            f"{begun[name]:+z9.4f})"
         )
     lines.append(
         f"left on the sky: rms {solution.sky_rms_deg:.4f}, at most {solution.sky_max_deg:.4f} deg "

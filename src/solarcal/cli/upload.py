@@ -230,7 +230,7 @@ def _tracked(
 
 def _numbers(values: tuple[float, ...]) -> str:
     return (
-        " ".join(f"{value:+.4f}" for value in values[:4])
+        " ".join(f"{value:+z.4f}" for value in values[:4])
         + " "
-        + " ".join(f"{value:+.6f}" for value in values[4:])
+        + " ".join(f"{value:+z.6f}" for value in values[4:])
     )

@@ -139,7 +139,7 @@ def _event_lines(document: dict[str, Any], events: DayEvents) -> list[str]:
     lines = [
         f"The solar day nearest to {document['utc']}, by {document['method']}",
         f"  sunrise  {document['sunrise_utc'] or 'none'}",
-        f"  transit  {document['transit_utc']}  {events.transit_elevation_deg:+.3f} deg high",
+        f"  transit  {document['transit_utc']}  {events.transit_elevation_deg:+z.3f} deg high",
         f"  sunset   {document['sunset_utc'] or 'none'}",
     ]
     if events.polar == "day":
@@ -152,7 +152,7 @@ def _event_lines(document: dict[str, Any], events: DayEvents) -> list[str]:
         lines.append(f"  {document['daylight_h']:.3f} h above {altitude_deg:.3f} deg")
     lines.append(
         f"  solar time {document['solar_time']} at the given time "
-        f"(equation of time {document['equation_of_time_min']:+.3f} min)"
+        f"(equation of time {document['equation_of_time_min']:+z.3f} min)"
     )
     return lines
 
@@ -215,7 +215,7 @@ def moon_passage(form: Form, utc_s: float, site: Site) -> Answer:
     lines = [
         f"The Moon's passage nearest to {document['utc']}",
         f"  moonrise {document['moonrise_utc'] or 'none'}",
-        f"  transit  {document['transit_utc']}  {float(best.elevation_deg):+.3f} deg high",
+        f"  transit  {document['transit_utc']}  {float(best.elevation_deg):+z.3f} deg high",
         f"  moonset  {document['moonset_utc'] or 'none'}",
         f"  {100.0 * float(best.illuminated):.1f} % lit, {'waxing' if best.waxing else 'waning'}",
     ]

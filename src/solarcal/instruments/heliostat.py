@@ -120,8 +120,8 @@ def circle(form: Form) -> Answer:
                 f"  published bisection, {side}",
                 f"  {'step':>4}{'from':>12}{'to':>12}{'middle T':>13}{'d/r residual':>13}",
                 *(
-                    f"  {number:4d}{step.low_deg:12.6f}{step.high_deg:12.6f}"
-                    f"{step.incidence_deg:13.6f}{step.difference:+13.6f}"
+                    f"  {number:4d}{step.low_deg:z12.6f}{step.high_deg:z12.6f}"
+                    f"{step.incidence_deg:13.6f}{step.difference:+z13.6f}"
                     for number, step in enumerate(steps, start=1)
                 ),
                 f"  {steps[-1].incidence_deg:.6f} after {len(steps)} steps; the root finder above "
@@ -209,7 +209,7 @@ def aim(form: Form) -> Answer:
         f"  Sun     azimuth {sun_deg[0]:9.4f}  zenith angle {sun_deg[1]:8.4f}",
         f"  target  azimuth {target.azimuth_deg:9.4f}  zenith angle {target.zenith_deg:8.4f}",
         f"  NORMAL  azimuth {front.azimuth_deg:9.4f}  zenith angle {front.zenith_deg:8.4f}",
-        f"  AX1 {format_degrees(float(ax1), 4):>9}  AX2 {float(ax2):8.4f}  ({geometry.name})",
+        f"  AX1 {format_degrees(float(ax1), 4):>9}  AX2 {float(ax2):z8.4f}  ({geometry.name})",
         f"  angle of incidence {front.incidence_deg:.4f} deg",
     ]
     if offset:

@@ -117,7 +117,7 @@ def screwjack(form: Form) -> Answer:
 
     def wrong_plot(sheet: Sheet) -> str:
         curves = [Curve("read-out", wrong.error_deg, "●"), Curve("left", wrong.left_deg, "+")]
-        title = f"R1 {change:+.4g} {unit}: error, deg"
+        title = f"R1 {change:+z.4g} {unit}: error, deg"
         return curve_plot(title, angles, curves, "axis angle, deg", sheet)
 
     return Answer(
@@ -127,7 +127,7 @@ def screwjack(form: Form) -> Answer:
             Drawing("length", length_plot, 16),
             "\n".join([*slopes, ""]),
             Drawing("wrong R1", wrong_plot, 14),
-            f"  R1 {change:+.4g} {unit} from the given value: up to "
+            f"  R1 {change:+z.4g} {unit} from the given value: up to "
             f"{abs(wrong.error_deg).max():.3f} deg of tracking error;\n"
             "  offset and scale (P2 and P5, or P4 and P6) leave "
             f"{abs(wrong.left_deg).max():.3f} deg.",
@@ -141,7 +141,7 @@ def _setup_lines(
     jack = setup.drive
     sigma = "" if setup.beta_sigma_deg is None else f"  (sigma {setup.beta_sigma_deg:.3f})"
     lines = [
-        f"  SJP#1  {jack.SJP1:12.4f} deg  (beta){sigma}",
+        f"  SJP#1  {jack.SJP1:z12.4f} deg  (beta){sigma}",
         f"  SJP#2  {jack.SJP2:12.4f} {unit}^2",
         f"  SJP#3  {jack.SJP3:12.4f} {unit}^2",
     ]
@@ -153,7 +153,7 @@ def _setup_lines(
         strict=True,
     ):  # fmt: skip
         lines.append(
-            f"  {one.angle_deg:9.3f} {one.length:10.4f} {beta:10.4f} {length:+10.4f} "
+            f"  {one.angle_deg:9.3f} {one.length:10.4f} {beta:z10.4f} {length:+z10.4f} "
             f"{format_degrees(angle, 3):>7} deg"
         )
     if setup.consistent is None:
@@ -165,7 +165,7 @@ def _setup_lines(
             f"  The betas differ by {setup.spread_deg:.3f} deg: a length or the sense is wrong."
         )
         for why in setup.explanations:
-            what = "the other sense" if why.name == "sense" else f"{why.name} {why.change:+.4f}"
+            what = "the other sense" if why.name == "sense" else f"{why.name} {why.change:+z.4f}"
             lines.append(f"    {what} would leave {why.rms:.4f} {unit} rms")
     low, high = dead_points_deg(jack)
     lines.append(f"  dead points at {low:.3f} and {high:.3f} deg")

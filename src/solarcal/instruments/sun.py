@@ -78,12 +78,12 @@ def sun(form: Form) -> Answer:
     lines += labelled(
         ("azimuth (N through E)", f"{now.azimuth_deg:.4f}", "deg"),
         ("zenith angle", f"{now.zenith_deg:.4f}", "deg"),
-        ("elevation", f"{now.elevation_deg:+.4f}", "deg"),
-        ("declination", f"{now.declination_deg:+.4f}", "deg"),
-        ("equation of time", f"{now.equation_of_time_min:+.3f}", "min"),
+        ("elevation", f"{now.elevation_deg:+z.4f}", "deg"),
+        ("declination", f"{now.declination_deg:+z.4f}", "deg"),
+        ("equation of time", f"{now.equation_of_time_min:+z.3f}", "min"),
         ("apparent solar time", solar_time, ""),
-        (f"AX1 ({mount.name})", f"{ax1_deg:+.4f}", "deg"),
-        (f"AX2 ({mount.name})", f"{ax2_deg:.4f}", "deg"),
+        (f"AX1 ({mount.name})", f"{ax1_deg:+z.4f}", "deg"),
+        (f"AX2 ({mount.name})", f"{ax2_deg:z.4f}", "deg"),
     )
 
     def draw(sheet: Sheet) -> str:
@@ -123,12 +123,12 @@ def moon(form: Form, utc_s: float, site: Site, mount: MountGeometry) -> Answer:
     lines += labelled(
         ("azimuth (N through E)", f"{now.azimuth_deg:.4f}", "deg"),
         ("zenith angle", f"{now.zenith_deg:.4f}", "deg"),
-        ("elevation", f"{now.elevation_deg:+.4f}", "deg"),
+        ("elevation", f"{now.elevation_deg:+z.4f}", "deg"),
         ("distance", f"{now.distance_km:.0f}", "km"),
         ("semidiameter", f"{now.semidiameter_deg:.4f}", "deg"),
         ("illuminated", f"{100.0 * now.illuminated:.1f}", "%"),
-        (f"AX1 ({mount.name})", f"{ax1_deg:+.4f}", "deg"),
-        (f"AX2 ({mount.name})", f"{ax2_deg:.4f}", "deg"),
+        (f"AX1 ({mount.name})", f"{ax1_deg:+z.4f}", "deg"),
+        (f"AX2 ({mount.name})", f"{ax2_deg:z.4f}", "deg"),
     )
     lines.append(
         f"  {'waxing' if now.waxing else 'waning'}; "

@@ -40,11 +40,11 @@ def point(form: Form) -> Answer:
     }
     lines = [
         f"Sun: azimuth {azimuth_deg:.4f}, zenith angle {zenith_deg:.4f} deg",
-        f"axis 1 (t1, from South, East positive) {t1:+10.4f} deg",
-        f"axis 2 (t2, zenith angle)              {t2:+10.4f} deg",
+        f"axis 1 (t1, from South, East positive) {t1:+z10.4f} deg",
+        f"axis 2 (t2, zenith angle)              {t2:+z10.4f} deg",
         "mirrors (ray traced back from the instrument; South, East, Up):",
     ]
-    lines += ["  " + " ".join(f"{value + 0.0:+9.6f}" for value in row) for row in matrix]
+    lines += ["  " + " ".join(f"{value:+z9.6f}" for value in row) for row in matrix]
     places = [
         ("S", "Sun", azimuth_deg, 90.0 - zenith_deg),
         ("A", "where a level base's axes would look", 180.0 - t1, 90.0 - t2),
@@ -104,11 +104,11 @@ def trace(form: Form) -> Answer:
         "near_zenith": bool(warning),
     }
     lines = [
-        f"e1 {e1:+.5f}  e2 {e2:+.5f}: {off_mrad:.3f} mrad off the set point"
+        f"e1 {e1:+z.5f}  e2 {e2:+z.5f}: {off_mrad:.3f} mrad off the set point"
         + (" at least (the diode is saturated)" if saturated else ""),
-        f"Sun in the tracker's frame: t1 {sun1:+.4f}, t2 {sun2:+.4f} deg",
-        f"add to axis 1 {turn1:+.5f} deg",
-        f"add to axis 2 {turn2:+.5f} deg",
+        f"Sun in the tracker's frame: t1 {sun1:+z.4f}, t2 {sun2:+z.4f} deg",
+        f"add to axis 1 {turn1:+z.5f} deg",
+        f"add to axis 2 {turn2:+z.5f} deg",
         *warning,
     ]
     across = 1e3 * (e1 - diode.set_point1) / diode.gain_per_rad
@@ -163,10 +163,10 @@ def camera(form: Form) -> Answer:
         disc_line("disc", disc),
         f"{pixel_mrad:.4f} mrad a pixel"
         + (f", from a disc of radius {radius_mrad:g} mrad" if pixel is None else ""),
-        f"d1 {1e3 * d1:+.4f}  d2 {1e3 * d2:+.4f} +- {1e3 * sigma:.4f} mrad: "
+        f"d1 {1e3 * d1:+z.4f}  d2 {1e3 * d2:+z.4f} +- {1e3 * sigma:.4f} mrad: "
         f"{1e3 * math.hypot(d1, d2):.4f} mrad off the aim",
-        f"add to axis 1 {turn1:+.5f} +- {sigma1:.5f} deg",
-        f"add to axis 2 {turn2:+.5f} +- {sigma2:.5f} deg",
+        f"add to axis 1 {turn1:+z.5f} +- {sigma1:.5f} deg",
+        f"add to axis 2 {turn2:+z.5f} +- {sigma2:.5f} deg",
         *near_zenith_warning(t2_deg),
     ]
     diameter = 2.0 * pixel_mrad * disc.radius

@@ -230,8 +230,8 @@ def energy(form: Form) -> Answer:
         "pointing": pointing,
     }
     rows = [
-        ("Sun towards", f"N {north:+.6f}  E {east:+.6f}  U {up:+.6f}"),
-        ("elevation", f"{day.elevation_deg(solar_time_h):.6f} deg"),
+        ("Sun towards", f"N {north:+z.6f}  E {east:+z.6f}  U {up:+z.6f}"),
+        ("elevation", f"{day.elevation_deg(solar_time_h):z.6f} deg"),
         ("highest", f"{day.high_sun_deg:.6f} deg at noon"),
         *_horizon_rows(day),
         ("due east, due west", _due_text(day)),
@@ -295,7 +295,7 @@ def _sighting(day: CircularDay, solar_time_h: float) -> str:
     if height <= 0.0:
         return f"it is below the horizon, {-height:.3f} deg"
     bearing = math.degrees(math.atan2(east, north)) % 360.0
-    return f"look towards bearing {bearing:.3f}, {height:.3f} deg up"
+    return f"look towards bearing {bearing:.3f}, {height:z.3f} deg up"
 
 
 def _due_text(day: CircularDay) -> str:

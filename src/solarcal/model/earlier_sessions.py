@@ -146,7 +146,7 @@ def _no_change(called: Sequence[str], weakest_deg: float) -> tuple[tuple[Finding
 def _moved(
     change: Change, earlier: str, last: str, shift: FloatArray, sigma: FloatArray
 ) -> Finding:
-    by = f"by {-shift[1]:+.3f} +- {sigma[1]:.3f} and {-shift[3]:+.3f} +- {sigma[3]:.3f} deg"
+    by = f"by {-shift[1]:+z.3f} +- {sigma[1]:.3f} and {-shift[3]:+z.3f} +- {sigma[3]:.3f} deg"
     if change == "zeros":
         worst = 1 if abs(shift[1]) * sigma[3] >= abs(shift[3]) * sigma[1] else 3
         number, spread = float(-shift[worst]), float(sigma[worst])
@@ -160,7 +160,7 @@ def _moved(
         spread = float(np.hypot(along[0] * sigma[0], along[1] * sigma[2]))
         sentence = (
             f"between {earlier} and {last} the tower moved: its lean changed by {number:.3f} +- "
-            f"{spread:.3f} deg (P1 {-shift[0]:+.3f}, P3 {-shift[2]:+.3f}), the zeros of "
+            f"{spread:.3f} deg (P1 {-shift[0]:+z.3f}, P3 {-shift[2]:+z.3f}), the zeros of "
             f"axis 1 and 2 {by}; the last session's numbers are given; check the foundation"
         )
     return Finding(
@@ -301,7 +301,7 @@ def weigh_last(
             kind="last_coefficients",
             subject="last coefficients",
             sentence=f"the last coefficients do not fit these points (p = {odds}): {name} is "
-            f"{held:+.{decimals}f} by them and {found:+.{decimals}f} {unit} by the "
+            f"{held:+z.{decimals}f} by them and {found:+z.{decimals}f} {unit} by the "
             "points; they were not used. Check that they are of this unit; if so, tower, "
             "references or gears have changed",
             number=found - held,

@@ -72,7 +72,7 @@ def _free_sentence(names: list[str], shares: FloatArray) -> str:
 def correlation_text(r: float) -> str:
     """A correlation in two decimals, in four near one: -0.9999996 is not a perfect -1.00."""
     decimals = 2 if abs(r) < 0.995 else 4
-    text = f"{r:+.{decimals}f}"
+    text = f"{r:+z.{decimals}f}"
     return text if abs(float(text)) < 1.0 else f"{'-' if r < 0 else '+'}0.9999"
 
 

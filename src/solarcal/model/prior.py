@@ -89,8 +89,8 @@ class Prior(msgspec.Struct, frozen=True):
         """What it is about, in one clause."""
         if self.last is None:
             return "what towers, zeros and gears are like"
-        tilts = " ".join(f"{value:+.4f}" for value in self.last.as_tuple()[:4])
-        scales = " ".join(f"{value:+.6f}" for value in self.last.as_tuple()[4:])
+        tilts = " ".join(f"{value:+z.4f}" for value in self.last.as_tuple()[:4])
+        scales = " ".join(f"{value:+z.6f}" for value in self.last.as_tuple()[4:])
         return f"the unit's last coefficients {tilts} {scales}"
 
     def as_json(self) -> dict[str, Any]:

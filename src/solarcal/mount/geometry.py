@@ -298,7 +298,7 @@ class Limits(msgspec.Struct, frozen=True):
         ):
             if limits.distance_deg(reading_deg) < 0.0:
                 return (
-                    f"axis {number}: {reading_deg:.3f} is beyond "
+                    f"axis {number}: {reading_deg:z.3f} is beyond "
                     f"{limits.low_deg:g}..{limits.high_deg:g}"
                 )
         return ""

@@ -253,7 +253,7 @@ def _contradiction(
     jack: ScrewjackDrive, observations: Sequence[Measured], betas_deg: tuple[float, ...]
 ) -> str:
     """What to say of observations that no single beta serves."""
-    alone = ", ".join(f"{beta:.1f}" for beta in betas_deg)
+    alone = ", ".join(f"{beta:z.1f}" for beta in betas_deg)
     said = (
         f"no single beta serves all observations (each alone gives {alone} deg): R1, R2, R3 or the "
         "sense is wrong"

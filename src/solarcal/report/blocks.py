@@ -119,8 +119,7 @@ def number(value: float | None, decimals: int, signed: bool = False) -> str:
     """A number for a table, without a negative zero; ``BLANK`` where there is none."""
     if value is None or value != value:
         return BLANK
-    text = f"{value:+.{decimals}f}" if signed else f"{value:.{decimals}f}"
-    return text if float(text) else text.replace("-", "+" if signed else "")
+    return f"{value:+z.{decimals}f}" if signed else f"{value:z.{decimals}f}"
 
 
 def clock_text(hours: float) -> str:

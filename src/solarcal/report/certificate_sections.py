@@ -42,7 +42,10 @@ def subject_section(judged: FileAnalysis, header: Header | None) -> Section:
         rows += [
             ("operator", ", ".join(operators) or "not named"),
             ("pointing device", ", ".join(devices) or "not named"),
-            ("air", f"{header.weather.pressure_hpa:.0f} hPa, {header.weather.temperature_c:.0f} C"),
+            (
+                "air",
+                f"{header.weather.pressure_hpa:.0f} hPa, {header.weather.temperature_c:z.0f} C",
+            ),
         ]
     rows.append(("laptop clock", _clock(judged)))
     rows.append(("tolerance", f"{judged.tolerance_deg:g} deg on the sky, 95 % of the year"))
@@ -72,7 +75,7 @@ def _clock(judged: FileAnalysis) -> str:
         return "not compared with a time signal"
     offset_s, sigma_s = ticks[-1]
     return (
-        f"time signal minus laptop {offset_s:+.2f} s"
+        f"time signal minus laptop {offset_s:+z.2f} s"
         f"{'' if sigma_s is None else f' +- {sigma_s:.2f} s'}"
     )
 

@@ -183,7 +183,7 @@ def sky_map(data: "ErrorPlotData", sheet: Sheet, view: View = WHOLE) -> str:
         canvas.say("No points yet: dots show where the Sun will be.")
     if at is not None:
         bearing = float(points.azimuth_deg[at]) % 360.0
-        words = f"  azimuth {bearing:.1f}, elevation {points.elevation_deg[at]:.1f} deg"
+        words = f"  azimuth {bearing:.1f}, elevation {points.elevation_deg[at]:z.1f} deg"
         return canvas.finish(
             [(f"record {points.labels[at]}", palette.text), (words, palette.axis1)]
         )

@@ -203,14 +203,14 @@ def mechanism_facts(solution: Solution) -> Facts:
         rows.append(
             (
                 f"zero offset of axis {axis + 1}",
-                f"{m.offsets_deg[axis]:+.3f} +- {m.offset_sigmas_deg[axis]:.3f} deg",
+                f"{m.offsets_deg[axis]:+z.3f} +- {m.offset_sigmas_deg[axis]:.3f} deg",
             )
         )
     for axis in (0, 1):
         rows.append(
             (
                 f"scale error of axis {axis + 1}",
-                f"{m.scales[axis]:+.5f} +- {m.scale_sigmas[axis]:.5f} deg/deg",
+                f"{m.scales[axis]:+z.5f} +- {m.scale_sigmas[axis]:.5f} deg/deg",
             )
         )
     rows.append(("noise of one point", f"{m.noise_deg:.3f} deg on the sky, per axis"))

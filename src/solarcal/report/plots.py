@@ -111,8 +111,8 @@ class _PointPlot:
                 f"record {points.labels[at]}  {minutes // 60:02d}:{minutes % 60:02d} solar",
                 palette.text,
             ),
-            (f"  {scales.AXIS1} {self._y1[at]:+.4f}", palette.axis1),
-            (f"  {scales.AXIS2} {self._y2[at]:+.4f} deg", palette.axis2),
+            (f"  {scales.AXIS1} {self._y1[at]:+z.4f}", palette.axis1),
+            (f"  {scales.AXIS2} {self._y2[at]:+z.4f} deg", palette.axis2),
             (what, palette.text),
         ]
         if not points.used[at]:
@@ -187,7 +187,7 @@ def error_plot(
     if (at := plot.at) is not None:
         words = ""
         if data.has_model:
-            words = f"  residual {points.residual1_deg[at]:+.4f} {points.residual2_deg[at]:+.4f}"
+            words = f"  residual {points.residual1_deg[at]:+z.4f} {points.residual2_deg[at]:+z.4f}"
         return plot.reading(at, words)
     curves: list[HeaderPart] = []
     if data.has_model:

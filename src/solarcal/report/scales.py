@@ -152,7 +152,7 @@ def value_scale(
     quarter = abs(step / power - 2.5) < 1e-6
     decimals = max(0, -math.floor(math.log10(step) + 1e-9) + quarter)
     ticks = tuple(round(k * step, 10) for k in range(first, last + 1))
-    texts = [f"{t:+.{decimals}f}" if signed and t else f"{t:.{decimals}f}" for t in ticks]
+    texts = [f"{t:+z.{decimals}f}" if signed and t else f"{t:.{decimals}f}" for t in ticks]
     width = max((len(t) for t in texts), default=0)
     return Scale(low, high, ticks, tuple(t.rjust(width) for t in texts))
 

@@ -98,7 +98,7 @@ def heading(session: SessionView) -> str:
         f"Site {abs(site.latitude_deg):.4f} {'N' if site.latitude_deg >= 0 else 'S'} "
         f"{abs(site.longitude_deg):.4f} {'E' if site.longitude_deg >= 0 else 'W'} "
         f"{site.elevation_m:.0f} m, {header.weather.pressure_hpa:.0f} hPa "
-        f"{header.weather.temperature_c:.0f} C"
+        f"{header.weather.temperature_c:z.0f} C"
     )
 
 
@@ -194,16 +194,18 @@ def _what(record: Record) -> str:
         case Initialised():
             return f"data file initialised, {record.distance_to_limits_deg:.1f} deg from a limit"
         case ClockSet():
-            return f"unit clock set: {record.before_s:+.1f} s before, {record.after_s:+.3f} s after"
+            return (
+                f"unit clock set: {record.before_s:+z.1f} s before, {record.after_s:+z.3f} s after"
+            )
         case RefCheck():
             done = "" if record.complete else " (broken off)"
             return f"reference check {record.number}{done}: {found_words(record)}"
         case SunOffset():
-            return f"Set Sun Offset: O = {record.offsets.O1:+.4f}, {record.offsets.O2:+.4f} deg"
+            return f"Set Sun Offset: O = {record.offsets.O1:+z.4f}, {record.offsets.O2:+z.4f} deg"
         case PointRecord():
             told = f"point {record.status}"
             if record.error_deg is not None:
-                told += f": error {record.error_deg[0]:+.4f}, {record.error_deg[1]:+.4f} deg"
+                told += f": error {record.error_deg[0]:+z.4f}, {record.error_deg[1]:+z.4f} deg"
             return told + (f" ({record.reason})" if record.reason else "")
         case CheckRecord():
             left = record.sky_error_deg
@@ -211,7 +213,7 @@ def _what(record: Record) -> str:
             return told + (f": {left:.4f} deg left on the sky" if left is not None else "")
         case FitRecord():
             # As much as a row of 80 columns holds behind time and number.
-            values = " ".join(f"{p:+.3f}" for p in record.coefficients.as_tuple()[:4])
+            values = " ".join(f"{p:+z.3f}" for p in record.coefficients.as_tuple()[:4])
             those = counted(record.points, "point")
             return f"fit, {those}, rms {record.sky_rms_deg:.3f}: P1..4 {values}"
         case UploadRecord():

@@ -229,8 +229,8 @@ def contradictions(header: Header, records: Sequence[Record], name: str) -> Iter
         for at in np.flatnonzero(np.abs(wrap_deg(reading - ideal - error)) > _SAME_DEG).tolist():
             seq, axis, *numbers = parts[at]
             yield (
-                f"{name}: point {seq}: reading {numbers[0]:.5f} - ideal {numbers[1]:.5f} of "
-                f"axis {axis} is not the recorded error {numbers[2]:.5f} deg"
+                f"{name}: point {seq}: reading {numbers[0]:z.5f} - ideal {numbers[1]:z.5f} of "
+                f"axis {axis} is not the recorded error {numbers[2]:z.5f} deg"
             )
     for record in found:
         offset = offsets.get(record.read_utc or "")

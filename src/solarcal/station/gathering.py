@@ -183,7 +183,7 @@ def demand_plausible(session: SessionView, candidate: PointRecord | CheckRecord)
     for axis, value in enumerate(error, start=1):
         if not abs(value) <= MOST_ERROR_DEG:
             raise ProcedureRefused(
-                f"the error of axis {axis} would be {value:+.3f} deg, more than half a turn: "
+                f"the error of axis {axis} would be {value:+z.3f} deg, more than half a turn: "
                 "the unit's read-out or offset is wrong"
             )
     if isinstance(candidate, CheckRecord) or candidate.reading_deg is None:
@@ -192,7 +192,7 @@ def demand_plausible(session: SessionView, candidate: PointRecord | CheckRecord)
     beyond = -float(unit.limits.distance_deg(*candidate.reading_deg))
     if beyond > unit.update_range_deg + OFFSET_TOLERANCE_DEG:
         raise ProcedureRefused(
-            f"the read-outs ({candidate.reading_deg[0]:.3f}, {candidate.reading_deg[1]:.3f}) deg "
+            f"the read-outs ({candidate.reading_deg[0]:z.3f}, {candidate.reading_deg[1]:z.3f}) deg "
             f"lie {beyond:.3f} deg beyond a limit: no axis can be there"
         )
     disagreements = {} if unit.typed else offset_disagreements(unit, [candidate])

@@ -44,7 +44,7 @@ def demand_clear_of_limits(header: Header, status: Status, step: str) -> float:
 def demand_sun_high_enough(elevation_deg: float, step: str) -> None:
     if elevation_deg < MIN_ELEVATION_DEG:
         raise GuardRefused(
-            f"{step} refused: the Sun is at {elevation_deg:.1f} deg elevation, where "
+            f"{step} refused: the Sun is at {elevation_deg:z.1f} deg elevation, where "
             f"refraction is uncertain; wait until it is above {MIN_ELEVATION_DEG:.0f} deg"
         )
 

@@ -112,7 +112,7 @@ def _preparation(state: StationState, session: SessionView) -> NextStep | None:
     difference_s = state.live.unit_minus_laptop_s
     if has_clock and difference_s is not None and abs(difference_s) > CLOCK_TOLERANCE_S:
         return NextStep(
-            f"Set the unit's clock: it differs from the laptop's by {difference_s:+.1f} s "
+            f"Set the unit's clock: it differs from the laptop's by {difference_s:+z.1f} s "
             f"({abs(difference_s) / SECONDS_PER_SUN_DEG:.2f} deg of Sun).",
             "clock",
         )
@@ -166,7 +166,7 @@ def _next_point(
         least = "upload what you have, or go on" if enough else "go on"
         why = " Meanwhile find out why the points do not fit." if misfit else ""
         return NextStep(
-            f"The Sun is too low for a point ({sun_elevation_deg:.0f} deg); {least} "
+            f"The Sun is too low for a point ({sun_elevation_deg:z.0f} deg); {least} "
             f"when it is above {guards.MIN_ELEVATION_DEG:.0f} deg.{why}",
             "upload" if enough else None,
         )

@@ -119,7 +119,7 @@ def counts_doubt(session: SessionView, record: PointRecord | CheckRecord, method
         if abs(off) * weights[axis] > allowed:
             return (
                 f"axis {axis + 1} moved {found} counts since the last point where "
-                f"{expected:.0f} were expected ({off:+.2f} deg)"
+                f"{expected:.0f} were expected ({off:+z.2f} deg)"
             )
     return ""
 

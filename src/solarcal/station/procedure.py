@@ -59,7 +59,7 @@ class Station(PointSteps):
         distance = float(limits.distance_deg(target1_deg, target2_deg))
         if distance < 0.0:
             raise ProcedureRefused(
-                f"jog refused: the target ({target1_deg:.3f}, {target2_deg:.3f}) deg lies "
+                f"jog refused: the target ({target1_deg:z.3f}, {target2_deg:z.3f}) deg lies "
                 f"{-distance:.3f} deg beyond a limit"
             )
         self.tracker.jog(target1_deg, target2_deg)
@@ -189,7 +189,7 @@ class Station(PointSteps):
         back = self.tracker.write_coefficients(held.coefficients, before, store=False)
         if back.offsets != before:
             raise ProcedureRefused("the unit reads back other offsets than were written")
-        words = f"O1 {before.O1:+.4f}, O2 {before.O2:+.4f} deg"
+        words = f"O1 {before.O1:+z.4f}, O2 {before.O2:+z.4f} deg"
         return self.void(newest.seq, f"Set Sun Offset taken back: {words} again")
 
     def initialise(

@@ -119,8 +119,8 @@ def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fa
     age_s = _since_s(fresh.instant, live)
     facts = [
         Fact(
-            f"Set at {fresh.instant[11:19]} UTC, {ago_text(age_s)}: O1 {fresh.offsets.O1:+.4f}, "
-            f"O2 {fresh.offsets.O2:+.4f} deg."
+            f"Set at {fresh.instant[11:19]} UTC, {ago_text(age_s)}: O1 {fresh.offsets.O1:+z.4f}, "
+            f"O2 {fresh.offsets.O2:+z.4f} deg."
         )
     ]
     off_deg = float(session.geometry.sky_separation_deg(*fresh.ideal_deg, *fresh.reading_deg))
@@ -178,7 +178,7 @@ def _tracking(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[
     difference_s = live.unit_minus_laptop_s
     own_clock = live.capabilities.has_clock
     if own_clock and difference_s is not None and abs(difference_s) > CLOCK_TOLERANCE_S:
-        facts.append(Fact(f"Its clock is {difference_s:+.1f} s off the laptop's.", against=True))
+        facts.append(Fact(f"Its clock is {difference_s:+z.1f} s off the laptop's.", against=True))
     return tuple(facts)
 
 
@@ -186,7 +186,7 @@ def _lag(status: Status, update_range_deg: float) -> Fact:
     lag1_deg, lag2_deg = map(abs, status.off_target_deg)
     off = max(lag1_deg, lag2_deg) > 2.0 * update_range_deg
     return Fact(
-        f"Axes {lag1_deg:.3f}, {lag2_deg:.3f} deg from their targets (update range "
+        f"Axes {lag1_deg:z.3f}, {lag2_deg:z.3f} deg from their targets (update range "
         f"{update_range_deg:g} deg)" + (": they do NOT follow." if off else "."),
         against=off,
     )

@@ -111,7 +111,7 @@ class AutomaticTechnician:
 
     def _set_clock(self) -> None:
         clock = self.station.set_unit_clock()
-        self._say(f"unit clock set: {clock.before_s:+.1f} s before, {clock.after_s:+.3f} s after")
+        self._say(f"unit clock set: {clock.before_s:+z.1f} s before, {clock.after_s:+z.3f} s after")
 
     def _initialise(self) -> None:
         station = self.station

@@ -284,7 +284,7 @@ def day_lines(day: MirrorDay) -> list[str]:
     lines.append(f"Log: {len(day.log)} points; Euler angles fitted back (truth):")
     true = asdict(truth.base())
     for name, value in asdict(solution.base).items():
-        lines.append(f"  {name.removesuffix('_deg'):5} {value:+9.4f} deg  ({true[name]:+9.4f})")
+        lines.append(f"  {name.removesuffix('_deg'):5} {value:+z9.4f} deg  ({true[name]:+z9.4f})")
     lines.append(
         f"Calculated mode with them: spot at most {day.calculated_mrad.max():.2f} mrad off, "
         f"field {truth.field_mrad:g} mrad"

@@ -140,7 +140,7 @@ def clock_findings(
             Finding(
                 kind="clock_offset",
                 subject="unit clock",
-                sentence=f"unit and laptop clocks differed by up to {worst:+.1f} s at a point "
+                sentence=f"unit and laptop clocks differed by up to {worst:+z.1f} s at a point "
                 f"({abs(worst) / SECONDS_PER_SUN_DEG:.3f} deg of Sun)"
                 + (f": {hours:+d} h, an hour or a zone is wrong" if whole else ""),
                 number=worst,
@@ -162,7 +162,7 @@ def _changes(
             Finding(
                 kind="clock_drift",
                 subject="unit clock",
-                sentence=f"the unit's clock drifts {drift:+.1f} +- {sigma:.1f} s/day against "
+                sentence=f"the unit's clock drifts {drift:+z.1f} +- {sigma:.1f} s/day against "
                 f"the laptop's: {abs(drift) / SECONDS_PER_SUN_DEG:.3f} deg of Sun after a day; "
                 "set it every morning, or have it repaired",
                 number=drift,
@@ -178,7 +178,7 @@ def _changes(
             Finding(
                 kind="clock_step",
                 subject="unit clock",
-                sentence=f"the unit's clock stepped by {step:+.1f} s{where}, within "
+                sentence=f"the unit's clock stepped by {step:+z.1f} s{where}, within "
                 f"{(after_s - before_s) / 60.0:.0f} minutes: "
                 f"{abs(step) / SECONDS_PER_SUN_DEG:.3f} deg of Sun",
                 number=step,
@@ -226,7 +226,7 @@ def laptop_finding(
         kind="laptop_clock",
         subject="laptop clock",
         sentence=(
-            f"the time signal was {tick_minus_laptop_s:+.1f} +- {sigma:.1f} s from the laptop's "
+            f"the time signal was {tick_minus_laptop_s:+z.1f} +- {sigma:.1f} s from the laptop's "
             f"clock: {abs(tick_minus_laptop_s) / SECONDS_PER_SUN_DEG:.3f} deg of Sun are in the "
             "coefficients; correct the laptop's clock and begin again"
             if slow

@@ -58,7 +58,7 @@ def frozen_findings(
             everywhere = last - first == len(reading)
             concerned = tuple(labels[first:last])
             where = "every point" if everywhere else points_named(concerned)
-            shown = "exactly zero" if zero else f"exactly {reading[first]:.5f} deg"
+            shown = "exactly zero" if zero else f"exactly {reading[first]:z.5f} deg"
             said.append(
                 Finding(
                     kind="frozen",
@@ -96,8 +96,8 @@ def offset_disagreements(
         for at, axis in np.argwhere(~(np.abs(read - commanded) <= allowed)).tolist():
             found[alike[at].seq] = (
                 *found.get(alike[at].seq, ()),
-                f"axis {axis + 1}: the read-out less the ideal angle is {read[at, axis]:+.3f} "
-                f"deg, the unit's formula and O give {commanded[at, axis]:+.3f} deg (allowed "
+                f"axis {axis + 1}: the read-out less the ideal angle is {read[at, axis]:+z.3f} "
+                f"deg, the unit's formula and O give {commanded[at, axis]:+z.3f} deg (allowed "
                 f"difference {allowed:.3f})",
             )
     return found
@@ -119,8 +119,8 @@ def offset_evidence(session: SessionView) -> tuple[Finding, ...]:
                 off = abs(point.error_deg[axis] - read)
                 if off > unit.update_range_deg + OFFSET_TOLERANCE_DEG:
                     said.append(
-                        f"axis {axis + 1}: the recorded error is {point.error_deg[axis]:+.3f} deg, "
-                        f"the read-out less the ideal angle {read:+.3f} deg"
+                        f"axis {axis + 1}: the recorded error is {point.error_deg[axis]:+z.3f} deg,"
+                        f" the read-out less the ideal angle {read:+z.3f} deg"
                     )
         if said:
             found.append(
@@ -224,7 +224,7 @@ def missed_counts_finding(
         return None
     sentence = (
         f"reference check {check_number} found {counts:+d} counts on axis {loss.axis} "
-        f"({loss.reading_deg:+.3f} deg): counts were missed since the previous check"
+        f"({loss.reading_deg:+z.3f} deg): counts were missed since the previous check"
     )
     concerned = loss.labels
     if moment is not None and not moment.sure and loss.labels:

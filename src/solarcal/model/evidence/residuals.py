@@ -121,7 +121,7 @@ def _steps(solution: MechanismSolution, rows: Rows, tolerance_deg: float) -> tup
             kind="step",
             subject=f"points {before} and {after}",
             sentence=f"a step between points {before} and {after}: from there on axis 1 reads "
-            f"{amount[0]:+.3f} deg and axis 2 {amount[1]:+.3f} deg otherwise (p = {p:.1g}); a "
+            f"{amount[0]:+z.3f} deg and axis 2 {amount[1]:+z.3f} deg otherwise (p = {p:.1g}); a "
             "reference, a clamp or the pointing device moved: do a reference check, and keep one "
             "of the two runs",
             number=size,
@@ -211,7 +211,7 @@ def _times(name: str) -> str:
 
 def _amount(name: str, value: float, sigma: float) -> str:
     decimals = 3 if TERMS[name].unit == "deg" else 2
-    return f"{value:+.{decimals}f} +- {sigma:.{decimals}f} {_times(name)}"
+    return f"{value:+z.{decimals}f} +- {sigma:.{decimals}f} {_times(name)}"
 
 
 def _cause(cause: Cause, tolerance_deg: float) -> Finding:

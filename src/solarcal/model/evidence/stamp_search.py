@@ -147,12 +147,12 @@ class StampSearch:
                 )  # fmt: skip
         yield self._explained(
             _Change(latitude_deg=-latitude), "site",
-            f"the latitude has the wrong sign ({latitude:+.4f} for {-latitude:+.4f} deg)",
+            f"the latitude has the wrong sign ({latitude:+z.4f} for {-latitude:+z.4f} deg)",
             2.0 * latitude,
         )  # fmt: skip
         yield self._explained(
             _Change(longitude_deg=-longitude), "site",
-            f"the longitude has the wrong sign ({longitude:+.4f} for {-longitude:+.4f} deg, east "
+            f"the longitude has the wrong sign ({longitude:+z.4f} for {-longitude:+z.4f} deg, east "
             "positive)", 2.0 * longitude,
         )  # fmt: skip
         if abs(longitude) <= 90.0:
@@ -182,8 +182,8 @@ class StampSearch:
         off = self.site.latitude_deg - latitude
         yield self._explained(
             _Change(latitude_deg=latitude), "site",
-            f"the latitude is {off:+.3f} deg off ({self.site.latitude_deg:.4f}, the angles are of "
-            f"{latitude:.3f})", off,
+            f"the latitude is {off:+z.3f} deg off ({self.site.latitude_deg:.4f}, the angles are of "
+            f"{latitude:z.3f})", off,
         )  # fmt: skip
         longitudes = np.arange(-180.0, 181.0)
         squares = self._squares(_Change(longitude_deg=longitudes[:, np.newaxis]))
@@ -191,8 +191,8 @@ class StampSearch:
         off = longitude_apart_deg(self.site.longitude_deg, longitude)
         yield self._explained(
             _Change(longitude_deg=longitude), "site",
-            f"the longitude is {off:+.3f} deg off ({self.site.longitude_deg:.4f}, the angles are "
-            f"of {longitude:.3f}, east positive)", off,
+            f"the longitude is {off:+z.3f} deg off ({self.site.longitude_deg:z.4f}, the angles are "
+            f"of {longitude:z.3f}, east positive)", off,
         )  # fmt: skip
 
     def _place(self, whole_file: bool) -> Iterator[Explanation]:
@@ -213,8 +213,8 @@ class StampSearch:
         at = (float(found.x[0]), float(found.x[1]))
         yield self._explained(
             _Change(0.0, *at), "site",
-            f"the angles are of another site: {at[0]:.3f}, {at[1]:.3f} deg, not "
-            f"{self.site.latitude_deg:.3f}, {self.site.longitude_deg:.3f}",
+            f"the angles are of another site: {at[0]:z.3f}, {at[1]:z.3f} deg, not "
+            f"{self.site.latitude_deg:z.3f}, {self.site.longitude_deg:z.3f}",
             float(np.hypot(at[0] - self.site.latitude_deg, at[1] - self.site.longitude_deg)),
         )  # fmt: skip
 

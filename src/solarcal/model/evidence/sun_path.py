@@ -311,7 +311,7 @@ def _crossing(
     edges = f"{centre_deg + 180.0:.0f} and {centre_deg - 180.0:.0f} deg"
     return (
         f"the Sun crosses the edge of axis 1's branch (AX1 {edges} are one direction) at "
-        f"{format_utc(float(utc_s[jump]), 0)}, {elevation[jump]:.0f} deg high: axis 1 has to "
+        f"{format_utc(float(utc_s[jump]), 0)}, {elevation[jump]:z.0f} deg high: axis 1 has to "
         "make a full turn there, and a scale error P5 has another effect on each side; one range "
         "of AX1 cannot cover this day, this site needs two"
     )

@@ -143,7 +143,7 @@ def check_unit_settings(
         )
     elif abs(unit_minus_laptop_s) > CLOCK_TOLERANCE_S:
         said.append(
-            f"the unit's clock differs from the laptop's by {unit_minus_laptop_s:+.1f} s, "
+            f"the unit's clock differs from the laptop's by {unit_minus_laptop_s:+z.1f} s, "
             f"{abs(unit_minus_laptop_s) / SECONDS_PER_SUN_DEG:.3f} deg of Sun"
         )
     return tuple(said)

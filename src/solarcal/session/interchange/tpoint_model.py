@@ -102,5 +102,5 @@ def write_tpoint_model(model: TpointModel, path: str | Path) -> None:
     for name, value, sigma in zip(model.names, model.values, model.sigmas, strict=True):
         flag = "=" if sigma is None else " "
         spread = "" if sigma is None else f" {sigma:12.5f}"
-        lines.append(f"{flag} {name:<8s} {value:+14.4f}{spread}")
+        lines.append(f"{flag} {name:<8s} {value:+z14.4f}{spread}")
     write_whole(path, "\n".join([*lines, "END", ""]))

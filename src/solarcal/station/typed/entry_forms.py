@@ -231,5 +231,5 @@ def key_in_texts(
 
 def signed(value: float, decimals: int) -> str:
     """A value to key in: its sign always shown, but for zero."""
-    text = f"{value:+.{decimals}f}"
+    text = f"{value:+z.{decimals}f}"
     return text if float(text) else text[1:]

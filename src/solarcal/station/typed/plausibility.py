@@ -47,7 +47,7 @@ def clock_doubts(held: TypedControllerModel, texts: Texts, read_utc_s: float) ->
             f"({held.unit_site.zone_west_h:g} h west in the description)"
         )
     else:
-        what = f"by {off_s:+.0f} s, {abs(off_s) / SECONDS_PER_SUN_DEG:.1f} deg of Sun: look again"
+        what = f"by {off_s:+z.0f} s, {abs(off_s) / SECONDS_PER_SUN_DEG:.1f} deg of Sun: look again"
     return (Doubt(f"The unit's clock differs from the laptop's {what}.", field),)
 
 
@@ -131,7 +131,7 @@ def _moment_doubts(held: TypedControllerModel, texts: Texts, read_utc_s: float) 
     return [
         Doubt(
             f"The unit's clock was typed {texts['time']}, but as you typed it must have shown "
-            f"about {should}: {off_s:+.0f} s.",
+            f"about {should}: {off_s:+z.0f} s.",
             "time",
         )
     ]

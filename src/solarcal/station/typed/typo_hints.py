@@ -61,7 +61,7 @@ def reading_doubts(fit: Fit, texts: Texts, other_offsets: Texts | None = None) -
                 break
     off = fit.off_deg(texts, 0.0)
     wrong = [axis for axis in (0, 1) if not good[axis]]
-    measured = " and ".join(f"AX{axis + 1} by {off[axis]:+.3f} deg" for axis in wrong)
+    measured = " and ".join(f"AX{axis + 1} by {off[axis]:+z.3f} deg" for axis in wrong)
     measured += " off ideal + E + O"
     if not named:
         return (Doubt(f"{measured}; no single slip explains it.", f"ax{wrong[0] + 1}"),)

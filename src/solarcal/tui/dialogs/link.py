@@ -185,13 +185,13 @@ class ClockDialog(PacedDialog):
         if live.unit_minus_laptop_s is not None:
             off = live.unit_minus_laptop_s
             lines.append(
-                f"{difference}  {off:+.3f} s = {off / SECONDS_PER_SUN_DEG:+.4f} deg of Sun"
+                f"{difference}  {off:+z.3f} s = {off / SECONDS_PER_SUN_DEG:+z.4f} deg of Sun"
             )
         if state.session is not None and state.session.clock_sets:
             last = state.session.clock_sets[-1]
             lines.append(
-                f"{last_set} {last.utc[11:19]} UTC: {last.before_s:+.3f} s before, "
-                f"{last.after_s:+.3f} s after"
+                f"{last_set} {last.utc[11:19]} UTC: {last.before_s:+z.3f} s before, "
+                f"{last.after_s:+z.3f} s after"
             )
         if self._laptop is not None:
             mark = {True: "OK  ", False: "!! ", None: "?  "}[self._laptop.synchronised]
@@ -205,7 +205,7 @@ class ClockDialog(PacedDialog):
         self.query_one("#tick-minus-laptop", Field).input.value = f"{tick_s:.2f}"
         self.query_one("#tick-sigma", Field).input.value = f"{REACTION_SIGMA_S:g}"
         how = "Set the unit's clock to use it." if self._has_clock else "Enter uses it."
-        self.say(f"Signal - laptop {tick_s:+.2f} s. {how}")
+        self.say(f"Signal - laptop {tick_s:+z.2f} s. {how}")
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         tick, sigma = self.query(Field)
@@ -258,7 +258,7 @@ class ClockDialog(PacedDialog):
             what = "unit - laptop" if self._has_clock else "the correction"
             self.finish(
                 f"{'Set' if self._has_clock else 'Used'} and recorded: {what} was "
-                f"{result.before_s:+.3f} s, is {result.after_s:+.3f} s."
+                f"{result.before_s:+z.3f} s, is {result.after_s:+z.3f} s."
             )
 
     def step_failed(self, failed: StepFailed) -> None:

@@ -96,9 +96,9 @@ class RefCheckDialog(_CheckTeller):
         super().state_changed(state)
         if (status := state.live.status) is not None:
             self.query_one("#axes", Words).update(
-                f"Axis 1 at {status.reading1_deg:9.3f} deg, register {status.counts1:8d}   "
+                f"Axis 1 at {status.reading1_deg:z9.3f} deg, register {status.counts1:8d}   "
                 f"{_motion(status.moving[0])}\n"
-                f"Axis 2 at {status.reading2_deg:9.3f} deg, register {status.counts2:8d}   "
+                f"Axis 2 at {status.reading2_deg:z9.3f} deg, register {status.counts2:8d}   "
                 f"{_motion(status.moving[1])}"
             )
             if state.activity is Activity.REF_CHECK:

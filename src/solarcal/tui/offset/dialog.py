@@ -222,7 +222,7 @@ class SunOffsetDialog(PacedDialog):
             return
         jogs = calculated_jogs_deg(self, view.status.ideal2_deg)
         if jogs is not None:
-            self.say(f"Jogging axis 1 by {jogs[0]:+.3f}, axis 2 by {jogs[1]:+.3f} deg.")
+            self.say(f"Jogging axis 1 by {jogs[0]:+z.3f}, axis 2 by {jogs[1]:+z.3f} deg.")
             self._nudge(*jogs)
 
     def action_undo(self) -> None:

@@ -157,7 +157,7 @@ class SpotCalculator(Vertical):
             raise ConfigurationError(
                 "so near its pole axis 1 hardly moves the spot; wait until the Sun is elsewhere"
             )
-        self.query_one("#spot-errors", Label).update(f"sky error {across:+.3f}, {along:+.3f} deg")
+        self.query_one("#spot-errors", Label).update(f"sky error {across:+z.3f}, {along:+z.3f} deg")
         return across / weight, along
 
 
@@ -191,7 +191,7 @@ class BigDigits(Vertical):
         words, numbers = big_numbers(view)
         self.query_one(Words).update(words)
         for digits, number in zip(self.query(Digits), numbers, strict=True):
-            digits.update(f"{number:+.3f}")
+            digits.update(f"{number:+z.3f}")
 
 
 class TypedOffsetDialog(Dialog):
@@ -242,7 +242,9 @@ class TypedOffsetDialog(Dialog):
             return
         jogs = calculated_jogs_deg(self, status.ideal2_deg)
         if jogs is not None:
-            self.say(f"At the unit jog axis 1 by {jogs[0]:+.3f} and axis 2 by {jogs[1]:+.3f} deg.")
+            self.say(
+                f"At the unit jog axis 1 by {jogs[0]:+z.3f} and axis 2 by {jogs[1]:+z.3f} deg."
+            )
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         event.stop()
@@ -257,6 +259,6 @@ class TypedOffsetDialog(Dialog):
         if isinstance(done, OffsetSet):
             offsets = done.result.offsets
             self.leave_saying(
-                f"Recorded: O1 {offsets.O1:+.4f}, O2 {offsets.O2:+.4f} deg. Let the "
+                f"Recorded: O1 {offsets.O1:+z.4f}, O2 {offsets.O2:+z.4f} deg. Let the "
                 "unit track; watch it a minute and through one update."
             )

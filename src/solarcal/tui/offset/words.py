@@ -22,8 +22,8 @@ def jog_table(view: JogView, *, follows: bool, words: str) -> Content:
     row("reading", _pair(status.reading_deg))
     row("ideal", _pair(status.ideal_deg))
     row("target", _pair(view.target_deg) if view.target_deg else ("-", "-"))
-    row("off ideal", _two(f"{off:+.4f}" for off in status.off_ideal_deg))
-    row("offset O", (f"{status.offsets.O1:+.4f}", f"{status.offsets.O2:+.4f}"))
+    row("off ideal", _two(f"{off:+z.4f}" for off in status.off_ideal_deg))
+    row("offset O", (f"{status.offsets.O1:+z.4f}", f"{status.offsets.O2:+z.4f}"))
     row("moving", _two({1: "to +", -1: "to -"}.get(sense, "at rest") for sense in status.moving))
     row("Sun goes", _two("to +" if sense > 0 else "to -" for sense in view.senses))
     came = _two(
@@ -98,11 +98,11 @@ def set_words(offsets: Offsets, before: Offsets | None) -> str:
 
 
 def _offsets(offsets: Offsets) -> str:
-    return f"O1 {offsets.O1:+.4f}, O2 {offsets.O2:+.4f}"
+    return f"O1 {offsets.O1:+z.4f}, O2 {offsets.O2:+z.4f}"
 
 
 def _pair(values: tuple[float, float]) -> tuple[str, str]:
-    return f"{values[0]:.3f}", f"{values[1]:.3f}"
+    return f"{values[0]:z.3f}", f"{values[1]:z.3f}"
 
 
 def _two(cells: Iterable[str]) -> tuple[str, str]:

@@ -293,16 +293,16 @@ def _evidence_lines(session: SessionView, point: PointRecord) -> Sequence[str]:
         offset = found.sun_offset
         came = ", ".join({1: "+", -1: "-", 0: "not known"}[side] for side in offset.approach)
         lines.append(
-            f"Set Sun Offset {offset.utc[11:19]} UTC: O1 {offset.offsets.O1:+.4f}, "
-            f"O2 {offset.offsets.O2:+.4f} deg, approach {came}"
+            f"Set Sun Offset {offset.utc[11:19]} UTC: O1 {offset.offsets.O1:+z.4f}, "
+            f"O2 {offset.offsets.O2:+z.4f} deg, approach {came}"
         )
     if found.clock_set is not None:
         lines.append(
             f"Clock set {found.clock_set.utc[11:19]} UTC: unit - laptop "
-            f"{found.clock_set.after_s:+.3f} s then"
+            f"{found.clock_set.after_s:+z.3f} s then"
         )
     if point.unit_minus_laptop_s is not None:
-        lines.append(f"Clock at the point: unit - laptop {point.unit_minus_laptop_s:+.3f} s")
+        lines.append(f"Clock at the point: unit - laptop {point.unit_minus_laptop_s:+z.3f} s")
     if point.expected_counts is not None and point.found_counts is not None:
         pairs = zip(point.expected_counts, point.found_counts, strict=True)
         counts = ", ".join(f"{found} of {wanted:.0f} expected" for wanted, found in pairs)

@@ -214,14 +214,14 @@ def coefficient_lines(session: SessionView, solution: Solution | None) -> list[l
         change, style = "-", ""
         if before is not None:
             moved = values[index] - before.coefficients.as_tuple()[index]
-            change = f"{moved:+.{decimals}f}"
+            change = f"{moved:+z.{decimals}f}"
             if sigmas is not None and abs(moved) > 3.0 * sigmas.as_tuple()[index]:
                 change, style = change + "!", "bold $warning"
         history = [fit.coefficients.as_tuple()[index] for fit in session.fits] or [values[index]]
         lines.append(
             [
                 (f"{name:3}", "bold"),
-                f"{values[index]:>+10.{decimals}f} {sigma:>9} ",
+                f"{values[index]:>+z10.{decimals}f} {sigma:>9} ",
                 (f"{change:>10}", style),
                 "  ",
                 (sparkline(history, HISTORY), "$secondary"),
@@ -262,7 +262,7 @@ def _short(number: float) -> str:
 
 def _in_force(session: SessionView) -> list[list[Part]]:
     return [
-        [(f"{name:3}", "bold"), f"{value:>+10.{DECIMALS.get(name, 4)}f}"]
+        [(f"{name:3}", "bold"), f"{value:>+z10.{DECIMALS.get(name, 4)}f}"]
         for name, value in zip(
             COEFFICIENT_NAMES, session.header.coefficients.as_tuple(), strict=True
         )

@@ -78,9 +78,9 @@ def _clocks(header: Header, live: LiveView, sun: SunNow | None) -> list[list[Par
     solar = clock_face(sun.solar_time_h * 3600.0) if sun is not None else "-"
     difference: list[Part] = []
     if live.unit_minus_laptop_s is not None:
-        seconds = round(live.unit_minus_laptop_s, 1) + 0.0  # no negative zero
+        seconds = round(live.unit_minus_laptop_s, 1)
         style = "bold $warning" if abs(seconds) > 1.0 else ""
-        shown = f"{seconds:+.1f} s" if abs(seconds) < 1e4 else f"{seconds / 3600.0:+.2f} h"
+        shown = f"{seconds:+z.1f} s" if abs(seconds) < 1e4 else f"{seconds / 3600.0:+z.2f} h"
         difference = ["  unit - laptop ", (shown, style)]
     return [
         [f"UTC     {utc[:10]} ", (utc[11:19], "bold"), *difference],
@@ -92,14 +92,14 @@ def _suns(sun: SunNow | None) -> list[list[Part]]:
     if sun is None:
         return [["Sun     -"], [""]]
     lines: list[list[Part]] = [
-        [f"Sun     true  az {sun.azimuth_deg:8.3f}  el {sun.elevation_deg:7.3f}"]
+        [f"Sun     true  az {sun.azimuth_deg:8.3f}  el {sun.elevation_deg:z7.3f}"]
     ]
     if sun.apart_deg is None:
         return [*lines, [""]]
     style = "bold $warning" if sun.apart_deg > 0.1 else ""
     lines.append(
         [
-            f"        unit  az {sun.unit_azimuth_deg:8.3f}  el {sun.unit_elevation_deg:7.3f}  ",
+            f"        unit  az {sun.unit_azimuth_deg:8.3f}  el {sun.unit_elevation_deg:z7.3f}  ",
             (f"diff. {sun.apart_deg:.3f}", style),
         ]
     )
@@ -218,9 +218,9 @@ def _limit_bars(header: Header, reading_deg: tuple[float, float]) -> list[list[P
         warn = "bold $error" if distance < 1.0 else ""
         lines.append(
             [
-                f"{name:8} {axis.low_deg:7.1f} ",
+                f"{name:8} {axis.low_deg:z7.1f} ",
                 (limit_bar(axis.low_deg, axis.high_deg, reading, 21), tone),
-                f" {axis.high_deg:<6.1f} ",
+                f" {axis.high_deg:<-z6.1f} ",
                 (f"{distance:.1f} left" if distance >= 0.0 else "BEYOND", warn),
             ]
         )
