@@ -105,6 +105,30 @@ def test_a_signal_breaks_off_no_import(tmp_path, name):
     assert (done.stdout, done.stderr) == ("loaded\n", "")
 
 
+WITHIN_A_DEL = """
+import os, signal, time
+from solarcal.cli.process import end_by_signals
+signal.signal(signal.SIGINT, signal.SIG_DFL)
+end_by_signals()
+class Deleted:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.1)
+try:
+    Deleted()
+    time.sleep(10.0)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+def test_an_interrupt_within_a_del_is_not_lost():
+    done = subprocess.run(
+        [sys.executable, "-c", WITHIN_A_DEL], capture_output=True, text=True, check=False
+    )
+    assert (done.stdout, done.stderr) == ("interrupted\n", "")
+
+
 def interrupted_in_a_lock(args):
     """As a condition's wait is, between giving its lock away and taking it again."""
     lock = threading.Lock()

@@ -88,9 +88,9 @@ AGAIN_S = 1.0
 """A signal asks again after so long as nothing comes of it. What it raises can be lost: raised in
 a function that a library in C calls, it may be taken for an answer."""
 
-IMPORT_S = 0.05
-"""A signal within an import asks again after so long: a library in C that is interrupted while it
-starts may crash."""
+DEFERRED_S = 0.05
+"""A signal within an import asks again after so long, for a library in C that is interrupted while
+it starts may crash. Within a ``__del__`` too: what is raised there is printed, and lost."""
 
 GRACE_S = 5.0
 """A terminal that is gone may block whoever draws on it; the program ends all the same."""
@@ -122,24 +122,25 @@ def end_by_signals() -> None:
 
 
 def _raise_ended(number: int, frame: FrameType | None) -> None:
-    importing = _importing(frame)
-    if number == signal.SIGINT and not importing:
+    deferred = _within_import_or_del(frame)
+    if number == signal.SIGINT and not deferred:
         # Who sent it sees whether it ends, and sends another one.
         raise KeyboardInterrupt
-    wait_s = IMPORT_S if importing else AGAIN_S
+    wait_s = DEFERRED_S if deferred else AGAIN_S
     again = threading.Timer(wait_s, signal.raise_signal, args=(number,))
     again.daemon = True
     again.start()
-    if importing:
+    if deferred:
         return
     # Closing must not be broken off by a second one.
     if not any(isinstance(error, KeyboardInterrupt) for error in _chain(sys.exc_info()[1])):
         raise Ended(number)
 
 
-def _importing(frame: FrameType | None) -> bool:
+def _within_import_or_del(frame: FrameType | None) -> bool:
     while frame is not None:
-        if frame.f_code.co_filename.startswith("<frozen importlib"):
+        code = frame.f_code
+        if code.co_filename.startswith("<frozen importlib") or code.co_name == "__del__":
             return True
         frame = frame.f_back
     return False
