@@ -56,15 +56,13 @@ class PointsTested:
 
     Every tested term of ``model.terms`` has its exact effect at the fitted lean: near the zenith a
     degree of lean changes what a collimation error does by more than the noise. ``seen`` the
-    points from the true Sun; ``approach`` (n, 2): sense of the last motion of each axis, +1, -1 or
-    0 (unknown); ``weights`` (n,) one over the relative noise; ``terms``: what they can be tested
-    for, backlash only where an axis came from both sides.
+    points from the true Sun; ``weights`` (n,) one over the relative noise; ``terms``: what they
+    can be tested for, backlash only where an axis came from both sides.
     """
 
     points: Points
-    context: SkyContext
     seen: TruePoints
-    approach: NDArray[np.int_]
+    circumstances: Circumstances
     weights: FloatArray
     terms: tuple[Term, ...]
 
@@ -76,7 +74,8 @@ class PointsTested:
         approach: NDArray[np.int_] | None = None,
         seen: TruePoints | None = None,
     ) -> "PointsTested":
-        """``seen``: the points from the true Sun, where they are looked at already."""
+        """``approach`` (n, 2): sense of the last motion of each axis, +1, -1 or 0 (unknown);
+        ``seen``: the points from the true Sun, where they are looked at already."""
         n = len(points)
         weights = np.ones(n)
         if points.sigma_deg is not None:
@@ -88,7 +87,8 @@ class PointsTested:
             if term.tested is not None and _told(sides, term.tested.both_sides_of)
         )
         seen = true_points(points, context) if seen is None else seen
-        return cls(points, context, seen, sides, weights, terms)
+        circumstances = Circumstances(sides.T, context.lifted(seen.ax1_deg, seen.ax2_deg))
+        return cls(points, seen, circumstances, weights, terms)
 
     def rows(self, values: FloatArray, amounts: Mapping[str, float]) -> Rows:
         """Linearise about six numbers (6,) and amounts of tested terms.
@@ -109,8 +109,7 @@ class PointsTested:
         bent = [term for term in self.terms if term.exact is not None]
         plain = [term for term in self.terms if term.exact is None]
         names = (*COEFFICIENT_NAMES, *(term.exact for term in bent if term.exact is not None))
-        seen = Circumstances(self.approach.T, self.context.lifted(ax1, ax2))
-        at = Mechanism.linearised(values, geometry, ax1, ax2, names, seen, **exact)
+        at = Mechanism.linearised(values, geometry, ax1, ax2, names, self.circumstances, **exact)
         design = design_matrix(plain, NativeAngles.at(geometry, ax1, ax2))
         more = np.array([amounts.get(term.name, 0.0) for term in plain])
         left = np.stack((self.seen.err1_deg, self.seen.err2_deg)) - at.errors
