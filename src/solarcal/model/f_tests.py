@@ -93,10 +93,7 @@ class PointsTested:
     def rows(self, values: FloatArray, amounts: Mapping[str, float]) -> Rows:
         """Linearise about six numbers (6,) and amounts of tested terms.
 
-        Raises
-        ------
-        ConfigurationError
-            Amounts that no mechanism has, or with which it does not reach every point.
+        ConfigurationError where no mechanism has such amounts, or does not reach every point.
         """
         exact: dict[str, float] = {}
         for name, amount in amounts.items():

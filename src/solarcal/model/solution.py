@@ -217,13 +217,7 @@ class Solution:
         return float(np.sqrt(squares / self.degrees_of_freedom))
 
     def coefficients(self) -> Coefficients:
-        """P1..P6 to load into a controller; a P that was not fitted is zero.
-
-        Raises
-        ------
-        FitError
-            None of P1..P6 was fitted.
-        """
+        """P1..P6 to load into a controller, zero where not fitted; FitError where none was."""
         return self._controller_values(self.values)
 
     def sigma_list(self) -> list[float | None]:

@@ -132,10 +132,7 @@ def degrees_per_unit(terms: Iterable[Term]) -> FloatArray:
 def design_matrix(terms: Sequence[Term], at: NativeAngles) -> FloatArray:
     """E1, E2 per unit of each term at each place, shape (k, 2, n), axis degrees.
 
-    Raises
-    ------
-    FitError
-        A term that is only tested for.
+    FitError for a term that is only tested for.
     """
     design = np.empty((len(terms), 2, len(at.ax1_deg)))
     for block, term in zip(design, terms, strict=True):

@@ -104,10 +104,7 @@ def sun_grid(context: SkyContext, days_utc_s: FloatArray) -> SunGrid:
 def year_grid(context: SkyContext) -> SunGrid:
     """The contract's grid for the year of the context; kept, so that asking again is free.
 
-    Raises
-    ------
-    ConfigurationError
-        The Sun is never within limits and high enough.
+    ConfigurationError where the Sun is never within limits and high enough.
     """
     days: FloatArray = DAYS_APART * SECONDS_PER_DAY * np.arange(float(DAYS_OF_YEAR))
     grid = sun_grid(context, context.first_midnight_utc_s + days)

@@ -149,13 +149,7 @@ class FileAnalysis:
         return self.files.header
 
     def of_the_controller(self) -> Analysis:
-        """The analysis.
-
-        Raises
-        ------
-        ConfigurationError
-            There is none.
-        """
+        """The analysis; ConfigurationError where there is none."""
         if self.analysis is None:
             raise ConfigurationError(
                 "a forecast needs the controller's six terms; leave --terms out"

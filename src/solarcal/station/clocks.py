@@ -44,13 +44,7 @@ class EmulatedClock:
         return self._last_utc_s
 
     def wait(self, seconds: float) -> None:
-        """Return when that much virtual time has passed.
-
-        Raises
-        ------
-        LinkError
-            The emulator is gone, and its time with it.
-        """
+        """Return when that much virtual time has passed; LinkError where the emulator is gone."""
         # The wire carries milliseconds; anything finer would differ from line to line.
         left_s = round(seconds, 3)
         if left_s <= 0.0:

@@ -50,26 +50,14 @@ class Connection:
         )
 
     def demand_port(self, example: str) -> None:
-        """Refuse to go on without a port.
-
-        Raises
-        ------
-        ConfigurationError
-            None was given.
-        """
+        """Refuse (ConfigurationError) to go on without a port."""
         if not self.port:
             raise ConfigurationError(
                 f"driver {self.driver} needs a port: give --port, e.g. {example}"
             )
 
     def demand_site(self) -> Site:
-        """The site of the profile.
-
-        Raises
-        ------
-        ConfigurationError
-            The unit does not report it, and it was not given.
-        """
+        """The site of the profile; ConfigurationError where it was not given."""
         if self.profile is None or self.profile.site is None:
             raise ConfigurationError(
                 f"driver {self.driver} needs the site, which its controller does not report: give "
@@ -78,13 +66,7 @@ class Connection:
         return self.profile.site
 
     def demand_display(self) -> Display:
-        """Who reads the display.
-
-        Raises
-        ------
-        ConfigurationError
-            No such person was given.
-        """
+        """Who reads the display; ConfigurationError where no such person was given."""
         if self.display is None:
             raise ConfigurationError(
                 f"driver {self.driver} needs a person who reads the display: use the workstation, "

@@ -311,10 +311,7 @@ def table_plot_data(
 ) -> ErrorPlotData:
     """For a points table (CSV, TPOINT, merged sessions); rows without an error are not shown.
 
-    Raises
-    ------
-    ConfigurationError
-        The table has no latitude.
+    Refused (ConfigurationError) without a latitude.
     """
     if table.latitude_deg is None:
         raise ConfigurationError("the points have no latitude; give it with --lat")

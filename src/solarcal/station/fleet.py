@@ -222,13 +222,7 @@ def _members(
 
 
 def _fitted_alone(path: Path) -> FleetMember:
-    """The way of ``solarcal fit``.
-
-    Raises
-    ------
-    FitError
-        Points that allow no fit of the mechanism.
-    """
+    """The way of ``solarcal fit``; FitError where the points allow no fit of the mechanism."""
     if path.suffix == ".json":
         raise FitError(f"{path}: its records cannot be fitted together; `solarcal fit` says why")
     table, session = load_points(path, {})

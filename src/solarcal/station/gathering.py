@@ -60,12 +60,9 @@ GATHERING_S = (READINGS - 1) * READING_INTERVAL_S
 
 
 def gather(station: "StationCore", progress: Callable[[float], None] | None = None) -> Gathered:
-    """Read the unit a few times while it tracks; refuse when what it says does not hang together.
+    """Read the unit a few times; refuse (ProcedureRefused) what does not hang together.
 
-    Raises
-    ------
-    ProcedureRefused
-        The unit does not track, its offsets changed while gathering, or its Sun differs.
+    It does not track, its offsets changed meanwhile, or its Sun differs.
     """
     if station.tracker.display is not None:
         return _read_off(station, station.tracker.display, progress)
@@ -167,15 +164,10 @@ def point_candidate(
 
 
 def demand_plausible(session: SessionView, candidate: PointRecord | CheckRecord) -> None:
-    """Refuse a point that contradicts itself, before it can be stored.
+    """Refuse (ProcedureRefused) a point that contradicts itself, before it can be stored.
 
     The error is reading - ideal; E(P in force) + O is the same number said by the unit, to its
-    resolution and, while it tracks, to its update range.
-
-    Raises
-    ------
-    ProcedureRefused
-        O and the read-outs disagree, or no axis can have such an error.
+    resolution and, while it tracks, to its update range. Nor can an axis have any error.
     """
     error = candidate.error_deg
     if error is None:

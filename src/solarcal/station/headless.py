@@ -147,12 +147,9 @@ def calibrate(
 def emulated_station(
     tracker: Tracker, refused: str, **settings: Unpack[SessionSettings]
 ) -> tuple[Station, Emulation]:
-    """A connected station in the world of an emulated unit; ``refused`` says what is amiss else.
+    """A connected station in the world of an emulated unit.
 
-    Raises
-    ------
-    ConfigurationError
-        The unit is not an emulator.
+    ConfigurationError of another one; ``refused`` says what is amiss then.
     """
     identity = tracker.open()
     emulation = tracker.emulation
@@ -167,13 +164,7 @@ def emulated_station(
 
 
 def _taken_up(station: Station, path: Path) -> Journal:
-    """Open a session to go on with it.
-
-    Raises
-    ------
-    ProcedureRefused
-        It is finished, or another unit answers.
-    """
+    """Go on with a session; ProcedureRefused where it is finished, or another unit answers."""
     journal = Journal.resume(path)
     last = journal.records[-1] if journal.records else None
     if isinstance(last, Closed):

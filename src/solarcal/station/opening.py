@@ -78,12 +78,7 @@ def open_line(
 ) -> OpenLine:
     """Learn who is on the line, and open or continue the session file.
 
-    ``tracker``: not opened yet; it is closed with the line.
-
-    Raises
-    ------
-    SolarcalError
-        Nothing stays open then.
+    ``tracker``: not opened yet; it is closed with the line. Nothing stays open after an error.
     """
     with contextlib.ExitStack() as resources:
         resources.callback(tracker.close)

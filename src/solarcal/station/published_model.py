@@ -111,10 +111,7 @@ def fitted_terms(
 def write_model(solution: Solution, files: Sequence[Path], path: Path) -> None:
     """The fitted terms as a TPOINT model; its sky rms is that of the fit.
 
-    Raises
-    ------
-    FitError
-        A term that TPOINT does not have.
+    FitError for a term that TPOINT does not have.
     """
     if foreign := [term.name for term in solution.model_terms if term.unit != "arcsec"]:
         raise FitError(

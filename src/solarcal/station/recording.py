@@ -88,10 +88,7 @@ def refuse_another_unit(
 ) -> None:
     """A session goes on with its own unit, set up as it was; limits and decimals may differ.
 
-    Raises
-    ------
-    ProcedureRefused
-        The unit is another one, or its read-outs have another meaning than in the session.
+    Refused (ProcedureRefused) is another unit, or one whose read-outs have another meaning.
     """
     ours = header.unit
     name = f"unit {ours.model} {ours.serial}"
@@ -137,12 +134,9 @@ def session_header(
     settings: SessionSettings,
     continues: str = "",
 ) -> Header:
-    """The header of a session that begins now; asks the unit for its parameters and coefficients.
+    """The header of a session that begins now.
 
-    Raises
-    ------
-    LinkError, ProtocolError, UnitRefused
-        As the unit answers.
+    Asks the unit for its parameters and coefficients, and raises as it answers.
     """
     parameters, stored = tracker.parameters(), tracker.stored()
     site = settings.get("site") or unit_site.site

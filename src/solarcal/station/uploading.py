@@ -104,10 +104,7 @@ def offer_upload(
 def refuse_doubtful(offer: UploadOffer, force: str | None) -> str:
     """The reason to record: empty where nothing speaks against the upload.
 
-    Raises
-    ------
-    ProcedureRefused
-        Something does, and no reason to upload anyway was given.
+    Refused (ProcedureRefused) where something does, and no reason to upload anyway was given.
     """
     if not offer.against:
         return ""
@@ -132,10 +129,7 @@ def losses_recorded(station: Station) -> Iterator[None]:
 def find_upload(folder: Path, identity: UnitIdentity) -> tuple[Path, tuple[str, ...]]:
     """The session in a folder with the newest upload to a unit, and what could not be read.
 
-    Raises
-    ------
-    ProcedureRefused
-        There is none.
+    ProcedureRefused where there is none.
     """
     best: tuple[str, Path] | None = None
     unreadable = []

@@ -68,11 +68,8 @@ def stamp_evidence(
     kind_claimed : whether the kind of the ideal angles is the file's word (a CSV, an import); where
         a unit computes them by the protocol it is known.
 
-    Returns
-    -------
-    tuple of Finding
-        Empty without a site or instants, or where they agree. Instants beyond the years of the
-        Sun models are not compared, and a finding reports it.
+    Empty without a site or instants, or where they agree. Instants beyond the years of the Sun
+    models are not compared, and a finding reports it.
     """
     used = table.accepted()
     if table.site is None or not len(used):
@@ -275,12 +272,8 @@ def branch_warning(header: Header, utc_s: float) -> str | None:
 
     The Sun counts above 5 deg and within the limits of axis 2, where it can be reached by axis 1
     both before and after the jump. Right AT the jump axis 1 may be beyond its limits: they end
-    there, and it has to turn all the way round between one side and the other.
-
-    Returns
-    -------
-    str or None
-        None where the path stays whole, or where the site's latitude or longitude is not known.
+    there, and it has to turn all the way round between one side and the other. None where the path
+    stays whole, or where the site's latitude or longitude is not known.
     """
     if header.unknown:
         return None

@@ -76,10 +76,7 @@ class FileStore:
 class UnitLock:
     """One station a unit: where a line lets several in, two of them must not drive its axes.
 
-    Raises
-    ------
-    ProcedureRefused
-        Another program has it.
+    Refused (ProcedureRefused) where another program has it.
     """
 
     def __init__(self, path: Path) -> None:

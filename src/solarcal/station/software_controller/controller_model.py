@@ -182,12 +182,7 @@ class SoftwareControllerModel:
         return float(ideal_and_elevation_deg(self.geometry, self.unit_site.site, utc_s)[2])
 
     def demand_sun(self, utc_s: float, request: str) -> None:
-        """Refuse what needs a Sun above the horizon.
-
-        Raises
-        ------
-        UnitRefused
-        """
+        """Refuse (UnitRefused) what needs a Sun above the horizon."""
         if self.sun_elevation_deg(utc_s) < 0.0:
             raise UnitRefused(Code.SUN_DOWN, "the Sun is below the horizon", request)
 

@@ -77,13 +77,7 @@ class DisplayField:
     high: float = math.inf
 
     def value(self, text: str) -> Value:
-        """What a text means; a comma is taken for a decimal point.
-
-        Raises
-        ------
-        TypedWrong
-            Nothing, or nothing that can be.
-        """
+        """What a text means, a comma taken for a point; TypedWrong where it can mean nothing."""
         text = plain_text(text)
         if not text:
             if self.optional:
@@ -162,13 +156,7 @@ class DisplayForm:
         }
 
     def values(self, typed: Mapping[str, str]) -> dict[str, Value]:
-        """What was typed as numbers.
-
-        Raises
-        ------
-        TypedWrong
-            The first field that means nothing.
-        """
+        """What was typed as numbers; TypedWrong names the first field that means nothing."""
         return {
             field.name: field.value(typed.get(field.name, field.default)) for field in self.fields
         }
@@ -277,13 +265,7 @@ class AskedForm:
             self._done.set()
 
     def wait(self) -> TypedAnswer:
-        """The answer, once there is one.
-
-        Raises
-        ------
-        ProcedureRefused
-            It was given up.
-        """
+        """The answer, once there is one; ProcedureRefused where it was given up."""
         self._done.wait()
         if self._answer is None:
             raise ProcedureRefused(GIVEN_UP)

@@ -224,13 +224,7 @@ class Field(Horizontal):
         return self.input.value.strip()
 
     def number(self) -> float:
-        """The number typed; a comma is taken for a decimal point.
-
-        Raises
-        ------
-        ConfigurationError
-            It is none.
-        """
+        """The number typed, a comma taken for a point; ConfigurationError where it is none."""
         try:
             return decimal(self.value, comma=True)
         except ConfigurationError as error:
