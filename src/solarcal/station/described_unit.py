@@ -151,19 +151,19 @@ class TypedControllerModel:
         """Absolute read-out of axis 0 or 1 from what the display shows, AX1 on its branch."""
         angle = shown
         if self.shows_counts:
-            drive = (self.parameters.drive1, self.parameters.drive2)[axis]
-            angle = float(reading_deg(drive, self._reference_deg(axis), shown))
+            angle = float(reading_deg(*self._drive(axis), shown))
         if axis == 0:
             return float(wrap_deg(angle, self.unit_site.ax1_centre_deg))
         return angle
 
     def counts(self, axis: int, reading: float) -> int:
         """Counts since the last reference at a read-out."""
-        drive = (self.parameters.drive1, self.parameters.drive2)[axis]
-        return register(drive, self._reference_deg(axis), reading)
+        return register(*self._drive(axis), reading)
 
-    def _reference_deg(self, axis: int) -> float:
-        return (self.parameters.reference1_deg, self.parameters.reference2_deg)[axis]
+    def _drive(self, axis: int) -> tuple[Drive, float]:
+        """What drives an axis, and its reference position."""
+        told = self.parameters
+        return ((told.drive1, told.reference1_deg), (told.drive2, told.reference2_deg))[axis]
 
     def moment_s(self, values: Values, read_utc_s: float) -> float:
         """The laptop's UTC of a reading: by the unit's clock where it was typed with it."""
