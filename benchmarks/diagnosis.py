@@ -165,7 +165,7 @@ def missed_counts_found(geometry: str, days: Sequence[int], seed: int) -> tuple[
     place = fit_exact(spoiled.points, day.context).posterior.mean
     _, when = undo_losses(spoiled.points, day.context, place, [loss])
     finding = missed_counts_finding(2, counts, loss, when[0])
-    named = finding is not None and finding.subject == f"axis {axis + 1}"
+    named = finding.subject == f"axis {axis + 1}"
     others = [f for f in spoiled.diagnose([loss]) if f.certainty == "found"]
     told = when[0].first_after
     dated = not when[0].sure or (told is not None and abs(told - (first + 1)) <= 1)

@@ -11,7 +11,13 @@ from solarcal.model.evidence.clocks import (
     clock_findings,
     laptop_finding,
 )
-from solarcal.model.evidence.read_outs import Loss, Moment, frozen_findings, missed_counts_finding
+from solarcal.model.evidence.read_outs import (
+    Loss,
+    Moment,
+    frozen_findings,
+    missed_counts_finding,
+    play_of_a_switch,
+)
 
 HOURS = 3600.0 * np.arange(10.0)
 
@@ -63,7 +69,6 @@ def test_the_laptop_clock_is_known_by_a_time_signal_only() -> None:
 
 def test_missed_counts_name_check_axis_and_points() -> None:
     finding = missed_counts_finding(3, -412, Loss(2, -0.302, (4, 5, 6)), Moment(5, True))
-    assert finding is not None
     assert finding.labels == (5, 6)
     for words in ("check 3", "-412 counts", "axis 2", "before point 5", "points 5 and 6"):
         assert words in finding.sentence
@@ -71,14 +76,14 @@ def test_missed_counts_name_check_axis_and_points() -> None:
 
 def test_points_that_hardly_tell_when_leave_all_between_the_checks_in_doubt() -> None:
     finding = missed_counts_finding(3, 412, Loss(1, 0.3, (4, 5, 6)), Moment(5, False))
-    assert finding is not None
     assert finding.labels == (4, 5, 6)
     assert "hardly show when" in finding.sentence
 
 
 @pytest.mark.parametrize(("counts", "angle"), [(3, 0.3), (400, 0.004)])
 def test_a_switch_is_found_again_to_a_few_counts(counts: int, angle: float) -> None:
-    assert missed_counts_finding(2, counts, Loss(1, angle, (1, 2))) is None
+    assert play_of_a_switch(counts, angle)
+    assert not play_of_a_switch(400, 0.3)
 
 
 def read_outs(axis1: list[float]) -> tuple[np.ndarray, np.ndarray]:

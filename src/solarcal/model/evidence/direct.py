@@ -18,7 +18,6 @@ from solarcal.model.evidence.read_outs import (
     losses,
     offset_evidence,
     read_out_evidence,
-    real_losses,
 )
 from solarcal.model.evidence.sun_path import (
     UNIT_CLOCK,
@@ -55,7 +54,9 @@ class Evidence:
     @property
     def losses(self) -> tuple[Loss, ...]:
         """Counts known to have been missed; labels of several files are ambiguous."""
-        return real_losses(losses(self.sessions[0])) if self._one_session else ()
+        if not self._one_session:
+            return ()
+        return tuple(loss for _, _, loss in losses(self.sessions[0]))
 
     @property
     def _one_session(self) -> bool:

@@ -215,13 +215,8 @@ def _squares(points: Points, context: SkyContext, values: FloatArray) -> float:
 
 def missed_counts_finding(
     check_number: int, counts: int, loss: Loss, moment: Moment | None = None
-) -> Finding | None:
-    """What a reference check after the first one found; None where that is nothing.
-
-    ``moment``: what the points say of when.
-    """
-    if abs(counts) < FEWEST_COUNTS or abs(loss.reading_deg) <= SMALLEST_LOSS_DEG:
-        return None
+) -> Finding:
+    """What a reference check after the first one found; ``moment``: what the points say of when."""
     sentence = (
         f"reference check {check_number} found {counts:+d} counts on axis {loss.axis} "
         f"({loss.reading_deg:+z.3f} deg): counts were missed since the previous check"
@@ -252,8 +247,13 @@ def missed_counts_finding(
     )
 
 
+def play_of_a_switch(counts: int, reading_deg: float) -> bool:
+    """Whether a check found no more than a switch may be off by."""
+    return abs(counts) < FEWEST_COUNTS or abs(reading_deg) <= SMALLEST_LOSS_DEG
+
+
 def losses(session: SessionView) -> tuple[tuple[RefCheck, int, Loss], ...]:
-    """What each complete check but the first found on each axis: check, counts, loss.
+    """What each complete check but the first found missing on an axis: check, counts, loss.
 
     The first check finds whatever the register held at power-up; only later ones are evidence. A
     check without switches is none: what the read-outs say of themselves proves nothing.
@@ -266,19 +266,14 @@ def losses(session: SessionView) -> tuple[tuple[RefCheck, int, Loss], ...]:
         if check.difference_counts is None or restarted:
             continue
         labels = tuple(p.seq for p in session.accepted if before.seq < p.seq < check.seq)
-        for axis, counts in enumerate(check.difference_counts):
-            angle = _counts_as_deg(session.header.unit, axis, counts)
-            found.append((check, counts, Loss(axis + 1, angle, labels)))
+        unit = session.header.unit
+        drives = ((unit.drive1, unit.reference1_deg), (unit.drive2, unit.reference2_deg))
+        axes = zip(drives, check.difference_counts, strict=True)
+        for axis, ((drive, reference), counts) in enumerate(axes, start=1):
+            angle = float(reading_deg(drive, reference, counts)) - reference
+            if not play_of_a_switch(counts, angle):
+                found.append((check, counts, Loss(axis, angle, labels)))
     return tuple(found)
-
-
-def real_losses(found: Sequence[tuple[RefCheck, int, Loss]]) -> tuple[Loss, ...]:
-    """Those of the ``losses`` that are more than the play of a switch."""
-    return tuple(
-        loss
-        for check, counts, loss in found
-        if missed_counts_finding(check.number, counts, loss) is not None
-    )
 
 
 def count_evidence(
@@ -287,18 +282,11 @@ def count_evidence(
     """What the reference checks found; a fit of the points dates it."""
     dated: dict[Loss, Moment] = {}
     found = losses(session)
-    real = real_losses(found)
+    real = [loss for _, _, loss in found]
     if solution is not None and real:
         _, when = undo_losses(solution.points, solution.context, solution.posterior.mean, real)
         dated = dict(zip(real, when, strict=True))
-    findings = [
+    return tuple(
         missed_counts_finding(check.number, counts, loss, dated.get(loss))
         for check, counts, loss in found
-    ]
-    return tuple(finding for finding in findings if finding is not None)
-
-
-def _counts_as_deg(unit: UnitRecord, axis: int, counts: int) -> float:
-    drive = (unit.drive1, unit.drive2)[axis]
-    reference = (unit.reference1_deg, unit.reference2_deg)[axis]
-    return float(reading_deg(drive, reference, counts)) - reference
+    )

@@ -72,7 +72,7 @@ def stamp_evidence(
     models are not compared, and a finding reports it.
     """
     used = table.accepted()
-    if table.site is None or not len(used):
+    if table.site is None:
         return ()
     known = _known_instants(used.utc_s)
     left_out = _not_compared(used.rows(np.flatnonzero(np.isfinite(used.utc_s) & ~known)), context)
