@@ -187,8 +187,8 @@ def test_a_point_opened_shows_the_fit_with_and_without_it(taken: SessionView) ->
     assert with_it is not None
     assert without is not None
     assert influence.trouble == ""
-    assert influence.solution.values == pytest.approx(with_it.values)
-    assert influence.without.values == pytest.approx(without.values)
+    assert influence.with_it.solution.values == pytest.approx(with_it.values)
+    assert influence.without.solution.values == pytest.approx(without.values)
     # One residual on all panes: the plot's, and the table's.
     plotted = session_plot_data(taken.header, taken.accepted, with_it).points
     assert influence.residual_deg == pytest.approx(
@@ -198,10 +198,10 @@ def test_a_point_opened_shows_the_fit_with_and_without_it(taken: SessionView) ->
     weight = math.sin(math.radians(last.ideal_deg[1]))
     left = math.hypot(weight * influence.residual_deg[0], influence.residual_deg[1])
     assert influence.leverage == pytest.approx(1.0 - left / math.hypot(weight * off[0], off[1]))
-    assert influence.forecast.year_rms_deg == pytest.approx(
+    assert influence.with_it.forecast.year_rms_deg == pytest.approx(
         analyse_session(taken).forecast.year_rms_deg
     )
-    assert influence.forecast_without.year_rms_deg > influence.forecast.year_rms_deg
+    assert influence.without.forecast.year_rms_deg > influence.with_it.forecast.year_rms_deg
 
 
 def test_a_point_that_is_not_fitted_has_no_residual(taken: SessionView) -> None:
@@ -211,7 +211,7 @@ def test_a_point_that_is_not_fitted_has_no_residual(taken: SessionView) -> None:
     influence = point_influence(session, struck)
     assert influence.residual_deg is None
     assert influence.leverage is None
-    assert influence.solution.n_points == len(taken.accepted) - 1
+    assert influence.with_it.solution.n_points == len(taken.accepted) - 1
 
 
 def test_the_evidence_of_a_point_is_what_came_last_before_it(taken: SessionView) -> None:

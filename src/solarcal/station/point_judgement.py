@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from solarcal.errors import SolarcalError
-from solarcal.model.forecast import Forecast
+from solarcal.model.analysis import Analysis
 from solarcal.model.solution import Solution
 from solarcal.mount.drive import reading_deg, register
 from solarcal.session.records import (
@@ -171,9 +171,8 @@ class PointInfluence:
 
     Attributes
     ----------
-    solution, without : the fit with all accepted points and without this one, ``None`` where the
-        points are too few.
-    forecast, forecast_without : the year with and without it.
+    with_it, without : all accepted points and those without this one analysed, ``None`` where
+        they are too few.
     residual_deg : error minus what the coefficients fitted to all points correct, axis degrees,
         ``None`` where the point is not fitted.
     judged : the point against the fit of the OTHERS, in sigmas.
@@ -182,13 +181,11 @@ class PointInfluence:
     """
 
     point: PointRecord
-    solution: Solution | None
-    without: Solution | None
-    forecast: Forecast | None
-    forecast_without: Forecast | None
-    residual_deg: tuple[float, float] | None
-    judged: PointJudgement | None
-    leverage: float | None
+    with_it: Analysis | None = None
+    without: Analysis | None = None
+    residual_deg: tuple[float, float] | None = None
+    judged: PointJudgement | None = None
+    leverage: float | None = None
     trouble: str = ""
 
 
@@ -199,32 +196,23 @@ def point_influence(session: SessionView, point: PointRecord) -> PointInfluence:
     )
     try:
         with_it, without = analyse_session(session), analyse_session(others)
-        solution, other = solve(session), solve(others)
         judged = None
         if point.error_deg is not None and point.ideal_deg is not None:
             judged = judge_point(others, point)
     except SolarcalError as error:
-        return PointInfluence(point, None, None, None, None, None, None, None, str(error))
+        return PointInfluence(point, trouble=str(error))
     residual = None
     if (
-        solution is not None
-        and point.seq in solution.labels
+        with_it is not None
+        and point.seq in with_it.solution.labels
         and point.error_deg is not None
         and point.ideal_deg is not None
     ):
         # As table and plot show it, and as the point is compared with the fit of the others.
-        e1, e2 = solution.predict_deg(*map(np.asarray, point.ideal_deg))
+        e1, e2 = with_it.solution.predict_deg(*map(np.asarray, point.ideal_deg))
         residual = (point.error_deg[0] - float(e1), point.error_deg[1] - float(e2))
-    return PointInfluence(
-        point=point,
-        solution=solution,
-        without=other,
-        forecast=None if with_it is None else with_it.forecast,
-        forecast_without=None if without is None else without.forecast,
-        residual_deg=residual,
-        judged=judged,
-        leverage=_leverage(point, residual, judged),
-    )
+    leverage = _leverage(point, residual, judged)
+    return PointInfluence(point, with_it, without, residual, judged, leverage)
 
 
 def _leverage(

@@ -238,9 +238,10 @@ def _without_lines(point: PointRecord, influence: PointInfluence | None) -> Sequ
         return ["computing ..."]
     if influence.trouble:
         return [influence.trouble]
-    if influence.solution is None or influence.without is None:
+    with_it, without = influence.with_it, influence.without
+    if with_it is None or without is None:
         return ["It is the only point: nothing is left without it."]
-    pairs = (influence.solution.coefficients(), influence.without.coefficients())
+    pairs = (with_it.solution.coefficients(), without.solution.coefficients())
     rows = []
     for name, now, other in zip(
         COEFFICIENT_NAMES, pairs[0].as_tuple(), pairs[1].as_tuple(), strict=True
@@ -255,11 +256,10 @@ def _without_lines(point: PointRecord, influence: PointInfluence | None) -> Sequ
             ]
         )
     lines = columns(("", "with it", "without", "change"), rows, "<>>>")
-    if influence.forecast is not None and influence.forecast_without is not None:
-        lines.append(
-            f"Year, 95 % of the time within: {influence.forecast.year_p95_deg:.3f} deg with it, "
-            f"{influence.forecast_without.year_p95_deg:.3f} deg without it."
-        )
+    lines.append(
+        f"Year, 95 % of the time within: {with_it.forecast.year_p95_deg:.3f} deg with it, "
+        f"{without.forecast.year_p95_deg:.3f} deg without it."
+    )
     return lines
 
 
