@@ -76,9 +76,14 @@ def time_of_day(utc_s: float) -> str:
     return format_utc(utc_s, 0)[11:16]
 
 
+def second_of_day(utc: float | str) -> str:
+    """The time of day of POSIX seconds or an ISO 8601 text, to the nearest second: ``15:30:07``."""
+    return format_utc(parse_utc(utc) if isinstance(utc, str) else utc, 0)[11:19]
+
+
 def clock_face(seconds: float) -> str:
-    """HH:MM:SS of whole seconds of a day."""
-    whole = int(seconds) % 86400
+    """HH:MM:SS of seconds of a day, to the nearest."""
+    whole = round(seconds) % 86400
     return f"{whole // 3600:02d}:{whole // 60 % 60:02d}:{whole % 60:02d}"
 
 

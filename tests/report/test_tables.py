@@ -11,6 +11,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.report import judgement, tables
 from solarcal.report.blocks import clock_text, columns, number, text_of
+from solarcal.report.session_report import record_line
 from solarcal.session.points import merge_tables
 from solarcal.session.records import Answers, CheckRecord, ClockSet, RefCheck, UploadRecord
 from solarcal.session.view import view_session
@@ -295,3 +296,10 @@ def test_numbers_and_columns():
     assert number(None, 1) == "-"
     assert clock_text(23.9999) == "00:00"
     assert columns(("a", "bb"), [("1", "2")], "<>") == ["a  bb", "-  --", "1   2"]
+
+
+def test_a_time_of_day_is_the_same_in_a_table_and_in_a_line():
+    """Rounded to the second: the dialog said 13:01:38 and the pane 13:01:37."""
+    clock = ClockSet(seq=3, utc="2026-06-03T13:01:37.600Z", before_s=-0.004, after_s=0.0)
+    assert record_line(clock) == "13:01:38     3  unit clock set: +0.0 s before, +0.000 s after"
+    assert "13:01:38" in text_of(*tables.clocks_table([clock]))

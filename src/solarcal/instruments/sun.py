@@ -21,7 +21,7 @@ _DRAWN = 97
 
 def solar_clock(hours: float) -> str:
     """HH:MM:SS of [0, 24) hours, rounded to the second."""
-    return clock_face(round(hours * 3600.0))
+    return clock_face(hours * 3600.0)
 
 
 def iso(at_s: float | None) -> str | None:

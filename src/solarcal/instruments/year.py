@@ -33,7 +33,13 @@ from solarcal.sun.energy import (
     suncalc_day_percent,
     year_percent,
 )
-from solarcal.timescale import SECONDS_PER_DAY, SECONDS_PER_SUN_DEG, format_utc, parse_utc
+from solarcal.timescale import (
+    SECONDS_PER_DAY,
+    SECONDS_PER_SUN_DEG,
+    format_utc,
+    parse_utc,
+    time_of_day,
+)
 
 _MONTH_DAY = 21
 _WEEK_S = 7.0 * SECONDS_PER_DAY
@@ -117,7 +123,7 @@ def year(form: Form) -> Answer:
 
 def _month_lines(document: dict[str, Any]) -> list[str]:
     def clock(iso: str | None) -> str:
-        return "-" if iso is None else iso[11:16]
+        return "-" if iso is None else time_of_day(parse_utc(iso))
 
     lines = [
         [

@@ -56,6 +56,7 @@ from solarcal.session.view import SessionView
 from solarcal.station.analysing import FileAnalysis, analyse_session
 from solarcal.station.curves import session_plot_data, table_plot_data
 from solarcal.station.question_evidence import found_words
+from solarcal.timescale import second_of_day
 
 if TYPE_CHECKING:
     from solarcal.station.headless import Calibration
@@ -186,7 +187,7 @@ def fit_text(judged: FileAnalysis, *, plot: bool) -> str:
 
 def record_line(record: Record) -> str:
     """One record in one line, as the log and a replay tell it."""
-    return f"{record.utc[11:19]}  {record.seq:>4}  {one_line(_what(record))}"
+    return f"{second_of_day(record.utc)}  {record.seq:>4}  {one_line(_what(record))}"
 
 
 def _what(record: Record) -> str:

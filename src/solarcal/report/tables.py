@@ -25,7 +25,7 @@ from solarcal.session.records import (
 from solarcal.station.point_judgement import PointJudgement
 from solarcal.station.sun_path import SunModel
 from solarcal.sun.position import sun_known
-from solarcal.timescale import format_utc, parse_utc
+from solarcal.timescale import format_utc, parse_utc, second_of_day
 from solarcal.units import RAD_PER_DEG, FloatArray
 
 
@@ -33,10 +33,6 @@ def _date_and_time(utc: str) -> tuple[str, str]:
     """YYYY-MM-DD and HH:MM:SS, rounded."""
     told = format_utc(parse_utc(utc), 0)
     return told[:10], told[11:19]
-
-
-def _time_of_day(utc: str) -> str:
-    return _date_and_time(utc)[1]
 
 
 def points_table(
@@ -149,7 +145,7 @@ def ref_checks_table(checks: Sequence[RefCheck]) -> Blocks:
         rows.append(
             (
                 str(check.seq),
-                _time_of_day(check.utc),
+                second_of_day(check.utc),
                 str(check.number),
                 _ended(check),
                 *shown,
@@ -167,7 +163,7 @@ def clocks_table(sets: Sequence[ClockSet]) -> Blocks:
     rows = tuple(
         (
             str(record.seq),
-            _time_of_day(record.utc),
+            second_of_day(record.utc),
             number(record.before_s, 2, signed=True),
             number(record.after_s, 2, signed=True),
             number(record.tick_minus_laptop_s, 2, signed=True),

@@ -14,7 +14,7 @@ from solarcal.session.view import SessionView
 from solarcal.station.gathering import MAX_OFFSET_AGE_S
 from solarcal.station.state import LiveView
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
-from solarcal.timescale import parse_utc
+from solarcal.timescale import parse_utc, second_of_day
 from solarcal.unit.tracker import Mode, Spot, Status
 
 WATCH_S = 60.0
@@ -82,7 +82,7 @@ def _reference(session: SessionView, live: LiveView, spot: Spot | None) -> tuple
         facts.append(Fact("No reference check in this session.", against=True))
     else:
         last = session.ref_checks[-1]
-        when = f"{last.utc[11:19]} UTC, {ago_text(_since_s(last.utc, live))}"
+        when = f"{second_of_day(last.utc)} UTC, {ago_text(_since_s(last.utc, live))}"
         if not last.complete:
             facts.append(
                 Fact(f"The last check (no. {last.number}, {when}) did NOT end.", against=True)
@@ -119,8 +119,8 @@ def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fa
     age_s = _since_s(fresh.instant, live)
     facts = [
         Fact(
-            f"Set at {fresh.instant[11:19]} UTC, {ago_text(age_s)}: O1 {fresh.offsets.O1:+z.4f}, "
-            f"O2 {fresh.offsets.O2:+z.4f} deg."
+            f"Set at {second_of_day(fresh.instant)} UTC, {ago_text(age_s)}: "
+            f"O1 {fresh.offsets.O1:+z.4f}, O2 {fresh.offsets.O2:+z.4f} deg."
         )
     ]
     off_deg = float(session.geometry.sky_separation_deg(*fresh.ideal_deg, *fresh.reading_deg))

@@ -18,7 +18,7 @@ from solarcal.station.typed.forms import (
     TypedWrong,
     looked_again,
 )
-from solarcal.timescale import format_utc
+from solarcal.timescale import second_of_day
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey
 from solarcal.tui.widgets.lines import Field, Words
 
@@ -115,11 +115,11 @@ class DisplayFormScreen(Dialog):
     def _show_clock(self) -> None:
         utc_s = self._asked.clock.utc_s()
         zone_h = self._form.zone_west_h
-        words = f"Laptop {format_utc(utc_s, 0)[11:19]} UTC"
+        words = f"Laptop {second_of_day(utc_s)} UTC"
         if zone_h is not None:
-            words += f", local standard time {format_utc(utc_s - 3600.0 * zone_h, 0)[11:19]}"
+            words += f", local standard time {second_of_day(utc_s - 3600.0 * zone_h)}"
         if self._looked_utc_s is not None and self._form.moment is Moment.FIRST_KEY:
-            words += f".  Looked at {format_utc(self._looked_utc_s, 0)[11:19]} UTC"
+            words += f".  Looked at {second_of_day(self._looked_utc_s)} UTC"
         try:
             self.query_one("#clock", Words).update(words)
         except NoMatches:

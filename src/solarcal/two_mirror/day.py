@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 
 from solarcal.session.points import PointTable
-from solarcal.timescale import format_utc
+from solarcal.timescale import format_utc, second_of_day
 from solarcal.two_mirror.base import BaseModel, BaseSolution, LoggedPoint
 from solarcal.two_mirror.control import PidGains
 from solarcal.two_mirror.controller import LoopMode, MirrorController
@@ -300,8 +300,8 @@ def _zenith_lines(zenith: ZenithReport) -> list[str]:
         else "NOT before the end of the day"
     )
     return [
-        f"Near the zenith {format_utc(zenith.enters_utc_s, 0)[11:19]} to "
-        f"{format_utc(zenith.leaves_utc_s, 0)[11:19]} UTC ({minutes:.1f} min), azimuth calculated:",
+        f"Near the zenith {second_of_day(zenith.enters_utc_s)} to "
+        f"{second_of_day(zenith.leaves_utc_s)} UTC ({minutes:.1f} min), azimuth calculated:",
         f"  nearest {zenith.nearest_zenith_deg:.2f} deg to the zenith, "
         f"{zenith.nearest_axis_deg:.2f} deg to its own axis",
         f"  dead time {zenith.dead_time_s:.0f} s with the spot beyond 2 mrad (at most "

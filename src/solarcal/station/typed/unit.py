@@ -19,7 +19,7 @@ from solarcal.station.described_unit import TypedControllerModel, unit_parameter
 from solarcal.station.typed import entry_forms
 from solarcal.station.typed.forms import Display, DisplayForm, Doubting, TypedAnswer, Value, Values
 from solarcal.station.typed.plausibility import clock_doubts, key_in_doubts, reading_sheet_doubts
-from solarcal.timescale import Clock, format_utc
+from solarcal.timescale import Clock, second_of_day
 from solarcal.unit.tracker import (
     TYPED,
     Capabilities,
@@ -204,7 +204,7 @@ class TypedUnit:
         form = replace(form, zone_west_h=self._held.unit_site.zone_west_h)
         answer = self._display.ask(form)
         typed = " ".join(f"{name} {text}" for name, text in answer.texts.items() if text)
-        self._told.append(f"{format_utc(answer.read_utc_s, 0)[11:19]}  {form.word}: {typed}")
+        self._told.append(f"{second_of_day(answer.read_utc_s)}  {form.word}: {typed}")
         if self._heard is None:
             self._answers.append(answer)
         else:

@@ -13,7 +13,7 @@ from solarcal.session.records import LinkLost, LinkRestored
 from solarcal.station.clocks import LaptopClock, laptop_clock
 from solarcal.station.news import ClockAdjusted, Done, Progress, Reconnected, StepFailed
 from solarcal.station.state import LinkState, StationState
-from solarcal.timescale import SECONDS_PER_SUN_DEG, format_utc
+from solarcal.timescale import SECONDS_PER_SUN_DEG, format_utc, second_of_day
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
 from solarcal.tui.dialogs.paced import PacedDialog
@@ -190,7 +190,7 @@ class ClockDialog(PacedDialog):
         if state.session is not None and state.session.clock_sets:
             last = state.session.clock_sets[-1]
             lines.append(
-                f"{last_set} {last.utc[11:19]} UTC: {last.before_s:+z.3f} s before, "
+                f"{last_set} {second_of_day(last.utc)} UTC: {last.before_s:+z.3f} s before, "
                 f"{last.after_s:+z.3f} s after"
             )
         if self._laptop is not None:

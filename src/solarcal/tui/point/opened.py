@@ -23,6 +23,7 @@ from solarcal.station.news import Done, PointStruck, StepFailed
 from solarcal.station.point_judgement import PointInfluence, point_evidence, point_influence
 from solarcal.station.question_evidence import found_words
 from solarcal.station.state import StationState
+from solarcal.timescale import second_of_day
 from solarcal.tui.base import StationScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine
@@ -287,18 +288,19 @@ def _evidence_lines(session: SessionView, point: PointRecord) -> Sequence[str]:
     lines.append(
         "Reference check: none before it"
         if check is None
-        else f"Reference check no. {check.number}, {check.utc[11:19]} UTC: {found_words(check)}"
+        else f"Reference check no. {check.number}, {second_of_day(check.utc)} UTC: "
+        f"{found_words(check)}"
     )
     if found.sun_offset is not None:
         offset = found.sun_offset
         came = ", ".join({1: "+", -1: "-", 0: "not known"}[side] for side in offset.approach)
         lines.append(
-            f"Set Sun Offset {offset.utc[11:19]} UTC: O1 {offset.offsets.O1:+z.4f}, "
+            f"Set Sun Offset {second_of_day(offset.utc)} UTC: O1 {offset.offsets.O1:+z.4f}, "
             f"O2 {offset.offsets.O2:+z.4f} deg, approach {came}"
         )
     if found.clock_set is not None:
         lines.append(
-            f"Clock set {found.clock_set.utc[11:19]} UTC: unit - laptop "
+            f"Clock set {second_of_day(found.clock_set.utc)} UTC: unit - laptop "
             f"{found.clock_set.after_s:+z.3f} s then"
         )
     if point.unit_minus_laptop_s is not None:
@@ -310,5 +312,5 @@ def _evidence_lines(session: SessionView, point: PointRecord) -> Sequence[str]:
     if point.distance_to_limits_deg is not None:
         lines.append(f"Distance to the nearest limit: {point.distance_to_limits_deg:.1f} deg")
     if found.void is not None:
-        lines.append(f"STRUCK OUT at {found.void.utc[11:19]} UTC: {found.void.reason}")
+        lines.append(f"STRUCK OUT at {second_of_day(found.void.utc)} UTC: {found.void.reason}")
     return lines

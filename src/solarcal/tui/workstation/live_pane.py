@@ -7,7 +7,7 @@ from solarcal.session.view import SessionView
 from solarcal.station.question_evidence import ago_text
 from solarcal.station.state import LiveView, StationState
 from solarcal.station.sun_path import SunNow, sun_now
-from solarcal.timescale import clock_face, format_utc
+from solarcal.timescale import clock_face, format_utc, second_of_day
 from solarcal.tui.widgets.text_lines import TextLines
 from solarcal.unit.tracker import Status
 from solarcal.units import format_degrees
@@ -74,7 +74,7 @@ def _clocks(header: Header, live: LiveView, sun: SunNow | None) -> list[list[Par
     if live.laptop_utc_s is None:
         return [["UTC     -"], ["Local   -"]]
     utc = format_utc(live.laptop_utc_s, 0)
-    local = format_utc(live.laptop_utc_s - 3600.0 * header.unit.zone_west_h, 0)[11:19]
+    local = second_of_day(live.laptop_utc_s - 3600.0 * header.unit.zone_west_h)
     solar = clock_face(sun.solar_time_h * 3600.0) if sun is not None else "-"
     difference: list[Part] = []
     if live.unit_minus_laptop_s is not None:
@@ -145,7 +145,10 @@ def _recorded(session: SessionView) -> list[list[Part]]:
         _pair("counts", (str(newest.counts[0]), str(newest.counts[1]))),
         _degrees("offset", newest.offsets.O1, newest.offsets.O2),
         *_limit_bars(session.header, newest.reading_deg),
-        [f"as at the Set Sun Offset of {newest.utc[11:19]} UTC; no status from the unit now"],
+        [
+            f"as at the Set Sun Offset of {second_of_day(newest.utc)} UTC; "
+            "no status from the unit now"
+        ],
     ]
     return [*lines, *_blank(11 - len(lines))]
 
@@ -196,7 +199,7 @@ def _typed(header: Header, status: Status, laptop_utc_s: float | None) -> list[l
     came = {1: "came +", -1: "came -", 0: "not known"}
     age = ""
     if at_s is not None and laptop_utc_s is not None:
-        age = f"typed as read at {format_utc(at_s, 0)[11:19]} UTC, {ago_text(laptop_utc_s - at_s)}"
+        age = f"typed as read at {second_of_day(at_s)} UTC, {ago_text(laptop_utc_s - at_s)}"
     return [
         *lines,
         _degrees("offset", status.offsets.O1, status.offsets.O2),
