@@ -180,9 +180,6 @@ class CoefficientsPane(TextLines):
     CoefficientsPane { padding: 0 1; }
     """
 
-    def __init__(self, id: str | None = None, classes: str | None = None) -> None:
-        super().__init__(id=id, wrap=True, classes=classes)
-
     def show_fit(
         self, session: SessionView, solution: Solution | None, judgement: Analysis | None = None
     ) -> None:

@@ -42,9 +42,6 @@ class LivePane(TextLines):
     LivePane { width: 1fr; height: 15; padding: 0 1; overflow-x: hidden; }
     """
 
-    def __init__(self, id: str | None = None, *, classes: str | None = None) -> None:
-        super().__init__(id, wrap=True, classes=classes)
-
     def show_state(self, state: StationState) -> None:
         lines = [Content.assemble(*line) for line in live_lines(state)]
         while lines and not lines[-1].plain.strip():

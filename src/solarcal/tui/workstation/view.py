@@ -118,7 +118,8 @@ class WorkstationView(Vertical):
         super().__init__(id=id)
         self._beside_tabs = tuple(beside_tabs)
         self._session: SessionView | None = None
-        self._solution: Solution | None = None
+        self.solution: Solution | None = None
+        """The fit that is shown."""
         self._judgement: Analysis | None = None
         self._shown: object = None
         self._version = 0
@@ -133,8 +134,8 @@ class WorkstationView(Vertical):
             yield KeysInLine(self._beside_tabs, id="beside-tabs")
         with Horizontal(id="panes"):
             with Vertical(id="left"):
-                yield LivePane(id="now", classes="pane")
-                yield CoefficientsPane(id="coefficients", classes="pane")
+                yield LivePane(id="now", wrap=True, classes="pane")
+                yield CoefficientsPane(id="coefficients", wrap=True, classes="pane")
             with Vertical(id="right"):
                 yield ExploredPlot(id="plot")
                 yield ExploredPlot(id="second")
@@ -166,16 +167,11 @@ class WorkstationView(Vertical):
         self._session = state.session
         self._show_session()
 
-    @property
-    def solution(self) -> Solution | None:
-        """The fit that is shown."""
-        return self._solution
-
     def show_fit(self, solution: Solution | None, judgement: Analysis | None = None) -> None:
-        before = self._solution
+        before = self.solution
         if before is not None and (solution is None or solution.n_points != before.n_points):
             self._solution_before = before
-        self._solution, self._judgement = solution, judgement
+        self.solution, self._judgement = solution, judgement
         self._show_session()
 
     def _show_session(self) -> None:
@@ -184,13 +180,13 @@ class WorkstationView(Vertical):
         if session is None or not self.query("#checks"):
             # Left while it was being built: the innermost panes are not there.
             return
-        shown = (session.header, session.records, id(self._solution), id(self._judgement))
+        shown = (session.header, session.records, id(self.solution), id(self._judgement))
         if shown == self._shown:
             return
         self._shown = shown
         self._version += 1
-        self.query_one(CoefficientsPane).show_fit(session, self._solution, self._judgement)
-        points = points_table(session.header, session.points, self._solution)
+        self.query_one(CoefficientsPane).show_fit(session, self.solution, self._judgement)
+        points = points_table(session.header, session.points, self.solution)
         # A remark is folded to the pane, whatever its width.
         table = lines_of(*points, width=ENDLESS)
         # The table's heading and rule stay in view.
@@ -206,7 +202,7 @@ class WorkstationView(Vertical):
         for place, kind in (("#plot", first), ("#second", PLOTS[self._second])):
             review = self._review and kind == "error"
             what = (kind, self._version, review)
-            solution = self._solution_before if review else self._solution
+            solution = self._solution_before if review else self.solution
             plot = self.query_one(place, ExploredPlot)
             plot.show_plot(kind, session, solution, self._judgement, what)
 
