@@ -109,8 +109,8 @@ def _solved(columns: FloatArray, measured: FloatArray) -> tuple[FloatArray, Floa
     """Values and sigmas; the scatter is never believed to be below that of the line."""
     values = np.linalg.lstsq(columns, measured, rcond=None)[0]
     spare = len(measured) - columns.shape[1]
-    left = _left(columns, measured)
-    scatter = max(np.sqrt(left / spare) if spare > 0 else 0.0, CLOCK_SCATTER_S)
+    rest = measured - columns @ values
+    scatter = max(np.sqrt(rest @ rest / spare) if spare > 0 else 0.0, CLOCK_SCATTER_S)
     sigmas = scatter * np.sqrt(np.diag(np.linalg.pinv(columns.T @ columns)))
     return np.asarray(values, dtype=np.float64), np.asarray(sigmas, dtype=np.float64)
 
