@@ -5,7 +5,7 @@ The posterior is a mixture of normals over the noise scale.
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import msgspec
@@ -191,18 +191,13 @@ def symmetric_root(values: FloatArray, vectors: FloatArray) -> FloatArray:
     return root
 
 
-_drawn: dict[tuple[int, int, int], FloatArray] = {}
-
-
+@cache
 def standard_normals(count: int, seed: int = SEED, dimensions: int = 6) -> FloatArray:
     """Standard normals (count, k) in random order; mean zero, unit covariance."""
-    key = (count, seed, dimensions)
-    if key not in _drawn:
-        generator = np.random.default_rng(seed)
-        normals = generator.standard_normal((count, dimensions))
-        # Exactly so: a forecast's rms then has no sampling error.
-        normals -= normals.mean(axis=0)
-        normals = normals @ np.linalg.inv(np.linalg.cholesky(normals.T @ normals / count)).T
-        normals.flags.writeable = False
-        _drawn[key] = normals
-    return _drawn[key]
+    generator = np.random.default_rng(seed)
+    normals: FloatArray = generator.standard_normal((count, dimensions))
+    # Exactly so: a forecast's rms then has no sampling error.
+    normals -= normals.mean(axis=0)
+    normals = normals @ np.linalg.inv(np.linalg.cholesky(normals.T @ normals / count)).T
+    normals.flags.writeable = False
+    return normals
