@@ -230,6 +230,26 @@ def test_a_record_that_is_being_written_when_interrupted_is_written_whole(
     assert not [words for words in session.warnings if "torn" in words]
 
 
+@pytest.mark.parametrize("call", ["lock", "write", "sync", "sync_folder"])
+def test_a_file_whose_beginning_is_interrupted_leaves_nothing_behind(
+    tmp_path: Path, call: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    disk = Disk()
+    real, calls = getattr(disk, call), []
+
+    def interrupted(*arguments: object) -> object:
+        calls.append(arguments)
+        done = real(*arguments)
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+        return done
+
+    monkeypatch.setattr(disk, call, interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        Journal.create(tmp_path / "day.jsonl", HEADER, disk=disk)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_an_existing_file_is_never_overwritten(tmp_path: Path) -> None:
     path = tmp_path / "day.jsonl"
     path.write_text("mine")

@@ -74,14 +74,16 @@ class Journal:
         journal = cls(header, [], path=path, descriptor=descriptor, disk=disk)
         try:
             disk.lock(descriptor, path)
-            journal._write(line)
+            interrupt = journal._write(line)
+            if interrupt is not None:
+                raise interrupt
             disk.sync_folder(path.parent)
-        except (OSError, SessionFileError) as error:
+        except (OSError, SessionFileError, KeyboardInterrupt) as error:
             # Nobody was told of this file yet: a stump would only be in the way.
             journal.close()
             with suppress(OSError):
                 disk.remove(path)
-            if isinstance(error, SessionFileError):
+            if not isinstance(error, OSError):
                 raise
             raise SessionFileError(f"{path} cannot be created: {reason_of(error)}") from error
         return journal
