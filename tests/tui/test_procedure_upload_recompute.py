@@ -80,12 +80,12 @@ async def test_an_upload_is_read_back_and_rolled_back_and_each_is_recorded(
     before = station.tracker.stored().coefficients
     async with workstation(station) as (app, pilot):
         await pilot.press("u")
-        await shows(pilot, "in force", "in sigmas", "5 points", "Upload?")
+        await shows(pilot, "in force", "in sigmas", "5 points", "Upload?", "better (P 100 %)")
         await pilot.press("y")
         # Few points are not done: asked a second time, in other words.
         await shows(pilot, "not DONE", "once more")
         await pilot.press("y")
-        await shows(pilot, "read back EQUAL")
+        await shows(pilot, "read back EQUAL", "the new ones are in force already")
         uploaded = station.session.uploads[-1].new_coefficients
         assert station.tracker.stored().permanent_coefficients == uploaded
         await pilot.press("b")

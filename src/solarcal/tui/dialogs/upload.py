@@ -281,9 +281,10 @@ def proposal_table(proposal: UploadOffer) -> str:
         f"sure of {kept.rule.tolerance_deg:g}"
     )
     if proposal.held is not None and proposal.better is not None:
+        already = not proposal.better and all(c.new == c.old for c in proposal.changes)
         lines.append(
             f"in force now, 95 %: {proposal.held.year_p95_deg:.4f} deg; the new ones are "
-            f"better (P {100.0 * proposal.better:.0f} %)"
+            + ("in force already" if already else f"better (P {100.0 * proposal.better:.0f} %)")
         )
     lines.append(STATE_WORDS[proposal.judgement.verdict.state])
     return "\n".join(lines)
