@@ -1,11 +1,10 @@
 """The process of a command: what it prints and its streams can print, the signals that end it.
 
 SIGTERM and SIGHUP end a command as Ctrl-C (SIGINT) does: what is open is closed, and nothing is
-lost. A
-terminal that is gone ends it too: where the program is no child of its terminal the system sends no
-hang-up when that is closed. It would then read an end of file for ever, as fast as it can, and hold
-the unit's line and the session file. Everything recorded is on the disk already; the start screen
-offers to go on.
+lost. A terminal that is gone ends it too: where the program is no child of its terminal the system
+sends no hang-up when that is closed. It would then read an end of file for ever, as fast as it can,
+and hold the unit's line and the session file. Everything recorded is on the disk already; the start
+screen offers to go on.
 """
 
 import argparse

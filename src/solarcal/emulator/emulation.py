@@ -6,6 +6,7 @@ step, no backlash, no lost count, no reading noise.
 """
 
 import math
+from abc import abstractmethod
 from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
@@ -135,9 +136,9 @@ class EmulatedMachine(VirtualTime):
         self._true_error = TrueError(self.world, self._switched_on(seed))
         super().__init__(speed, monotonic)
 
+    @abstractmethod
     def _switched_on(self, seed: int) -> Controller:
         """Put the machine into the world; the controller by whose formula it points."""
-        raise NotImplementedError
 
     def times_utc_s(self) -> tuple[float, float]:
         """True UTC and the laptop's."""

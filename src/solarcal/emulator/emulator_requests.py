@@ -5,6 +5,7 @@ Time is whole microseconds that pass only when they are let.
 
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Protocol
 
@@ -15,7 +16,7 @@ from solarcal.unit.tracker import EmulatedSky, Spot, Truth
 from solarcal.unit.verbs import expect
 
 
-class VirtualTime:
+class VirtualTime(ABC):
     """Virtual seconds since the start.
 
     Parameters
@@ -37,9 +38,9 @@ class VirtualTime:
         self._monotonic = monotonic or time.monotonic
         self._caught_up_s = self._monotonic()
 
+    @abstractmethod
     def settle(self) -> None:
         """Let everything happen that is due by now, in the order of its instants."""
-        raise NotImplementedError
 
     def now_s(self) -> float:
         return self._now_us * 1e-6

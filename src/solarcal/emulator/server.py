@@ -6,6 +6,7 @@ import os
 import select
 import socket
 import threading
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
@@ -161,7 +162,7 @@ def exposure(host: str) -> str:
     )
 
 
-class _Server:
+class _Server(ABC):
     """Runs in its own thread until it is closed."""
 
     def __init__(self, emulator: UnitOnALine) -> None:
@@ -186,8 +187,8 @@ class _Server:
             self.emulator.catch_up()
         return readable
 
-    def serve(self) -> None:
-        raise NotImplementedError
+    @abstractmethod
+    def serve(self) -> None: ...
 
 
 class _Ended(Exception):

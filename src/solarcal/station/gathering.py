@@ -62,7 +62,7 @@ GATHERING_S = (READINGS - 1) * READING_INTERVAL_S
 def gather(station: "StationCore", progress: Callable[[float], None] | None = None) -> Gathered:
     """Read the unit a few times; refuse (ProcedureRefused) what does not hang together.
 
-    It does not track, its offsets changed meanwhile, or its Sun differs.
+    Refused is a unit that does not track, whose offsets changed meanwhile, or whose Sun differs.
     """
     if station.tracker.display is not None:
         return _read_off(station, station.tracker.display, progress)
@@ -167,7 +167,7 @@ def demand_plausible(session: SessionView, candidate: PointRecord | CheckRecord)
     """Refuse (ProcedureRefused) a point that contradicts itself, before it can be stored.
 
     The error is reading - ideal; E(P in force) + O is the same number said by the unit, to its
-    resolution and, while it tracks, to its update range. Nor can an axis have any error.
+    resolution and, while it tracks, to its update range. Refused too is half a turn.
     """
     error = candidate.error_deg
     if error is None:
