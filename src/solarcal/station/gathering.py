@@ -167,7 +167,8 @@ def demand_plausible(session: SessionView, candidate: PointRecord | CheckRecord)
     """Refuse (ProcedureRefused) a point that contradicts itself, before it can be stored.
 
     The error is reading - ideal; E(P in force) + O is the same number said by the unit, to its
-    resolution and, while it tracks, to its update range. Refused too is half a turn.
+    resolution and, while it tracks, to its update range. An error of more than half a turn, and
+    read-outs well beyond a limit, are refused too.
     """
     error = candidate.error_deg
     if error is None:
