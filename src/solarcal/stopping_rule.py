@@ -24,8 +24,11 @@ class Unmodelled(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes
     ----------
-    cross_axis_deg, large_cross_axis_deg, large_chance : of collimation and of squareness: mostly
-        small, each with a chance large.
+    cross_axis_deg, large_cross_axis_deg : of collimation and of squareness: mostly small, now and
+        then large.
+    large_chance, large_collimation_chance : how often. Axes are machined square, a pointing device
+        is bolted on by hand: its chance is a larger one. None as in sessions that know but one
+        chance: that of both.
     sag_deg : gravity sag.
     air : refraction, as a part of the standard air's.
     clock_s : the laptop's clock while the points were taken; right afterwards.
@@ -39,6 +42,7 @@ class Unmodelled(msgspec.Struct, frozen=True, kw_only=True):
     cross_axis_deg: float = 0.02
     large_cross_axis_deg: float = 0.2
     large_chance: float = 0.05
+    large_collimation_chance: float | None = None
     sag_deg: float = 0.02
     air: float = 0.05
     clock_s: float = SYNCHRONISED_S
@@ -46,16 +50,22 @@ class Unmodelled(msgspec.Struct, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
             value = getattr(self, name)
-            if name == "large_chance":
-                if not 0.0 <= value < 0.5:
+            if name.endswith("_chance"):
+                if value is not None and not 0.0 <= value < 0.5:
                     raise ConfigurationError(
-                        f"unmodelled: large_chance {value:g} is not from 0 to below 0.5"
+                        f"unmodelled: {name} {value:g} is not from 0 to below 0.5"
                     )
             elif not 0.0 < value < 1000.0:
                 raise ConfigurationError(f"unmodelled: {name} {value:g} is not above zero")
 
+    @property
+    def large_chances(self) -> tuple[float, float]:
+        """That collimation is large, and that squareness is."""
+        own = self.large_collimation_chance
+        return self.large_chance if own is None else own, self.large_chance
+
     def changed(self, widths: Mapping[str, float]) -> "Unmodelled":
-        """The same with other widths, by name.
+        """The same with other widths, by name; ``large_chance`` alone is that of both.
 
         Raises
         ------
@@ -67,13 +77,14 @@ class Unmodelled(msgspec.Struct, frozen=True, kw_only=True):
                 raise ConfigurationError(
                     f"unmodelled: {name} is none of {', '.join(self.__struct_fields__)}"
                 )
-        return msgspec.structs.replace(self, **widths)
+        both = {"large_collimation_chance": None} if "large_chance" in widths else {}
+        return msgspec.structs.replace(self, **{**both, **widths})
 
     def with_clock(self, sigma_s: float) -> "Unmodelled":
         return msgspec.structs.replace(self, clock_s=max(sigma_s, _LEAST_CLOCK_S))
 
 
-DEFAULT_UNMODELLED = Unmodelled()
+DEFAULT_UNMODELLED = Unmodelled(large_collimation_chance=0.3)
 
 
 class StoppingRule(msgspec.Struct, frozen=True):

@@ -23,7 +23,7 @@ from solarcal.session.view import read_session, view_session
 from solarcal.site import Site
 from solarcal.station.analysing import analyse_session
 from solarcal.station.uploading import offer_upload
-from solarcal.stopping_rule import UNSYNCHRONISED_S, StoppingRule, Unmodelled
+from solarcal.stopping_rule import DEFAULT_UNMODELLED, UNSYNCHRONISED_S, StoppingRule, Unmodelled
 
 SESSION = Path(__file__).parents[2] / "sessions" / "azel-good-day.jsonl"
 
@@ -191,11 +191,39 @@ def test_sessions_between_which_something_moved_are_widened_too():
             ).sum() >= 4  # fmt: skip
 
 
+def test_collimation_may_be_likelier_than_axes_that_are_not_square():
+    apart = components(Unmodelled(large_chance=0.1, large_collimation_chance=0.3))
+    assert [(chance, *np.flatnonzero(sigmas == 0.2)) for chance, sigmas in apart] == [
+        (pytest.approx(0.6),), (0.3, NAMES.index("collimation")), (0.1, NAMES.index("squareness")),
+    ]  # fmt: skip
+    one = components(Unmodelled(large_chance=0.1))
+    assert [chance for chance, _ in one] == [pytest.approx(0.8), 0.1, 0.1]
+
+
+def test_a_chance_that_is_named_alone_is_that_of_both():
+    assert DEFAULT_UNMODELLED.large_chances == (0.3, 0.05)
+    assert DEFAULT_UNMODELLED.changed({"large_chance": 0.0}).large_chances == (0.0, 0.0)
+    both = {"large_chance": 0.1, "large_collimation_chance": 0.2}
+    assert DEFAULT_UNMODELLED.changed(both).large_chances == (0.2, 0.1)
+    assert DEFAULT_UNMODELLED.changed({"clock_s": 9.0}).large_chances == (0.3, 0.05)
+
+
+def test_a_session_is_judged_by_the_chances_of_its_own_time():
+    """Older versions recorded one chance, or none: 5 % of either."""
+    header = read_session(SESSION).header
+    recorded = msgspec.json.encode({"large_chance": 0.05, "cross_axis_deg": 0.02})
+    for old in (None, msgspec.json.decode(recorded, type=Unmodelled)):
+        rule = msgspec.structs.replace(header, unmodelled=old).rule
+        assert rule.unmodelled.large_chances == (0.05, 0.05)
+
+
 def test_sigmas_that_cannot_be_are_refused():
     with pytest.raises(ConfigurationError, match="above zero"):
         Unmodelled(sag_deg=0.0)
     with pytest.raises(ConfigurationError, match="chance"):
         Unmodelled(large_chance=0.7)
+    with pytest.raises(ConfigurationError, match="large_collimation_chance"):
+        Unmodelled(large_collimation_chance=0.5)
     with pytest.raises(ConfigurationError, match="bend is none of cross_axis_deg, "):
         Unmodelled().changed({"bend": 0.1})
 

@@ -160,7 +160,7 @@ def add_rule_options(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="NAME=VALUE",
         help="one sigma of a possible error beside P1..P6: clock_s, sag_deg, air, "
-        "cross_axis_deg, large_cross_axis_deg, large_chance (repeatable)",
+        "cross_axis_deg, large_cross_axis_deg, large_chance, large_collimation_chance (repeatable)",
     )
 
 

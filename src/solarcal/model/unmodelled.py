@@ -40,9 +40,9 @@ def components(unmodelled: Unmodelled) -> list[tuple[float, FloatArray]]:
             unmodelled.clock_s,
         )
     )
-    chance = unmodelled.large_chance
-    parts = [(1.0 - 2.0 * chance, small)]
-    for index in (0, 1):
+    chances = unmodelled.large_chances
+    parts = [(1.0 - sum(chances), small)]
+    for index, chance in enumerate(chances):
         large = small.copy()
         large[index] = unmodelled.large_cross_axis_deg
         parts.append((chance, large))

@@ -15,7 +15,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import Limits
 from solarcal.optics.offset_mirror import Heliostat
 from solarcal.site import BoltCircle, Inclinometer, Site, Weather
-from solarcal.stopping_rule import DEFAULT_UNMODELLED, StoppingRule, Unmodelled
+from solarcal.stopping_rule import StoppingRule, Unmodelled
 
 FORMAT_VERSION = 2
 """Format 2: a checksum on every line, sequence numbers without gaps."""
@@ -88,7 +88,7 @@ class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
     done_probability: float = 0.95
     """With which the year must be within the tolerance before the calibration is done."""
     unmodelled: Unmodelled | None = None
-    """What may be there beside P1..P6, the laptop's clock among it; None: the usual."""
+    """What may be there beside P1..P6, the laptop's clock among it; None: the usual of then."""
     coefficients: Coefficients = Coefficients()
     offsets: Offsets = Offsets()
     operator: str = ""
@@ -108,7 +108,7 @@ class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
     def rule(self) -> StoppingRule:
         """When this calibration is done."""
         return StoppingRule(
-            self.tolerance_deg, self.done_probability, self.unmodelled or DEFAULT_UNMODELLED
+            self.tolerance_deg, self.done_probability, self.unmodelled or Unmodelled()
         )
 
 
