@@ -199,6 +199,22 @@ def test_reference_checks_show_the_change_since_the_one_before():
     assert rows[2][-2:] == ["+1", "+42"]
 
 
+def test_checks_and_clocks_of_two_days_stand_below_their_dates():
+    later = AT.replace("21T", "22T")
+    checks = [
+        RefCheck(seq=seq, utc=utc, number=seq, complete=True, difference_counts=(0, 0))
+        for seq, utc in enumerate((AT, AT, later), start=1)
+    ]
+    sets = [
+        ClockSet(seq=seq, utc=utc, before_s=0.5, after_s=0.0) for seq, utc in ((1, AT), (4, later))
+    ]
+    for table, records in ((tables.ref_checks_table, checks), (tables.clocks_table, sets)):
+        lines = narrow(told(table, records)).split("\n")
+        dates = [AT[:10], later[:10]]
+        assert [line.strip() for line in lines if line.strip() in dates] == dates
+        assert AT[:10] not in told(table, records[:1])
+
+
 def test_clock_settings_before_and_after():
     text = narrow(
         told(

@@ -35,6 +35,12 @@ def _date_and_time(utc: str) -> tuple[str, str]:
     return told[:10], told[11:19]
 
 
+def _days(records: Sequence[RefCheck] | Sequence[ClockSet]) -> tuple[tuple[str, ...], ...]:
+    """The dates to stand above the rows, where the records are of more than one."""
+    dates = [_date_and_time(record.utc)[0] for record in records]
+    return tuple((date if len(set(dates)) > 1 else "",) for date in dates)
+
+
 def points_table(
     header: Header, points: Sequence[PointRecord], solution: Solution | None = None
 ) -> Blocks:
@@ -153,7 +159,7 @@ def ref_checks_table(checks: Sequence[RefCheck]) -> Blocks:
             )
         )
     headings = ("no.", "UTC", "check", "result", "counts 1", "counts 2", "change 1", "change 2")
-    return (Table(headings, tuple(rows), ">>><>>>>"),)
+    return (Table(headings, tuple(rows), ">>><>>>>", _days(checks)),)
 
 
 def clocks_table(sets: Sequence[ClockSet]) -> Blocks:
@@ -172,7 +178,7 @@ def clocks_table(sets: Sequence[ClockSet]) -> Blocks:
         for record in sets
     )
     headings = ("no.", "UTC", "before, s", "after, s", "tick - laptop, s", "sigma, s")
-    return (Table(headings, rows, ">>>>>>"),)
+    return (Table(headings, rows, ">>>>>>", _days(sets)),)
 
 
 def checks_table(
