@@ -1,11 +1,13 @@
 """SIGINT, SIGTERM and SIGHUP: the workstation restores the terminal and closes what it has open."""
 
 import os
+import select
 import signal
+import time
 from pathlib import Path
 
 import pytest
-from pty_bench import Terminal
+from pty_bench import PATIENCE_S, Terminal
 
 from solarcal.session.journal import Journal
 
@@ -20,7 +22,8 @@ class Recording(Terminal):
 
     def ended_by(self, number: signal.Signals) -> int:
         os.kill(self._process.pid, number)
-        while True:
+        deadline = time.monotonic() + PATIENCE_S
+        while select.select([self._master], [], [], max(0.0, deadline - time.monotonic()))[0]:
             try:
                 data = os.read(self._master, 65536)
             except OSError:
