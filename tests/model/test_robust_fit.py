@@ -366,3 +366,9 @@ def test_the_prior_is_what_towers_zeros_and_gears_are_like():
     widths = (2.0, 5.0, 2.0, 5.0, 0.002, 0.002)
     assert Prior().sigmas == widths
     assert tuple(TERMS[name].prior_sigma for name in CONTROLLER_TERMS) == widths
+
+
+def test_the_usual_prior_is_as_wide_as_the_documents_say():
+    usual = Prior()
+    assert usual.sigmas == (2.0, 5.0, 2.0, 5.0, 0.002, 0.002)
+    assert usual.widths == ((1.0, 0.5), (0.4, 0.5))

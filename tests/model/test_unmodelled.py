@@ -15,7 +15,8 @@ from solarcal.model.earlier_sessions import merge_sessions
 from solarcal.model.forecast import forecast
 from solarcal.model.methods import fit, fit_exact
 from solarcal.model.sky_context import SkyContext
-from solarcal.model.unmodelled import NAMES, components, sky_columns, widened
+from solarcal.model.unmodelled import CROSS_AXIS, NAMES, components, sky_columns, widened
+from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
 from solarcal.session.records import ClockSet
@@ -189,6 +190,11 @@ def test_sessions_between_which_something_moved_are_widened_too():
     assert (np.linalg.eigvalsh(wide.covariance[:6, :6]) > 0.0).all()
     assert (np.diag(wide.covariance)[:6] >= 0.999 * np.diag(merged.solution.posterior.covariance)
             ).sum() >= 4  # fmt: skip
+
+
+def test_the_cross_axis_columns_are_collimation_and_squareness():
+    """Behind P1..P6: no sag is counted as a large collimation."""
+    assert (*COEFFICIENT_NAMES, *NAMES)[CROSS_AXIS] == ("collimation", "squareness")
 
 
 def test_collimation_may_be_likelier_than_axes_that_are_not_square():
