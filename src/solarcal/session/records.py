@@ -88,7 +88,7 @@ class Header(msgspec.Struct, frozen=True, kw_only=True, tag="header"):
     done_probability: float = 0.95
     """With which the year must be within the tolerance before the calibration is done."""
     unmodelled: Unmodelled | None = None
-    """What may be there beside P1..P6, the laptop's clock among it; None: the usual of then."""
+    """What may be there beside P1..P6, the laptop's clock among it; None: of an older version."""
     coefficients: Coefficients = Coefficients()
     offsets: Offsets = Offsets()
     operator: str = ""
