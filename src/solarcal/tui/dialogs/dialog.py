@@ -191,6 +191,13 @@ class Dialog(StationModal[None]):
     def offered(self, action: str) -> bool:
         return action in self._offered
 
+    def came_early(self, action: str) -> bool:
+        """Whether a key of this action was pressed when it was not offered, and still counts as
+        held down."""
+        return any(
+            key.action == action and self._early_key in key.keys.split(",") for key in self.KEYS
+        )
+
     def under_way(self) -> bool:
         """Whether a step was begun and is not done: an Enter that bounces begins it once."""
         return not self._offered

@@ -5,6 +5,7 @@ where the attempt stands.
 """
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 from typing import Any, ClassVar
 
 from textual.content import Content
@@ -39,9 +40,9 @@ from solarcal.tui.widgets.lines import Field, Words
 from solarcal.unit.tracker import Spot
 
 LOOK_EVERY_S = 2.0
-NEXT_QUESTION_S = 0.1
-"""From an answer to the next question. A key that is held down comes again sooner than that, before
-its question: then it does not count until it was let go."""
+ANSWER_TAKEN_S = 0.1
+"""From the key to the answer. A key that is held down comes again sooner than that: then it answers
+no second question, and does not count until it was let go."""
 
 NOT_STORED = "the technician did not store it"
 
@@ -108,6 +109,7 @@ class TakePointDialog(PacedDialog):
         self._spot: Spot | None = None
         self._check = False
         self._attempt: Attempt | None = None
+        self._answer_before: bool | None = None
         self._asked_to_judge = False
 
     def body(self) -> Iterable[Widget]:
@@ -174,6 +176,7 @@ class TakePointDialog(PacedDialog):
 
     def _begin(self, *, check: bool, override_reason: str | None = None) -> None:
         self._check = check
+        self._answer_before = None
         self.offer()
         self.submit(
             PointBegun,
@@ -181,10 +184,18 @@ class TakePointDialog(PacedDialog):
         )
 
     def _decide(self, yes: bool) -> None:
+        repeated = yes == self._answer_before
+        self.offer()
+        self.set_timer(ANSWER_TAKEN_S, partial(self._decided, yes, repeated))
+
+    def _decided(self, yes: bool, repeated: bool) -> None:
         attempt = self._attempt
         if attempt is None:
             return
-        self.offer()
+        if repeated and self.came_early("yes" if yes else "no"):
+            self.offer("yes", "no")
+            return
+        self._answer_before = yes
         if attempt.question is not None:
             asked = attempt.asked
             self.submit(Answered, lambda station: _answer(station, asked, yes))
@@ -225,9 +236,7 @@ class TakePointDialog(PacedDialog):
             attempt.candidate,
         )
         if state.activity is Activity.QUESTIONS:
-            if new and attempt.asked:
-                self.set_timer(NEXT_QUESTION_S, self._ask)
-            elif new or self.offered("yes"):
+            if new or self.offered("yes"):
                 self._ask()
         elif state.activity is Activity.READY and new:
             if is_typed(self.workstation):
