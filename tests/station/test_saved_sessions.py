@@ -11,12 +11,13 @@ from solarcal.errors import ProcedureRefused
 from solarcal.mount.formula import Coefficients
 from solarcal.session.journal import Journal
 from solarcal.session.lines import sealed
+from solarcal.session.records import Void
 from solarcal.session.view import read_session
 from solarcal.station.analysing import analyse_files, read_files
 from solarcal.station.clocks import clock_beside
 from solarcal.station.fitting import sky_context, solve
 from solarcal.station.procedure import Station
-from solarcal.station.saved_sessions import Replay, finished
+from solarcal.station.saved_sessions import Replay, finished, look_into
 from solarcal.station.uploading import find_upload, sign_off
 from solarcal.timescale import parse_utc
 from solarcal.unit.tracker import UnitIdentity
@@ -191,3 +192,13 @@ def test_two_sessions_between_which_an_encoder_was_moved_are_told_apart(tmp_path
     (moved,) = [finding for finding in findings if finding.kind == "moved"]
     assert moved.subject == "zeros"
     assert moved.number == pytest.approx(0.5, abs=0.1)
+
+
+def test_a_point_struck_out_is_not_counted_where_the_session_is_offered(tmp_path):
+    copy = tmp_path / "day.jsonl"
+    copy.write_bytes((SESSIONS / "azel-good-day.jsonl").read_bytes())
+    assert "12 points" in look_into(copy).words()
+    point = view("azel-good-day.jsonl").accepted[0]
+    with Journal.resume(copy) as journal:
+        journal.append(Void(seq=journal.next_seq, utc=point.utc, voids=point.seq, reason="a cloud"))
+    assert "11 points" in look_into(copy).words()

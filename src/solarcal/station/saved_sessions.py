@@ -82,16 +82,12 @@ def look_into(path: Path) -> SavedSession:
     except SolarcalError as error:
         return SavedSession(path, damage=str(error))
     last = session.records[-1] if session.records else session.header
-    accepted = sum(
-        isinstance(record, PointRecord) and record.status == "accepted"
-        for record in session.records
-    )
     header = session.header
     imported = header.sun_model != "solartrak"
     return SavedSession(
         path,
         last.utc,
-        accepted,
+        len(view_session(header, session.records).accepted),
         isinstance(last, Closed) or imported,
         unit=(header.unit.model, header.unit.serial, header.geometry),
         typed=header.unit.typed,
