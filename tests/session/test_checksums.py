@@ -43,6 +43,11 @@ def test_lines_of_every_length_are_summed_at_once() -> None:
     assert list(checksums([])) == []
 
 
+def test_of_a_long_file_every_line_has_its_own_sum_in_order() -> None:
+    lines = [b"line %d of a thousand" % number for number in range(1000)]
+    assert list(checksums(lines)) == [crc32c(line) for line in lines]
+
+
 def test_a_sealed_line_that_was_changed_can_be_sealed_again() -> None:
     line = encode_record(note(1))
     assert sealed(line) == line

@@ -171,10 +171,8 @@ def _linearised(
 def _trusted(step: FloatArray, unit: FloatArray) -> FloatArray:
     full = step * unit
     lean = np.hypot(full[:, 0], full[:, 2])
-    held: FloatArray = full * np.minimum(1.0, LEAN_TRUSTED_DEG / np.maximum(lean, 1e-12)).reshape(
-        -1, 1
-    )
-    return held
+    held: FloatArray = LEAN_TRUSTED_DEG / np.maximum(lean, LEAN_TRUSTED_DEG)
+    return full * held[:, np.newaxis]
 
 
 def _concluded(

@@ -20,7 +20,6 @@ from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray, wrap_deg
 
 DAYS_APART = 7
-DAYS_OF_YEAR = 53
 SLOT_S = 1800.0
 SLOTS = 48
 LOWEST_FORECAST_DEG = 10.0
@@ -106,7 +105,7 @@ def year_grid(context: SkyContext) -> SunGrid:
 
     ConfigurationError where the Sun is never within limits and high enough.
     """
-    days: FloatArray = DAYS_APART * SECONDS_PER_DAY * np.arange(float(DAYS_OF_YEAR))
+    days: FloatArray = SECONDS_PER_DAY * np.arange(0.0, 365.0, DAYS_APART)
     grid = sun_grid(context, context.first_midnight_utc_s + days)
     if not len(grid):
         raise ConfigurationError(

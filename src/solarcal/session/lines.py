@@ -46,8 +46,8 @@ _POLYNOMIAL = 0x82F63B78
 _REACH = 2048
 """Bytes before the end that the table holds; longer lines are summed in parts."""
 
-_AT_ONCE = 1 << 18
-"""Bytes of lines summed together: their indices stay within a few megabytes."""
+_AT_ONCE = 128
+"""Lines summed together: the indices of their bytes stay within a few megabytes."""
 
 Words = npt.NDArray[np.uint32]
 
@@ -217,18 +217,11 @@ def crc32c(content: bytes) -> int:
 
 def checksums(lines: Sequence[bytes]) -> Iterator[int]:
     """The CRC-32C of each of the lines, in order."""
-    batch: list[bytes] = []
-    size = 0
-    for line in lines:
-        if size + len(line) > _AT_ONCE and batch:
-            yield from _sum(batch)
-            batch, size = [], 0
-        batch.append(line)
-        size += len(line)
-    yield from _sum(batch)
+    for first in range(0, len(lines), _AT_ONCE):
+        yield from _sum(lines[first : first + _AT_ONCE])
 
 
-def _sum(lines: list[bytes]) -> Iterator[int]:
+def _sum(lines: Sequence[bytes]) -> Iterator[int]:
     table = _contributions()
     short = [line for line in lines if 4 <= len(line) <= _REACH]
     found = iter(())

@@ -191,14 +191,14 @@ def undo_losses(
     for loss in losses:
         between = [place[label] for label in loss.labels if label in place]
         trials = [_shifted(points, loss, between[k:]) for k in range(len(between) + 1)]
-        squares = np.array([_squares(trial, context, values) for trial in trials])
+        fits = [_fit(trial, context, values) for trial in trials]
+        squares = np.array([fit.squares for fit in fits])
         # A loss before all points is a zero like another, and explains as much as one after them.
         best = int(np.flatnonzero(squares <= squares.min() * (1.0 + TIE))[-1])
         points = trials[best]
         label = points.labels[between[best]] if best < len(between) else None
-        variance = squares[best] / max(2 * len(points) - 6, 1)
         worse = np.delete(squares, best) - squares[best]
-        when.append(Moment(label, bool((worse > CLEARLY_WORSE * variance).all())))
+        when.append(Moment(label, bool((worse > CLEARLY_WORSE * fits[best].noise ** 2).all())))
     return points, tuple(when)
 
 
@@ -208,9 +208,9 @@ def _shifted(points: Points, loss: Loss, after: Sequence[int]) -> Points:
     return points.replace(err1_deg=errors[0], err2_deg=errors[1])
 
 
-def _squares(points: Points, context: SkyContext, values: FloatArray) -> float:
+def _fit(points: Points, context: SkyContext, values: FloatArray) -> ColumnFit:
     rows = PointsTested.of(points, context).rows(values, {})
-    return ColumnFit(rows.six, rows.residuals).squares
+    return ColumnFit(rows.six, rows.residuals)
 
 
 def missed_counts_finding(

@@ -169,7 +169,7 @@ def _cure(found: Explanation, from_a_file: bool) -> str:
 def _known_instants(utc_s: FloatArray) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
     # The Sun's models end somewhere; a shift must not lead beyond them.
     with np.errstate(invalid="ignore"):
-        return (utc_s > FIRST_UTC_S + 2.0 * MARGIN_S) & (utc_s < LAST_UTC_S - 2.0 * MARGIN_S)
+        return (utc_s > FIRST_UTC_S + MARGIN_S) & (utc_s < LAST_UTC_S - MARGIN_S)
 
 
 def _thinned(chosen: "np.ndarray[tuple[int, ...], np.dtype[np.intp]]") -> list[int]:

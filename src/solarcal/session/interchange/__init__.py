@@ -20,7 +20,7 @@ from solarcal.session.interchange.altaz import read_pmfit
 from solarcal.session.interchange.csv_head import SEPARATOR_LINE, UnitFillIn, instant_text
 from solarcal.session.interchange.csv_points import read_points_csv, write_points_csv
 from solarcal.session.interchange.paint import PaintFiles, paint_files, paint_table
-from solarcal.session.interchange.solar_offsets import read_solar_offsets
+from solarcal.session.interchange.solar_offsets import Offsets, read_solar_offsets
 from solarcal.session.interchange.tpoint import read_tpoint, write_tpoint
 from solarcal.session.journal import Journal
 from solarcal.session.points import NUMBERS, PointTable
@@ -167,7 +167,7 @@ _NOT_OF_A_UNIT = ("offsets", "heliostat", "tower", "spot")
 class FillIn(UnitFillIn, total=False):
     """``UnitFillIn``, what the numbers of an offsets file are, and what PAINT records need."""
 
-    offsets: str | None
+    offsets: Offsets | None
     heliostat: str | Path | None
     tower: str | Path | None
     spot: str | None

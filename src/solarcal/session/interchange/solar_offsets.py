@@ -38,7 +38,7 @@ _HIGHEST_DEG = 89.9
 
 
 def read_solar_offsets(
-    path: str | Path, *, offsets: str | None = None, **fill_in: Unpack[UnitFillIn]
+    path: str | Path, *, offsets: Offsets | None = None, **fill_in: Unpack[UnitFillIn]
 ) -> PointTable:
     """Read an offsets file.
 
@@ -146,14 +146,17 @@ def _solar_minus_observed(description: str) -> bool:
 
 
 def _kind(
-    asked: str | None, description: str, azimuth: FloatArray, elevation: FloatArray, off: FloatArray
+    asked: Offsets | None,
+    description: str,
+    azimuth: FloatArray,
+    elevation: FloatArray,
+    off: FloatArray,
 ) -> tuple[Offsets, str]:
     """Plain or on the sky, and why."""
     fitting = _fitting_kind(azimuth, elevation, off)
     if asked is not None:
-        kind: Offsets = "on-sky" if asked == "on-sky" else "plain"
-        doubt = fitting is not None and fitting[0] != kind
-        return kind, "as asked" + (f"; but {fitting[1]}" if doubt and fitting else "")
+        doubt = f"; but {fitting[1]}" if fitting is not None and fitting[0] != asked else ""
+        return asked, f"as asked{doubt}"
     if "cos" in description.lower():
         return "on-sky", "as its metadata say"
     if fitting is not None:
