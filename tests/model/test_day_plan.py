@@ -160,6 +160,18 @@ class TestStops:
         assert p95[-1] < 0.2 * day.now.year_p95_deg
         assert all(b < a * 1.03 for a, b in pairwise(p95))
 
+    def test_its_points_are_exchanged_for_better_ones_and_one_is_spared_where_that_will_do(self):
+        _, slots, year = _first_light("azel")
+        day = DayStops(slots, np.eye(6), year, StoppingRule(0.1), points=5)
+        ((greedy, _, _),) = day.schedules([float(slots.utc_s[-1])])
+        polished = day.polished(greedy, 5, None)
+        assert polished.points == greedy.points == 5
+        assert polished.year_rms_deg < greedy.year_rms_deg
+        assert polished.stop_utc_s == greedy.stop_utc_s
+        as_few = DayStops(slots, np.eye(6), year, StoppingRule(0.1)).polished(greedy, 5, 0.99)
+        assert as_few.points == 4
+        assert as_few.probability >= 0.99
+
     def test_no_point_lies_after_its_stop_or_before_now(self):
         day, at = june_morning()
         for stop in day.stops:

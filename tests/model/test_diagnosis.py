@@ -25,9 +25,12 @@ from benchmarks.diagnosis import (
 from solarcal.model.analysis import findings_of
 from solarcal.model.evidence.read_outs import Loss, undo_losses
 from solarcal.model.evidence.residuals import diagnose
+from solarcal.model.f_tests import PointsTested
 from solarcal.model.finding import Finding
 from solarcal.model.methods import fit_exact
 from solarcal.model.points import Points
+from solarcal.model.prior import Prior
+from solarcal.model.residual_tests import run_residual_tests
 from solarcal.model.sky_context import SkyContext
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.interchange import read_table
@@ -143,6 +146,20 @@ def test_what_a_december_day_cannot_decide_is_neither_found_nor_excluded() -> No
         finding = of_kind(findings, kind)
         assert finding.certainty == "not_determinable"
         assert "is not determinable from these points" in finding.sentence
+
+
+def test_of_readings_twice_as_uncertain_twice_as_much_would_not_show() -> None:
+    day = made_up_day("azel", (DECEMBER,), 2)
+    solution = fit_exact(day.points, day.context)
+    tested = PointsTested.of(day.points, day.context)
+    at = solution.posterior.mean
+    rows = tested.rows(at, {})
+    fine, coarse = (
+        run_residual_tests(tested, rows, at, Prior(), suspects=(), noise_deg=noise_deg).weakest
+        for noise_deg in (0.02, 0.04)
+    )
+    assert fine
+    assert coarse == pytest.approx({name: 2.0 * amount for name, amount in fine.items()})
 
 
 def test_three_points_tell_nothing_of_what_is_not_in_the_six_numbers() -> None:

@@ -49,7 +49,7 @@ def day(ideal: str = "apparent", geometry: str = "azel", n: int = 10) -> PointTa
     )  # fmt: skip
 
 
-def late(seconds: float) -> PointTable:
+def late(seconds: float | np.ndarray) -> PointTable:
     return replace(day(), utc_s=day().utc_s + seconds)
 
 
@@ -161,6 +161,38 @@ def test_half_the_tolerance_is_allowed() -> None:
     context = sky_context(table)
     assert stamp_evidence(table, context, 0.1) == ()
     assert stamp_evidence(table, context, 0.02)[0].kind == "time_stamps"
+
+
+def test_a_part_of_a_second_is_early_or_late_too() -> None:
+    for seconds, sense in ((-0.7, "1 s early"), (0.7, "1 s late")):
+        table = late(seconds)
+        (found,) = stamp_evidence(table, sky_context(table), 0.004)
+        assert f"the time stamps are {sense}" in found.sentence
+
+
+def test_of_stamps_that_are_not_equally_late_the_mean_is_reported() -> None:
+    """That of least squares: the Sun covers as many degrees in every second of the day."""
+    seconds = np.full(10, 40.0)
+    seconds[2] = 60.0
+    table = late(seconds)
+    (found,) = stamp_evidence(table, sky_context(table), 0.3)
+    assert found.number == pytest.approx(42.0, abs=0.1)
+
+
+def test_the_wrong_site_of_a_unit_is_no_matter_of_clocks() -> None:
+    table = replace(day(), longitude_deg=106.48)
+    (found,) = stamp_evidence(table, sky_context(table), 0.1, kind_claimed=False)
+    assert found.sentence.endswith("; correct the site")
+    table = late(3600.0)
+    (found,) = stamp_evidence(table, sky_context(table), 0.1, kind_claimed=False)
+    assert "; compare the clocks of unit and laptop" in found.sentence
+
+
+@pytest.mark.parametrize("date", ["1960-01-02", "1960-01-04", "2100-02-25", "2100-02-27"])
+def test_at_either_end_of_the_sun_models_wrong_stamps_are_no_error(date: str) -> None:
+    """The search for what is wrong with them looks at other days too."""
+    table = replace(day(), utc_s=parse_utc(f"{date}T06:00:00Z") + 2700.0 * np.arange(10))
+    assert stamp_evidence(table, sky_context(table), 0.1)
 
 
 # -- from every door -------------------------------------------------------------------------------

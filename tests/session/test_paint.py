@@ -1,6 +1,7 @@
 """PAINT calibration records: a heliostat on two screwjacks as a mount with known errors."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from solarcal.errors import InputFileError
 from solarcal.mount.drive import Jack, JackHeliostat
 from solarcal.mount.mechanism import Mechanism
 from solarcal.session.interchange import read_paint, read_table
-from solarcal.session.interchange.paint import paint_table
+from solarcal.session.interchange.paint import paint_files, paint_table
 from solarcal.session.interchange.paint_records import enu_m
 
 TRUTH = Mechanism(P1=0.4, P2=-0.25, P3=-0.3, P4=0.35, P5=0.001, P6=-0.0005)
@@ -99,6 +100,22 @@ def test_a_bad_record_is_named(tmp_path: Path, old: str, new: str, complaint: st
     record.write_text(text.replace(old, new))
     with pytest.raises(InputFileError, match=f"100000-calibration.*{complaint}"):
         read_table(record)
+
+
+def test_motors_beyond_the_jacks_reach_are_named_by_the_first_record(tmp_path: Path) -> None:
+    records = write_heliostat(tmp_path, write_tower(tmp_path), TRUTH)[:3]
+    text = re.sub(
+        r'"Axis1MotorPosition": [\d.]+', '"Axis1MotorPosition": 1e7', records[1].read_text()
+    )
+    records[1].write_text(text)
+    with pytest.raises(InputFileError, match=r"^[^ ]*100000-calibration.* and its like: "):
+        paint_files(records).shots()
+
+
+def test_the_heliostat_is_the_one_beside_the_first_record(tmp_path: Path) -> None:
+    records = write_heliostat(tmp_path, write_tower(tmp_path), TRUTH)[:2]
+    elsewhere = records[1].rename(tmp_path / records[1].name)
+    assert paint_files([records[0], elsewhere]).name == "AA23"
 
 
 def test_what_belongs_to_a_record_is_asked_for(tmp_path: Path) -> None:

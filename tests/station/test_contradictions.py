@@ -76,6 +76,25 @@ def test_a_gathered_point_is_reading_less_ideal(bench):
         )
 
 
+def test_an_error_is_recorded_to_the_millionth_of_a_degree(bench, monkeypatch):
+    b = bench()
+    b.on_sun()
+    b.unit.set_sun_offset()
+    honest = b.unit.status
+
+    def finer():
+        status = honest()
+        ideal1, ideal2 = status.ideal1_deg + 3e-6, status.ideal2_deg - 4e-6
+        return msgspec.structs.replace(status, ideal1_deg=ideal1, ideal2_deg=ideal2)
+
+    monkeypatch.setattr(b.unit, "status", finer)
+    point = take(b)
+    for axis in (0, 1):
+        assert point.error_deg[axis] == pytest.approx(
+            point.reading_deg[axis] - point.ideal_deg[axis], abs=1e-6
+        )
+
+
 def test_an_honest_offset_is_innocent_and_a_recorded_contradiction_is_found(bench):
     b = bench()
     b.on_sun()

@@ -1,5 +1,7 @@
 """Records brought to the tests: direct evidence of a session, and its diagnosis."""
 
+from dataclasses import replace
+
 import msgspec
 import numpy as np
 import pytest
@@ -160,3 +162,18 @@ def test_a_table_brings_its_sides_and_sessions_merge(day):
     merged = solve_merged([second, first], day.header)
     assert merged.solution.n_points == len(day.accepted)
     assert merged.change == "same"
+
+
+@pytest.mark.parametrize("known_of", ["both", "one", "none"])
+def test_sigmas_of_merged_sessions_count_only_where_every_one_gives_them(day, known_of):
+    half = len(day.table) // 2
+    first, second = day.table.rows(range(half)), day.table.rows(range(half, len(day.table)))
+    if known_of != "none":
+        first = replace(first, sigma_deg=np.full(len(first), 0.02))
+    if known_of == "both":
+        second = replace(second, sigma_deg=np.full(len(second), 0.04))
+    sigma_deg = solve_merged([first, second], day.header).solution.points.sigma_deg
+    if known_of == "both":
+        assert sorted(set(sigma_deg)) == [0.02, 0.04]
+    else:
+        assert sigma_deg is None

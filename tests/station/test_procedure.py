@@ -480,3 +480,20 @@ def test_only_a_lost_reference_sends_the_technician_to_a_reference_check(bench, 
     with pytest.raises(UnitRefused, match="not now"):
         b.technician.take_points()
     assert len(b.station.session.ref_checks) == checks
+
+
+@pytest.mark.parametrize("code", [Code.MOVING, Code.SUN_DOWN])
+def test_a_unit_that_refuses_to_track_is_referenced_again_only_where_it_says_so(
+    bench, monkeypatch, code
+):
+    b = bench()
+    checks = len(b.station.session.ref_checks)
+
+    def refused():
+        raise UnitRefused(code, "not now", "TRACK")
+
+    monkeypatch.setattr(b.station, "track", refused)
+    monkeypatch.setattr(b.technician, "take_point", lambda check: None)
+    with pytest.raises(UnitRefused, match="not now"):
+        b.technician.take_checks()
+    assert len(b.station.session.ref_checks) == checks

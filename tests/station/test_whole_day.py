@@ -3,19 +3,30 @@
 import json
 import math
 import statistics
+from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from msgspec.structs import replace
 
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink, serve_pty, serve_tcp
 from solarcal.errors import ProcedureRefused
 from solarcal.model.evidence.direct import evidence_sentences
+from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Offsets
+from solarcal.mount.geometry import AxisLimits, Limits
 from solarcal.session.journal import Journal
+from solarcal.station import centring
 from solarcal.station.analysing import analyse_session
-from solarcal.station.centring import MIN_POINT_ELEVATION_DEG, spread_every_min, spread_min
+from solarcal.station.centring import (
+    MIN_POINT_ELEVATION_DEG,
+    spread_every_min,
+    spread_min,
+    sun_usable,
+)
 from solarcal.station.connect import open_tracker
 from solarcal.station.documents import fit_document
 from solarcal.station.fitting import solve
@@ -218,6 +229,51 @@ def test_nobody_waits_for_a_sun_that_is_up(bench):
     b = bench()
     b.technician.prepare()
     assert not [sentence for sentence in b.said if "Sun is down" in sentence]
+
+
+@pytest.mark.parametrize(("inside_deg", "usable"), [(0.9, False), (1.1, True)])
+def test_the_sun_is_usable_a_degree_from_every_limit_and_no_nearer(bench, inside_deg, usable):
+    """Jogs beside the Sun have to be within the limits too."""
+    station = bench().station
+    header = station.session.header
+    _, ax2_deg = ideal_axes_deg(station.geometry, header.site, station.clock.utc_s())
+    limits = Limits(AxisLimits(-179.0, 179.0), AxisLimits(0.0, float(ax2_deg) + inside_deg))
+    near = replace(header, unit=replace(header.unit, limits=limits))
+    standing = SimpleNamespace(
+        clock=station.clock,
+        geometry=station.geometry,
+        session=SimpleNamespace(header=near),
+        sun_elevation_deg=station.sun_elevation_deg,
+    )
+    assert sun_usable(standing) is usable
+
+
+def test_the_sun_is_waited_for_on_five_days_and_no_more(bench, monkeypatch):
+    found = bench()
+    began_s = found.station.clock.utc_s()
+    mornings = []
+
+    def next_morning(station):
+        assert len(mornings) < 10
+        station.clock.wait(86400.0)
+        mornings.append(station.clock.utc_s())
+
+    monkeypatch.setattr(centring, "sun_usable", lambda _: False)
+    monkeypatch.setattr(centring, "wait_for_sun", next_morning)
+    monkeypatch.setattr(found.technician, "take_point", lambda: None)
+    found.technician.take_points()
+    assert (mornings[-2] - began_s) / 86400.0 <= 5.0 < (mornings[-1] - began_s) / 86400.0
+
+
+@pytest.mark.parametrize("uploaded", [None, "a record"])
+def test_check_points_are_taken_of_what_was_uploaded_and_only_then(bench, monkeypatch, uploaded):
+    technician = bench().technician
+    steps: list[str] = []
+    for step in ("prepare", "take_points", "take_checks"):
+        monkeypatch.setattr(technician, step, partial(steps.append, step))
+    monkeypatch.setattr(technician, "upload", lambda: uploaded)
+    assert technician.calibrate() is uploaded
+    assert ("take_checks" in steps) is (uploaded is not None)
 
 
 def test_a_polar_night_is_waited_out_for_two_days_and_no_longer(bench):

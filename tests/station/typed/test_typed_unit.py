@@ -81,6 +81,26 @@ def test_what_was_typed_is_shown_until_it_is_typed_anew() -> None:
     )
 
 
+def test_axis_1_is_read_on_its_branch_whichever_turn_the_display_counts() -> None:
+    for turns in (-360.0, 0.0, 360.0):
+        shown = {**READ, "ax1": f"{float(READ['ax1']) + turns:.2f}"}
+        unit, _, _ = typed_unit(offset=shown)
+        status = unit.set_sun_offset()
+        assert status.reading1_deg == pytest.approx(float(READ["ax1"]), abs=1e-9)
+        assert status.reading2_deg == float(READ["ax2"])
+
+
+def test_a_set_sun_offset_on_the_units_own_keys_is_not_taken_back_from_here() -> None:
+    unit, display, _ = typed_unit(reference={"complete": "yes"}, offset=READ)
+    station = station_on(unit, display)
+    station.poll()
+    station.set_sun_offset()
+    assert station.session.fresh_sun_offset is not None
+    assert station.replaced_offsets is None
+    with pytest.raises(ProcedureRefused, match="no Set Sun Offset to take back"):
+        station.take_back_sun_offset()
+
+
 def test_stop_says_where_the_key_is_and_nothing_else_moves_it() -> None:
     unit, display, _ = typed_unit()
     with pytest.raises(ProcedureRefused, match="PRESS STOP ON THE UNIT"):
