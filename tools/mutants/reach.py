@@ -5,8 +5,10 @@ document to the file named by ``MUTANTS_REACH``; `Reach` reads such documents.
 """
 
 import functools
+import importlib
 import json
 import os
+import pkgutil
 import re
 from collections import defaultdict
 from collections.abc import Iterator
@@ -15,6 +17,8 @@ from typing import Any
 
 import coverage
 import pytest
+
+import solarcal
 
 VARIABLE = "MUTANTS_REACH"
 _CALLED = "test "
@@ -42,6 +46,10 @@ class _Recorder:
 
         functools._lru_cache_wrapper = remembered  # type: ignore[misc, assignment]
         self.coverage.start()
+        # Else what runs at import would be of the test that happens to import it first.
+        for module in pkgutil.walk_packages(solarcal.__path__, "solarcal."):
+            if not module.name.endswith("__main__"):
+                importlib.import_module(module.name)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
