@@ -9,7 +9,9 @@ import pytest
 
 from benchmarks.made_up_fleet import write_fleet
 from solarcal.cli import run_command
+from solarcal.errors import SolarcalError
 from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.session.lines import sealed
 from solarcal.session.parsing import NeedsWholeReader, read_points_only
 from solarcal.session.view import read_session
@@ -87,6 +89,35 @@ def test_a_heliostat_goes_the_ordinary_way(tmp_path: Path) -> None:
     assert read_session(path).header.unit.heliostat is not None
     (member,) = fit_fleet([path]).members
     assert_answered_as_by_the_ordinary_fit(member)
+
+
+def test_last_coefficients_count_as_in_the_ordinary_fit(tmp_path: Path) -> None:
+    head, _, rest = FILES[1].read_bytes().partition(b"\n")
+    header = json.loads(head)
+    header["last_coefficients"] = dict.fromkeys(COEFFICIENT_NAMES, 0.0) | {"P2": -0.2}
+    path = tmp_path / "last.jsonl"
+    path.write_bytes(sealed(json.dumps(header).encode()) + rest)
+    assert read_session(path).header.last_coefficients is not None
+    (member,) = fit_fleet([path]).members
+    assert_answered_as_by_the_ordinary_fit(member)
+
+
+def test_a_session_with_an_impossible_angle_is_refused_in_the_words_of_the_ordinary_fit(
+    tmp_path: Path,
+) -> None:
+    lines = FILES[1].read_bytes().splitlines(keepends=True)
+    at = next(i for i, line in enumerate(lines) if b'"status":"accepted"' in line)
+    point = json.loads(lines[at])
+    point["ideal_deg"][0] += 1080.0
+    lines[at] = sealed(json.dumps(point).encode())
+    path = tmp_path / "turned.jsonl"
+    path.write_bytes(b"".join(lines))
+    ((name, reason),) = fit_fleet([path]).unreadable
+    assert name == str(path)
+    with pytest.raises(SolarcalError) as refused:
+        solve_table(load_points(path, {})[0], "robust")
+    assert reason == str(refused.value)
+    assert "more than two turns" in reason
 
 
 def test_the_second_reader_knows_what_was_struck(tmp_path: Path) -> None:

@@ -253,17 +253,14 @@ class DayStops:
             earlier = self.schedules(inside, dense=len(found[1]) > self.allowed(last_s))
             found = next((one for one in earlier if self.meets(one[0])), found)
         stop, chosen, covariances = found
+
+        def with_first(points: int) -> PlannedStop:
+            return self.stop(stop.stop_utc_s, chosen[:points], covariances[points - 1])
+
         count = len(chosen)
         if self.points is None:
-            low = 0
-            while count - low > 1:
-                middle = (low + count) // 2
-                few = self.stop(stop.stop_utc_s, chosen[:middle], covariances[middle - 1])
-                if self.meets(few):
-                    count, stop = middle, few
-                else:
-                    low = middle
-        return self.polished(stop, count, self.rule.probability)
+            count = bisect_left(range(count), True, key=lambda few: self.meets(with_first(few)))
+        return self.polished(with_first(count), count, self.rule.probability)
 
     def first_dense(self, ends_s: Sequence[float]) -> int:
         """Which end is the first that points as dense as can be taken will do for."""

@@ -130,7 +130,9 @@ def _columns(
     centre = site[:, 5]
     begins = np.minimum.reduceat(utc_s, first[:-1]) // BLOCK_S
     points = FleetPoints(
-        ax1_deg=ax1 - 360.0 * np.ceil((ax1 - centre - 180.0) / 360.0),
+        ax1_deg=np.where(
+            np.abs(ax1) <= 720.0, ax1 - 360.0 * np.ceil((ax1 - centre - 180.0) / 360.0), np.nan
+        ),
         ax2_deg=ax2,
         err1_deg=err1,
         err2_deg=err2,
@@ -151,7 +153,7 @@ def _columns(
 def _usable(points: FleetPoints, sigma_deg: FloatArray) -> NDArray[np.bool_]:
     """Which points ``Points`` would take, and whose Sun is known."""
     ax2 = points.ax2_deg
-    usable = np.isfinite(points.ax1_deg) & (np.abs(points.ax1_deg) <= 720.0)
+    usable = np.isfinite(points.ax1_deg)
     usable &= (ax2 >= POLE_MARGIN_DEG) & (ax2 <= 180.0 - POLE_MARGIN_DEG)
     usable &= (np.abs(points.err1_deg) <= 180.0) & (np.abs(points.err2_deg) <= 180.0)
     usable &= np.isnan(sigma_deg) | ((sigma_deg >= SIGMA_LOW_DEG) & (sigma_deg <= SIGMA_HIGH_DEG))
