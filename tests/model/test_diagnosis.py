@@ -136,6 +136,10 @@ def test_dropping_a_bad_point_says_what_it_changes() -> None:
     assert finding.number == pytest.approx(0.5, abs=0.15)
     assert "studentised" in finding.sentence
     assert "over the year" in finding.sentence
+    falls = re.search(r"scatter falls from (\S+) deg to (\S+) deg", finding.sentence)
+    assert falls is not None
+    with_it, without = (float(number) for number in falls.groups())
+    assert finding.effect_deg == pytest.approx(math.sqrt(with_it**2 - without**2), rel=0.02)
 
 
 def test_what_a_december_day_cannot_decide_is_neither_found_nor_excluded() -> None:
@@ -146,6 +150,14 @@ def test_what_a_december_day_cannot_decide_is_neither_found_nor_excluded() -> No
         finding = of_kind(findings, kind)
         assert finding.certainty == "not_determinable"
         assert "is not determinable from these points" in finding.sentence
+
+
+@pytest.mark.parametrize("geometry", ["azel", "tiltroll-ew"])
+def test_what_a_day_in_june_can_decide_is_not_called_open(geometry: str) -> None:
+    findings = made_up_day(geometry, (JUNE,), 2).diagnose()
+    still_open = {f.kind for f in findings if f.certainty == "not_determinable"}
+    assert "refraction" in still_open
+    assert not still_open & {"collimation", "nonperpendicularity", "backlash"}
 
 
 def test_of_readings_twice_as_uncertain_twice_as_much_would_not_show() -> None:

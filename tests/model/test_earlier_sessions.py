@@ -205,6 +205,13 @@ def test_far_from_the_truth_the_points_win_and_a_finding_reports_it(n, away):
     assert finding.sentence.startswith("the last coefficients do not fit these points (p = ")
 
 
+def test_five_times_as_far_as_a_unit_changes_is_far_where_the_points_are_many():
+    context, points = day_of("azel", 12)
+    away = np.array([5.0 * SINCE_LAST[0], 0.0, 0.0, 0.0, 0.0, 0.0])
+    _, (finding,) = fitted(points, context, held(context, TRUTH + away))
+    assert finding.kind == "last_coefficients"
+
+
 def test_a_little_off_they_stay_and_the_truth_is_within_the_band():
     context, points = day_of("azel", 5)
     moved = np.array([0.5, -0.8, -0.4, 1.0, 0.0004, -0.0004])

@@ -10,7 +10,7 @@ from test_time_stamps import day
 
 from solarcal.errors import ProcedureRefused
 from solarcal.model.analysis import analyse
-from solarcal.model.evidence.direct import Evidence
+from solarcal.model.evidence.direct import Evidence, weigh
 from solarcal.model.finding import listed, points_named
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
 from solarcal.session.interchange import imported_header
@@ -106,6 +106,7 @@ def test_points_on_both_sides_of_the_branch_are_two_calibrations():
     ]
     assert finding.labels == (7, 8, 9, 10)
     assert "two calibrations" in finding.sentence
+    assert weigh([finding], set(table.labels), 0.1).waiting == (finding.sentence,)
     one_side = replace(crossing, status=("accepted",) * 6 + ("rejected",) * 4)
     assert not [
         f for f in Evidence(one_side).findings(sky_context(table), None, 0.1) if f.kind == "branch"

@@ -34,10 +34,14 @@ def test_nothing_seen_is_nothing_said(good_day):
     assert verdict(good_day).state == "done"
 
 
-def test_points_read_with_missed_counts_are_to_be_struck_out_before_anybody_stops(good_day):
-    said = verdict(good_day, seen("missed_counts", -0.3, (3, 7)))
+@pytest.mark.parametrize("lost_deg", [-0.3, 0.06])
+def test_points_read_with_missed_counts_are_to_be_struck_out_before_anybody_stops(
+    good_day, lost_deg
+):
+    """Of more than half the tolerance: on one axis, and between points that are right."""
+    said = verdict(good_day, seen("missed_counts", lost_deg, (3, 7)))
     assert said.state == "continue"
-    assert said.reasons[0] == "SEEN -0.3; take others, then strike these out"
+    assert said.reasons[0] == f"SEEN {lost_deg:g}; take others, then strike these out"
 
 
 def test_struck_out_already_or_lost_between_the_points_they_are_no_reason_any_more(good_day):

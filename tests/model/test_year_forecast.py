@@ -5,7 +5,7 @@ import pytest
 from made_up_trackers import JUNE, TRACKER, context_of, day_of, random_mechanism, true_year
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.forecast import forecast, forecast_of
+from solarcal.model.forecast import forecast, forecast_of, upper_quantile
 from solarcal.model.methods import fit
 from solarcal.model.prior import MechanismPosterior, Prior, symmetric_root
 from solarcal.model.sky_context import SkyContext, sun_directions
@@ -173,6 +173,16 @@ class TestItComesTrue:
         solution = fit(points, context)
         actual = true_year(context, TRACKER, solution.coefficients()).rms_deg
         assert actual < forecast(solution).year_rms_below_deg(0.99)
+
+
+@pytest.mark.parametrize("share", [0.01, 0.5, 0.95, 1.0])
+@pytest.mark.parametrize("n", [1, 7, 40_000])
+def test_a_quantile_is_the_smallest_value_that_so_many_do_not_exceed(n, share):
+    values = np.random.default_rng(n).normal(size=n)
+    found = upper_quantile(values, share)
+    assert found in values
+    assert np.mean(values <= found) >= share
+    assert np.mean(values < found) < share
 
 
 def test_no_pointing_is_wrong_by_more_than_half_a_turn():

@@ -1,13 +1,18 @@
 """One way from the words of a command line to a tracker; what is missing is said in one line."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from solarcal.cli import run_command
+from solarcal.config import Choice
+from solarcal.emulated_units import emulated_unit
 from solarcal.errors import ConfigurationError
 from solarcal.profiles import MountDescription, Profile, load_site_file
+from solarcal.session.journal import Journal
 from solarcal.site import Site
+from solarcal.station import opening
 from solarcal.station.connect import Connection, open_tracker
 from solarcal.station.described_unit import unit_parameters
 
@@ -94,3 +99,22 @@ def test_a_profile_that_was_never_saved_is_not_taken_for_an_empty_one(
     monkeypatch.setenv("SOLARCAL_CONFIG", str(tmp_path))
     assert run_command(["rollback", "--port", "x", "--profile", "roof"]) == 2
     assert "no profile 'roof'; none has been saved yet" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("asked", [True, False])
+def test_sessions_to_go_on_with_are_offered_where_they_are_asked_for(tmp_path, monkeypatch, asked):
+    saved = SimpleNamespace(words=lambda: "yesterday's", path=tmp_path / "yesterday.jsonl")
+    monkeypatch.setattr(opening, "unfinished_sessions", lambda *of: [saved])
+    monkeypatch.setattr(opening, "_journal_creator", lambda *of: Journal.memory)
+    tracker = emulated_unit("tijeras-azel").tracker
+    tracker.open()
+    choice = Choice(offers_unfinished=asked)
+    if asked:
+        with pytest.raises(opening.UnfinishedSessions) as offered:
+            opening.open_line(tracker, choice, Profile())
+        ((words, taken_up),) = offered.value.entries
+        assert words == "yesterday's"
+        assert taken_up.session == str(saved.path)
+        assert not taken_up.offers_unfinished
+    else:
+        opening.open_line(tracker, choice, Profile()).close()

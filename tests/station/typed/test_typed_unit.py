@@ -130,7 +130,9 @@ def test_a_point_stands_on_e_and_o_and_the_typed_readings_are_kept_as_typed() ->
     station.begin_point()
     for _ in range(3):
         station.answer(True)
-    point = station.gather_point()
+    progress: list[float] = []
+    point = station.gather_point(progress.append)
+    assert progress[-1] == 1.0
     assert isinstance(point, PointRecord)
     status = unit.status()
     assert status.offsets == Offsets(O1, O2)
