@@ -24,6 +24,8 @@ HOURS = 3600.0 * np.arange(10.0)
 
 def kinds(difference_s: list[float], settings: list[ClockSetting] | None = None) -> dict[str, str]:
     found = clock_findings(HOURS.tolist(), difference_s, settings or [], range(1, 11))
+    # Two clocks that were read are evidence, no inference.
+    assert all(finding.direct for finding in found)
     return {finding.kind: finding.sentence for finding in found}
 
 

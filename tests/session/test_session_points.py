@@ -8,7 +8,12 @@ import pytest
 from session_samples import HEADER, UTC, assert_same_points, note, point, table
 
 from solarcal.errors import InputFileError, SessionFileError
-from solarcal.session.interchange import read_table, session_from_table, write_table
+from solarcal.session.interchange import (
+    imported_header,
+    read_table,
+    session_from_table,
+    write_table,
+)
 from solarcal.session.points import (
     PointTable,
     ideal_kind,
@@ -103,6 +108,13 @@ def test_what_an_import_is_not_told_stays_unknown(tmp_path: Path) -> None:
     again = made.table
     assert again.site is None
     assert_same_points(again, bare)
+
+
+@pytest.mark.parametrize("centre_deg", [0.0, 180.0])
+def test_an_imported_unit_is_taken_to_reach_every_place_of_its_branch(centre_deg: float) -> None:
+    limits = imported_header(table(ax1_centre_deg=centre_deg), 0.0).unit.limits
+    assert (limits.axis1.low_deg, limits.axis1.high_deg) == (centre_deg - 180.0, centre_deg + 180.0)
+    assert (limits.axis2.low_deg, limits.axis2.high_deg) == (0.0, 180.0)
 
 
 def test_csv_session_csv_is_the_same_file(tmp_path: Path) -> None:

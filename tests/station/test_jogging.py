@@ -122,10 +122,13 @@ def test_a_followed_aim_keeps_the_spot_where_it_is() -> None:
 
 def test_a_standing_aim_lets_the_sun_go_by() -> None:
     station, _ = emulated_station()
+    stood1_deg, stood2_deg = station.poll().reading_deg
     jog = SunOffsetJog(station, follows=False)
     jog.nudge(0.0, 0.02)
     first = renew(jog, 6).status
-    later = renew(jog, 60).status
+    view = renew(jog, 60)
+    later = view.status
+    assert view.target_deg == pytest.approx((stood1_deg, stood2_deg + 0.02), abs=0.02)
     assert (later.reading1_deg, later.reading2_deg) == (first.reading1_deg, first.reading2_deg)
     assert abs(later.ideal1_deg - first.ideal1_deg) > 0.1
 

@@ -13,11 +13,12 @@ from solarcal.session.journal import Journal
 from solarcal.session.lines import sealed
 from solarcal.session.records import Void
 from solarcal.session.view import read_session
+from solarcal.station import saved_sessions
 from solarcal.station.analysing import analyse_files, read_files
 from solarcal.station.clocks import clock_beside
 from solarcal.station.fitting import sky_context, solve
 from solarcal.station.procedure import Station
-from solarcal.station.saved_sessions import Replay, finished, look_into
+from solarcal.station.saved_sessions import Replay, SavedSession, finished, look_into
 from solarcal.station.uploading import find_upload, sign_off
 from solarcal.timescale import parse_utc
 from solarcal.unit.tracker import UnitIdentity
@@ -202,3 +203,16 @@ def test_a_point_struck_out_is_not_counted_where_the_session_is_offered(tmp_path
     with Journal.resume(copy) as journal:
         journal.append(Void(seq=journal.next_seq, utc=point.utc, voids=point.seq, reason="a cloud"))
     assert "11 points" in look_into(copy).words()
+
+
+def test_only_a_whole_unfinished_session_of_the_same_unit_can_be_gone_on_with(monkeypatch):
+    unit = ("SolarTrak", "0042", "azel")
+    mine = SavedSession(Path("mine.jsonl"), finished=False, unit=unit)
+    others = [
+        replace(mine, finished=True),
+        replace(mine, damage="torn"),
+        replace(mine, unit=("SolarTrak", "0043", "azel")),
+        replace(mine, unit=("SolarTrak", "0042", "polar")),
+    ]
+    monkeypatch.setattr(saved_sessions, "saved_sessions", lambda: [*others, mine])
+    assert saved_sessions.unfinished_sessions(*unit) == [mine]
