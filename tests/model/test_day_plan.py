@@ -342,12 +342,17 @@ class TestSteadiness:
     def test_a_missed_point_is_planned_anew_and_never_in_the_past(self):
         _, points = day_of("azel", 24, JUNE)
         due = self.made(float(points.utc_s[2])).next_point_utc_s
+        soon = []
         for late_s in (60.0, 400.0, 1500.0, 5400.0):
             later = self.made(due + late_s)
+            if later.next_point_utc_s - due <= 1800.0:
+                soon.append(later.sentence)
             assert later.next_point_utc_s >= due + late_s
             assert all(t >= due + late_s for s in later.stops for t in s.times_utc_s)
             if later.next_point_utc_s - due > 1800.0 + late_s:
                 assert "was not taken" in later.sentence
+        assert soon
+        assert not any("was not taken" in sentence for sentence in soon)
 
     def test_a_struck_half_hour_moves_the_point_out_of_it(self):
         _, points = day_of("azel", 24, JUNE)

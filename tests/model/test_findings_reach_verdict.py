@@ -1,5 +1,6 @@
 """What the residuals, the branch and the coefficients in force say reaches the verdict."""
 
+import re
 from dataclasses import replace
 
 import msgspec
@@ -38,6 +39,10 @@ def test_a_step_between_two_runs_is_named_where_it_is(axis, first):
     (step,) = found(analysis, "step")
     before, after = points.labels[first - 1], points.labels[first]
     assert f"between points {before} and {after}" in step.sentence
+    said = re.search(r"axis 1 reads (\S+) deg and axis 2 (\S+) deg otherwise", step.sentence)
+    assert said is not None
+    truth = (1.0, 0.0) if axis == "err1_deg" else (0.0, 1.0)
+    assert tuple(map(float, said.groups())) == pytest.approx(truth, abs=0.3)
     assert analysis.verdict.state == "does_not_fit"
     assert step.sentence in analysis.verdict.reasons
 
