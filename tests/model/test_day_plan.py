@@ -172,6 +172,16 @@ class TestStops:
         assert as_few.points == 4
         assert as_few.probability >= 0.99
 
+    def test_no_more_points_are_asked_for_than_will_do(self):
+        _, slots, year = _first_light("azel")
+        day = DayStops(slots, np.eye(6), year, StoppingRule(0.1))
+        end_s = float(slots.utc_s[-1])
+        (last,) = day.schedules([end_s])
+        stop = day.earliest(end_s, last)
+        assert day.meets(stop)
+        assert stop.points < last[0].points - 2
+        assert not day.meets(day.polished(last[0], stop.points - 1, 0.0))
+
     def test_no_point_lies_after_its_stop_or_before_now(self):
         day, at = june_morning()
         for stop in day.stops:

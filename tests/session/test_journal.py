@@ -372,3 +372,19 @@ def test_a_killed_writer_loses_nothing_it_acknowledged(tmp_path: Path, acknowled
     with Journal.resume(path) as journal:
         journal.append(note(journal.next_seq, "after the kill"))
     assert read_session(path).records[-1].text == "after the kill"  # type: ignore[union-attr]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="folders are not synced there")
+@pytest.mark.parametrize("code", [errno.EINVAL, errno.ENOTSUP, errno.ENOSYS, errno.EIO])
+def test_only_a_file_system_that_cannot_sync_a_folder_is_forgiven(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: int
+) -> None:
+    def refused(descriptor: int) -> None:
+        raise OSError(code, os.strerror(code))
+
+    monkeypatch.setattr(os, "fsync", refused)
+    if code == errno.EIO:
+        with pytest.raises(OSError, match=os.strerror(code)):
+            Disk().sync_folder(tmp_path)
+    else:
+        Disk().sync_folder(tmp_path)

@@ -170,8 +170,10 @@ def test_the_displays_sun_against_ours(held: Model, shown: dict[str, str]) -> No
     other1, other2 = held.ideal_deg(MORNING + 3600.0)
     wrong = {**right, "sun1": f"{other1:.3f}", "sun2": f"{other2:.3f}"}
     assert "its clock or zone is wrong by +1 h" in said(held, wrong)
-    assert "Type both Sun angles" in said(held, {**right, "sun2": ""})
-    assert "Type both Sun angles" in said(held, {**right, "sun1": ""})
+    for missing in ("sun1", "sun2"):
+        (doubt,) = reading_sheet_doubts(held, {**right, missing: ""}, MORNING, offset_just_set=True)
+        assert "Type both Sun angles" in doubt.sentence
+        assert doubt.field == missing
     beside = {**right, "sun1": f"{sun1 + 0.03:.3f}", "sun2": f"{sun2 + 0.03:.3f}"}
     assert "deg from ours" in said(held, beside)
 
