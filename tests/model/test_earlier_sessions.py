@@ -212,6 +212,7 @@ def test_five_times_as_far_as_a_unit_changes_is_far_where_the_points_are_many():
     away = np.array([5.0 * SINCE_LAST[0], 0.0, 0.0, 0.0, 0.0, 0.0])
     _, (finding,) = fitted(points, context, held(context, TRUTH + away))
     assert finding.kind == "last_coefficients"
+    assert re.search(r"P1 is \+\d\.\d\d by them and \+\d\.\d\d deg by the points", finding.sentence)
 
 
 def test_a_little_off_they_stay_and_the_truth_is_within_the_band():

@@ -55,6 +55,18 @@ def test_clean_days_and_smooth_causes_have_no_step():
         assert found(analyse(bent, context), "step") == []
 
 
+@pytest.mark.parametrize("moved", [slice(0, 2), slice(10, 12)])
+@pytest.mark.parametrize("axis", ["err1_deg", "err2_deg"])
+def test_two_points_at_an_end_are_no_run(axis, moved):
+    """They contradict the others, but do not show on which side of a step the truth is."""
+    context, points = day_of("azel", 12, noise_deg=0.02)
+    errors = getattr(points, axis).copy()
+    errors[moved] += 1.0
+    for step in found(analyse(points.replace(**{axis: errors}), context), "step"):
+        assert f"between points {points.labels[1]} and " not in step.sentence
+        assert f"and {points.labels[10]}: " not in step.sentence
+
+
 def test_one_bad_point_is_no_step():
     context, points = day_of("azel", 12, noise_deg=0.02)
     bad = points.err2_deg.copy()

@@ -8,6 +8,7 @@ import pytest
 
 from solarcal.errors import FitError
 from solarcal.model.points import Points
+from solarcal.model.sky_context import _seen_from
 from solarcal.mount.geometry import MountGeometry
 
 
@@ -111,3 +112,11 @@ def test_a_subset_keeps_everything_that_belongs_to_a_point() -> None:
     assert kept.sigma_deg.tolist() == [0.1, 0.4]
     assert kept.utc_s.tolist() == [1.0, 4.0]
     assert kept.err2_deg.tolist() == [0.5, 0.8]
+
+
+def test_an_error_across_the_end_of_the_branch_is_a_small_one() -> None:
+    """The unit's angle just before the end, the true one just beyond it, or the other way round."""
+    points = made(ax1_deg=[179.95, -179.95, 10.0, 40.0])
+    true1_deg = np.array([-179.95, 179.95, 10.1, 40.0])
+    seen = _seen_from(points, true1_deg, points.ax2_deg, np.full(4, 45.0))
+    assert seen.err1_deg == pytest.approx([0.0, 0.3, 0.2, 0.4], abs=1e-9)

@@ -64,6 +64,11 @@ def test_observations_become_native_angles_and_encoder_errors(tmp_path: Path) ->
     assert points.warnings == (f"{tmp_path / 'run.dat'}: 2 observations used, 2 masked",)
 
 
+def test_blank_lines_between_observations_are_passed_over(tmp_path: Path) -> None:
+    spaced = SMALL.replace("* 200.0", "\n   \n* 200.0").replace(": NODA\n", ": NODA\n\n")
+    assert read(tmp_path, spaced).ax1_deg.tolist() == read(tmp_path, SMALL).ax1_deg.tolist()
+
+
 def test_north_of_the_equator_the_branch_is_centred_on_south(tmp_path: Path) -> None:
     points = read(tmp_path, SMALL.replace("-30 14", "+30 14"))
     assert points.ax1_centre_deg == 0.0

@@ -276,6 +276,15 @@ def test_check_points_are_taken_of_what_was_uploaded_and_only_then(bench, monkey
     assert ("take_checks" in steps) is (uploaded is not None)
 
 
+def test_where_no_upload_was_verified_all_check_points_are_taken(bench, monkeypatch):
+    found = bench()
+    assert found.station.session.uploads == ()
+    taken: list[bool] = []
+    monkeypatch.setattr(found.technician, "take_point", lambda check: taken.append(check))
+    found.technician.take_checks()
+    assert taken == [True] * found.technician.schedule.checks
+
+
 def test_a_polar_night_is_waited_out_for_two_days_and_no_longer(bench):
     b = bench("tijeras-azel", "site.latitude_deg=78", "start=2026-12-20T12:00:00Z")
     began_s = b.station.clock.utc_s()

@@ -317,6 +317,22 @@ def test_a_check_that_does_not_get_there_is_not_complete():
     assert result.difference1 > 9000
 
 
+@pytest.mark.parametrize(("off_deg", "complete"), [(0.6, True), (1.4, False)])
+def test_a_check_gets_there_to_within_a_degree(off_deg, complete):
+    bench = RotatorBench(reference1_deg=100.0, reference2_deg=70.0)
+    tracker = bench.open()
+    tracker.start_ref_check()
+    bench.wait(30.0)
+    tracker.jog(100.0 + off_deg, 70.0)
+    bench.wait(4.0)
+    tracker.start_ref_check()
+    for axis in bench.rotator._axes:
+        axis.stop(bench.rotator.now_s())
+    bench.clock.wait(10.0)
+    assert tracker.ref_check_result().complete is complete
+    assert bench.reading()[0] == pytest.approx(100.0 + off_deg, abs=0.2)
+
+
 def test_a_check_that_was_stopped_is_not_complete():
     bench = RotatorBench(reference1_deg=0.0)
     tracker = bench.open()
