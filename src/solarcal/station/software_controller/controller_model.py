@@ -90,18 +90,15 @@ class AzElAxes:
             ends = min(high, 180.0 - self._azimuth.low_deg + 360.0 * turn)
             if begins < ends:
                 pieces.append((begins, ends))
-        joined: list[Pair] = []
-        for begins, ends in sorted(pieces):
-            if joined and begins <= joined[-1][1] + _TOUCHING_DEG:
-                joined[-1] = (joined[-1][0], max(joined[-1][1], ends))
-            else:
-                joined.append((begins, ends))
-        if not joined:
+        if not pieces:
             raise ConfigurationError(
                 f"the rotator's azimuths {self._azimuth.low_deg:g} to {self._azimuth.high_deg:g} "
                 "deg are not a valid range"
             )
-        return AxisLimits(*max(joined, key=lambda piece: piece[1] - piece[0]))
+        if self._azimuth.high_deg - self._azimuth.low_deg >= 360.0 - _TOUCHING_DEG:
+            # Each turn touches the next.
+            return AxisLimits(min(pieces)[0], max(pieces)[1])
+        return AxisLimits(*max(pieces, key=lambda piece: piece[1] - piece[0]))
 
     def _reach2(self) -> AxisLimits:
         """Not past the zenith: there AX1 would turn over."""
