@@ -11,8 +11,8 @@ from solarcal.model.fit import PMFIT_TERMS, fit_iterated, fit_linear
 from solarcal.model.points import Points
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.interchange.altaz import read_pmfit
-from solarcal.session.interchange.tpoint_model import TpointModel
-from solarcal.station.published_model import compare_model
+from solarcal.session.interchange.tpoint_model import TpointModel, read_tpoint_model
+from solarcal.station.published_model import compare_model, write_model
 
 AZEL = MountGeometry("azel", -30.24)
 ARCSEC = math.pi / 180.0 / 3600.0
@@ -173,3 +173,14 @@ def test_a_published_model_is_judged_by_what_it_leaves() -> None:
         "fitted": None,
         "fitted_sigma": None,
     }
+
+
+def test_a_fit_is_written_as_a_model_with_its_scatter_and_read_again(tmp_path: Path) -> None:
+    points, _ = night()
+    solution = fit_iterated(points, PMFIT_TERMS)
+    write_model(solution, [Path("night.dat"), Path("later.dat")], tmp_path / "fitted.mod")
+    model = read_tpoint_model(tmp_path / "fitted.mod")
+    assert model.caption == "night.dat, later.dat"
+    assert (model.observations, model.names) == (len(points), PMFIT_TERMS)
+    assert model.sky_rms_arcsec == pytest.approx(solution.sky_rms_deg * 3600.0, abs=0.01)
+    assert model.values == pytest.approx(tuple(solution.values), abs=0.01)
