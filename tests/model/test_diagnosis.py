@@ -34,6 +34,7 @@ from solarcal.model.residual_tests import run_residual_tests
 from solarcal.model.sky_context import SkyContext
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.interchange import read_table
+from solarcal.timescale import parse_utc
 
 TPOINT = Path(__file__).parents[2].parent / "shared" / "data" / "tpoint"
 MARCH = "auxtel-2020-Mar-15-UTC-2-27-13.dat"
@@ -214,6 +215,17 @@ def test_a_cure_of_today_is_beside_the_points_of_today() -> None:
         lean = [f for f in diagnose(solution) if "north lean (P1) and azimuth scale" in f.sentence]
         assert len(lean) == 1
         assert "a point before " in lean[0].sentence
+
+
+def test_the_days_of_a_later_cure_are_ahead_and_within_a_year() -> None:
+    day = made_up_day("polar", (JUNE,), 5)
+    assert day.points.utc_s is not None
+    said = " ".join(f.sentence for f in diagnose(fit_exact(day.points, day.context)))
+    dates = re.findall(r"points around (\d{4}-\d\d-\d\d) would", said)
+    assert dates
+    for date in dates:
+        ahead_s = parse_utc(date) - day.points.utc_s.max()
+        assert 10 * 86400.0 < ahead_s < 360 * 86400.0
 
 
 def test_counts_missed_after_the_last_point_change_nothing() -> None:

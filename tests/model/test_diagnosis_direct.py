@@ -34,6 +34,12 @@ def test_a_drift_of_40_s_per_day_is_named_and_a_steady_clock_is_not() -> None:
     assert all(drift_found(seed, 0.0) for seed in range(20))
 
 
+def test_what_the_readings_scatter_by_is_no_drift() -> None:
+    uneven = 3.0 * np.resize([1.0, -1.0], 10) + 24.0 * HOURS / 86400.0
+    assert "clock_drift" not in kinds(uneven.tolist())
+    assert "clock_drift" in kinds((24.0 * HOURS / 86400.0).tolist())
+
+
 def test_a_step_is_named_with_the_point_it_precedes_and_is_no_drift() -> None:
     said = kinds([0.1] * 6 + [3.1] * 4)
     assert set(said) == {"clock_step", "clock_offset"}
@@ -106,6 +112,13 @@ def test_a_read_out_that_froze_for_two_points_names_them() -> None:
     (finding,) = frozen_findings(range(1, 6), *read_outs([-30.0, -15.0, 0.02, 0.02, 30.0]))
     assert finding.labels == (3, 4)
     assert "frozen" in finding.sentence
+
+
+def test_a_read_out_is_frozen_where_the_sun_moved_by_more_than_half_a_degree() -> None:
+    for moved_deg, frozen in ((0.4, False), (0.6, True)):
+        ideal = np.column_stack((10.0 + moved_deg * np.arange(2.0), [40.0, 41.0]))
+        reading = np.column_stack((np.full(2, 10.0), ideal[:, 1]))
+        assert bool(frozen_findings((1, 2), reading, ideal)) is frozen
 
 
 def test_an_axis_that_had_nothing_to_follow_is_not_frozen() -> None:

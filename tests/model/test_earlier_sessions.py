@@ -131,6 +131,7 @@ def test_two_points_a_session_cannot_tell_whether_the_tower_moved() -> None:
     (finding,) = result.findings
     assert finding.certainty == "not_determinable"
     assert "monday.jsonl and tuesday.jsonl" in finding.sentence
+    assert finding.number is None
     (finding,) = merge_sessions(parts, context).findings
     assert "session 1 and session 2" in finding.sentence
     assert last > first

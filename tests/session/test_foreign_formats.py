@@ -147,6 +147,7 @@ def test_the_separator_a_spreadsheet_names_is_used(tmp_path: Path) -> None:
 def test_pmfit_rows_are_encoder_minus_true(tmp_path: Path) -> None:
     points = read_table(write(tmp_path, "a.dat", PMFIT))
     assert (points.latitude_deg, points.labels) == (35.05, (4, 5, 7))
+    assert points.status == ("accepted",) * 3
     np.testing.assert_allclose(points.ax1_deg, [80.0, -20.0, 170.0], atol=1e-12)
     np.testing.assert_allclose(points.err1_deg, 0.1, atol=1e-12)
     np.testing.assert_allclose(points.err2_deg, -0.1, atol=1e-12)

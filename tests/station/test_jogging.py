@@ -72,8 +72,10 @@ def test_nothing_moves_before_the_first_arrow_key() -> None:
 
 def test_an_axis_that_tracking_brought_came_from_behind() -> None:
     station, _ = emulated_station()
-    view = SunOffsetJog(station).look()
-    assert view.watch.from_behind == (True, True)
+    jog = SunOffsetJog(station)
+    assert jog.look().watch.from_behind == (True, True)
+    with pytest.raises(ProcedureRefused, match="both axes already came from behind"):
+        jog.go_behind()
 
 
 def test_a_step_back_makes_the_axis_unfit_until_it_has_come_forward_far_enough() -> None:
@@ -131,6 +133,18 @@ def test_a_standing_aim_lets_the_sun_go_by() -> None:
     assert view.target_deg == pytest.approx((stood1_deg, stood2_deg + 0.02), abs=0.02)
     assert (later.reading1_deg, later.reading2_deg) == (first.reading1_deg, first.reading2_deg)
     assert abs(later.ideal1_deg - first.ideal1_deg) > 0.1
+    # Told to follow, it keeps its distance from the Sun as it is now.
+    followed = jog.follow(True).aim
+    assert followed is not None
+    assert followed.follows
+    assert followed.wanted_deg == pytest.approx(later.off_ideal_deg, abs=0.01)
+
+
+def test_to_follow_or_to_stand_is_no_aim_yet() -> None:
+    station, _ = emulated_station()
+    jog = SunOffsetJog(station)
+    assert jog.follow(False).aim is None
+    assert jog.follow(True).aim is None
 
 
 def test_setting_leaves_the_offset_the_spot_asked_for_and_the_unit_tracking() -> None:

@@ -18,6 +18,7 @@ from solarcal.station.procedure import Station
 from solarcal.station.state import Activity, LinkState, StationState
 from solarcal.station.sun_path import sun_now
 from solarcal.station.technician import AutomaticTechnician, Schedule
+from solarcal.station.uploading import sign_off
 from solarcal.timescale import parse_utc
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 
@@ -156,6 +157,10 @@ def test_check_points_beyond_the_tolerance_do_not_prove_it():
     step = next_step(replace(station.state, session=replace(session, checks=checks)))
     assert step.action == "upload"
     assert "NOT signed off" in step.sentence
+    for beyond in (1, 2):
+        some = (*checks[:beyond], *session.checks[beyond:])
+        reason = sign_off([replace(session, checks=some)], 0.1).reason
+        assert reason.startswith(f"{beyond} of 2 check points after the upload: beyond")
 
 
 def judged_day(points=2):
@@ -296,3 +301,4 @@ def test_both_suns_are_a_few_hundredths_apart_and_a_minute_of_clock_a_quarter_de
     assert near.apart_deg < 0.1
     assert far.apart_deg == pytest.approx(0.25, abs=0.1)
     assert near.azimuth_deg == pytest.approx(near.unit_azimuth_deg, abs=0.1)
+    assert near.elevation_deg == pytest.approx(near.unit_elevation_deg, abs=0.1)

@@ -130,7 +130,7 @@ class SessionView:
         used = [p.seq for p in self.points if p.status == "accepted"]
         used += [c.seq for c in self.checks if c.status == "accepted"]
         written = [u.seq for u in self.uploads]
-        return newest if newest.seq > max([*used, *written, -1]) else None
+        return newest if all(seq < newest.seq for seq in (*used, *written)) else None
 
 
 def read_session(path: str | Path) -> SessionView:

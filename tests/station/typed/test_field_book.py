@@ -53,6 +53,7 @@ def test_a_line_is_a_time_a_step_its_answers_and_values_in_any_order() -> None:
         ("16:01 clock", "'16:01' is not a time like 15:30:05"),
         ("16:01:00", "a step is missing"),
         ("16:01:00 jump", "'jump' is not a step; the steps are: open, clock"),
+        ("16:01:00 jump up", "'jump' is not a step"),
         ("16:01:00 offset ax3 1", "'ax3' is not the name of a value"),
         ("16:01:00 offset ax1", "ax1 has no value"),
         ("16:01:00 offset ax1 1 ax1 2", "ax1 is given twice"),
