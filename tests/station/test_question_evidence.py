@@ -153,3 +153,11 @@ def test_a_unit_that_does_not_track_or_shows_no_spot_speaks_for_no() -> None:
     assert "mode MANUAL" in said
     assert "No spot" in said
     assert "a minute" in said
+
+
+@pytest.mark.parametrize(("off_s", "said"), [(0, False), (60, True)])
+def test_a_clock_that_is_wrong_speaks_for_no_where_it_is_known(off_s: int, said: bool) -> None:
+    station, _ = emulated_station("tijeras-azel", f"truth.unit_offset_s={off_s}")
+    assert ("Its clock is" in against(facts(station, 2))) is said
+    unknown = replace(station.state.live, unit_minus_laptop_s=None)
+    assert "Its clock is" not in against(question_evidence(2, station.session, unknown))
