@@ -155,8 +155,9 @@ class Points:
             given = [getattr(part, name) for part in parts]
             if all(column is not None for column in given):
                 columns[name] = np.concatenate(given)
-        labels = tuple(label for part in parts for label in part.labels)
-        return cls(geometry=parts[0].geometry, labels=labels, **columns)
+        for name in ("labels", "copies"):
+            columns[name] = tuple(one for part in parts for one in getattr(part, name))
+        return cls(geometry=parts[0].geometry, **columns)
 
     def distinct(self) -> "Points":
         """The points with each that was given more than once, to the last digit, taken once.

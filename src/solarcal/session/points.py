@@ -211,21 +211,12 @@ def merge_tables(tables: Sequence[PointTable]) -> PointTable:
     Raises
     ------
     InputFileError
-        No table; a file given twice; or another unit, site, geometry, branch or kind of ideal
-        angles in one of them.
+        Tables that are not of one unit: see ``require_one_unit``.
     """
-    if not tables:
-        raise InputFileError("no points file was given")
+    require_one_unit(tables)
     first = tables[0]
     if len(tables) == 1:
         return first
-    seen: set[str] = set()
-    for table in tables:
-        here = set(table.sources)
-        if twice := seen & here:
-            raise InputFileError(f"{min(twice)} was given twice; each point counts once")
-        seen |= here
-        _require_same_unit(first, table)
     warnings = [text for t in tables for text in t.warnings]
     columns: dict[str, Any] = {}
     for name in COLUMNS:
@@ -248,6 +239,26 @@ def merge_tables(tables: Sequence[PointTable]) -> PointTable:
         warnings=tuple(warnings),
         **columns,
     )
+
+
+def require_one_unit(tables: Sequence[PointTable]) -> None:
+    """Refuse what cannot be merged.
+
+    Raises
+    ------
+    InputFileError
+        No table; a file given twice; or another unit, site, geometry, branch or kind of ideal
+        angles in one of them.
+    """
+    if not tables:
+        raise InputFileError("no points file was given")
+    seen: set[str] = set()
+    for table in tables:
+        here = set(table.sources)
+        if twice := seen & here:
+            raise InputFileError(f"{min(twice)} was given twice; each point counts once")
+        seen |= here
+        _require_same_unit(tables[0], table)
 
 
 def _require_same_unit(first: PointTable, other: PointTable) -> None:

@@ -30,10 +30,11 @@ from solarcal.session.interchange import (
     read_table,
 )
 from solarcal.session.interchange.paint import paint_table
-from solarcal.session.points import PointTable, merge_tables
+from solarcal.session.points import PointTable, merge_tables, require_one_unit
 from solarcal.session.records import Header
 from solarcal.session.view import SessionView, read_session
 from solarcal.site import BoltCircle
+from solarcal.station.copies import counted_once
 from solarcal.station.fitting import (
     chosen_prior,
     fewest_points,
@@ -185,12 +186,14 @@ def read_files(paths: Sequence[str | Path], fill_in: FillIn) -> UnitFiles:
     """
     files = tuple(Path(path) for path in paths)
     loaded = load_all(files, fill_in)
-    tables = tuple(table for table, _ in loaded)
+    require_one_unit([table for table, _ in loaded])
+    once = counted_once(loaded) if len(loaded) > 1 else loaded
+    tables = tuple(table for table, _ in once)
     return UnitFiles(
         files,
         tables,
-        tables[0] if len(tables) == 1 else merge_tables(tables),
-        tuple(session for _, session in loaded if session is not None),
+        merge_tables(tables),
+        tuple(session for _, session in once if session is not None),
     )
 
 
@@ -299,7 +302,7 @@ def solve_merged(
     context = sky_context(ordered[0], header)
     # Sigmas count only where every table gives them.
     weighted = all(table.sigma_deg is not None for table in ordered)
-    parts = [point_set(t if weighted else replace(t, sigma_deg=None)) for t in ordered]
+    parts = [point_set(t if weighted else replace(t, sigma_deg=None)).distinct() for t in ordered]
     names = [t.sources[0] if t.sources else f"session {k + 1}" for k, t in enumerate(ordered)]
 
     def merged(prior: Prior) -> Merged:
