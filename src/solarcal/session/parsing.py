@@ -325,6 +325,8 @@ def _points_of(content: bytes, source: str) -> tuple[Header, PointTable]:
     for void in reversed(voids):
         if void.seq not in struck:
             struck.add(void.voids)
+    if struck - {point.seq for point in points} - {void.seq for void in voids}:
+        raise NeedsWholeReader("a struck record that a point may be taken on")
     live = [p for p in points if p.status == "accepted" and p.seq not in struck]
     if any(p.ideal_deg is None or p.error_deg is None for p in live):
         raise NeedsWholeReader("an accepted point without angles")

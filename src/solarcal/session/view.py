@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from solarcal.decimals import Pair
@@ -160,7 +161,11 @@ def view_session(
     """Fold the records of a session into what they say."""
     kinds: dict[type, list[Record]] = {}
     live = live_records(records)
+    lost = _offsets_struck(records, live)
     for record in live:
+        if record.seq in lost and isinstance(record, PointRecord | CheckRecord):
+            reason = f"its Set Sun Offset, record {lost[record.seq]}, is struck out"
+            record = msgspec.structs.replace(record, status="rejected", reason=reason)
         kinds.setdefault(type(record), []).append(record)
 
     def of(kind: type) -> tuple:  # type: ignore[type-arg]
@@ -183,6 +188,24 @@ def view_session(
         path=path,
         warnings=warnings,
     )
+
+
+def _offsets_struck(records: Sequence[Record], live: Sequence[Record]) -> dict[int, int]:
+    """Accepted points and checks taken on a Set Sun Offset that is struck out, and its record."""
+    if len(live) == len(records):
+        return {}
+    offsets = {r.instant: r.seq for r in records if isinstance(r, SunOffset)}
+    for record in live:
+        if isinstance(record, SunOffset):
+            offsets.pop(record.instant, None)
+    return {
+        r.seq: offsets[r.read_utc]
+        for r in live
+        if isinstance(r, PointRecord | CheckRecord)
+        and r.status == "accepted"
+        and getattr(r, "basis", "sun_offset") == "sun_offset"
+        and r.read_utc in offsets
+    }
 
 
 def _uploads(records: tuple[Record, ...], live: set[int]) -> tuple[UploadRecord, ...]:
@@ -216,6 +239,13 @@ def contradictions(header: Header, records: Sequence[Record], name: str) -> Iter
     """Records in which a number does not agree with the others it can be had from."""
     offsets = {r.instant: r for r in records if isinstance(r, SunOffset)}
     found = [record for record in records if isinstance(record, PointRecord)]
+    lost = _offsets_struck(records, live_records(records))
+    for record in records:
+        if record.seq in lost:
+            yield (
+                f"{name}: {'' if isinstance(record, PointRecord) else 'check '}point {record.seq} "
+                f"is not used: its Set Sun Offset, record {lost[record.seq]}, is struck out"
+            )
     parts = [
         (record.seq, axis, *numbers)
         for record in found

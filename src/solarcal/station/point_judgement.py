@@ -250,10 +250,15 @@ def point_evidence(session: SessionView, point: PointRecord) -> PointEvidence:
     check, offset, clock = (
         last(session.ref_checks), last(session.sun_offsets), last(session.clock_sets)
     )  # fmt: skip
+    if point.basis == "sun_offset":
+        own = (r for r in session.records if isinstance(r, SunOffset))
+        offset = next((r for r in own if r.instant == point.read_utc), offset)
+    # A point whose offset is struck out is struck out with it.
+    both = (point.seq, None if offset is None else offset.seq)
     live = live_records(session.records)
-    void = next((r for r in live if isinstance(r, Void) and r.voids == point.seq), None)
+    void = next((r for r in live if isinstance(r, Void) and r.voids in both), None)
     about: list[Record] = [r for r in (clock, check, offset, point) if r is not None]
-    about += [r for r in session.records if isinstance(r, Void) and r.voids == point.seq]
+    about += [r for r in session.records if isinstance(r, Void) and r.voids in both]
     return PointEvidence(
         check, offset, clock, void, tuple(sorted(about, key=lambda record: record.seq))
     )
