@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -11,12 +12,22 @@ from test_time_stamps import day
 
 from solarcal.errors import ProcedureRefused
 from solarcal.model.analysis import analyse
-from solarcal.model.evidence.direct import Evidence, weigh
+from solarcal.model.evidence.direct import Evidence, direct_findings, weigh
+from solarcal.model.evidence.sun_path import side_evidence
 from solarcal.model.finding import listed, points_named
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
 from solarcal.session.interchange import imported_header
+from solarcal.session.view import read_session, view_session
 from solarcal.station.fitting import point_set, sky_context
 from solarcal.station.uploading import offer_upload, refuse_doubtful
+
+
+SAVED = Path(__file__).parents[2] / "sessions"
+
+
+@pytest.fixture(scope="module")
+def good_day():
+    return read_session(SAVED / "azel-good-day.jsonl")
 
 
 def found(analysis, kind):
@@ -128,6 +139,37 @@ def test_points_on_both_sides_of_the_branch_are_two_calibrations():
     assert not [
         f for f in Evidence(one_side).findings(sky_context(table), None, 0.1) if f.kind == "branch"
     ]
+
+
+def test_points_that_are_too_low_to_be_fitted_are_on_no_side():
+    table = day(n=10)
+    # Hours later, below the horizon and across the end of the branch.
+    nights = replace(
+        table,
+        utc_s=np.append(table.utc_s[:8], table.utc_s[7] + 3600.0 * np.array([8.0, 9.0])),
+        ax1_deg=np.append(table.ax1_deg[:8], [-170.0, 170.0]),
+        ax2_deg=np.append(table.ax2_deg[:8], [105.0, 105.0]),
+    )
+    context = sky_context(nights)
+    findings = analyse(point_set(nights), context, Evidence(nights)).findings
+    assert [f for f in findings if f.kind == "branch"] == []
+    (one_beyond,) = side_evidence(nights)
+    assert one_beyond.labels
+    (single,) = side_evidence(nights.rows([3, 9, 8]))
+    assert re.match(r"point \d+ lies beyond", single.sentence)
+
+
+def test_a_read_out_frozen_at_points_too_low_to_be_fitted_is_no_reason(good_day):
+    first, *others = good_day.accepted
+    still = [
+        msgspec.structs.replace(first, reading_deg=(1.0, 1.0), ideal_deg=(ax1, 100.0))
+        for ax1 in (-150.0, -140.0)
+    ]
+    records = tuple(r for r in good_day.records if r.seq < first.seq)
+    low = view_session(good_day.header, (*records, *still, *others))
+    assert [f.kind for f in direct_findings(low) if f.kind == "frozen"] == ["frozen"]
+    used = {(p.seq, p.ideal_deg[1]) for p in others}
+    assert [f for f in direct_findings(low, used=used) if f.kind in ("frozen", "offsets")] == []
 
 
 # -- in force and proposed -------------------------------------------------------------------------

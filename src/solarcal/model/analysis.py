@@ -136,7 +136,7 @@ def findings_of(
         thinned(solution, context, prior) if many else solution_to_test(solution, context, prior)
     )
     return (
-        *evidence.findings(context, tested, tolerance_deg),
+        *evidence.findings(context, tested, tolerance_deg, solution.points),
         *diagnose(
             tested,
             evidence.approach(tested.points.labels),

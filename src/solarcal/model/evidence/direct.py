@@ -27,6 +27,7 @@ from solarcal.model.evidence.sun_path import (
 )
 from solarcal.model.evidence.unit_state import held_evidence, unit_evidence
 from solarcal.model.finding import Finding
+from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext
 from solarcal.session.points import PointTable
 from solarcal.session.view import SessionView
@@ -71,16 +72,25 @@ class Evidence:
         return np.array([by_label[label] for label in labels], dtype=np.int_).reshape(-1, 2)
 
     def findings(
-        self, context: SkyContext, solution: "MechanismSolution | None", tolerance_deg: float
+        self,
+        context: SkyContext,
+        solution: "MechanismSolution | None",
+        tolerance_deg: float,
+        fitted: Points | None = None,
     ) -> tuple[Finding, ...]:
-        """Everything but the residuals; the fit dates missed counts."""
+        """Everything but the residuals.
+
+        ``solution`` dates missed counts; read-outs are those of the ``fitted`` points (None: of all
+        accepted ones).
+        """
         dating = solution if self._one_session else None
+        used = None if fitted is None else set(zip(fitted.labels, fitted.ax2_deg, strict=True))
         stamps: tuple[Finding, ...] = ()
-        sides = () if self.table is None else side_evidence(self.table)
+        sides = () if self.table is None else side_evidence(self.table, used)
         if self.table is not None:
             claimed = not self.sessions or any(s.header.unit.imported for s in self.sessions)
             stamps = stamp_evidence(self.table, context, tolerance_deg, kind_claimed=claimed)
-        seen = (f for session in self.sessions for f in direct_findings(session, dating))
+        seen = (f for session in self.sessions for f in direct_findings(session, dating, used))
         return (*stamps, *sides, *dict.fromkeys(seen), *self.between)
 
 
@@ -93,18 +103,27 @@ def evidence_sentences(session: SessionView) -> tuple[str, ...]:
 
 
 def direct_findings(
-    session: SessionView, solution: "MechanismSolution | None" = None
+    session: SessionView,
+    solution: "MechanismSolution | None" = None,
+    used: AbstractSet[tuple[int, float]] | None = None,
 ) -> tuple[Finding, ...]:
-    """Clocks, counts, site and Sun, read-outs; a fit of the points dates missed counts."""
+    """Clocks, counts, site and Sun, read-outs; a fit of the points dates missed counts.
+
+    ``used``: label and AX2 of the points whose read-outs count; None: all accepted ones.
+    """
     if session.header.unit.imported:
         return ()
+    points = [
+        p for p in session.accepted
+        if used is None or (p.ideal_deg and (p.seq, p.ideal_deg[1]) in used)
+    ]  # fmt: skip
     return (
         *clock_evidence(session),
         *count_evidence(session, solution),
         *unit_evidence(session),
         *held_evidence(session),
-        *read_out_evidence(session),
-        *offset_evidence(session),
+        *read_out_evidence(points),
+        *offset_evidence(session.header.unit, points),
         *branch_evidence(session),
         *laptop_evidence(session),
     )

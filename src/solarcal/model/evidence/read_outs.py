@@ -103,14 +103,13 @@ def offset_disagreements(
     return found
 
 
-def offset_evidence(session: SessionView) -> tuple[Finding, ...]:
-    """Accepted points whose O contradicts their read-outs, or whose error is neither."""
-    unit = session.header.unit
+def offset_evidence(unit: UnitRecord, points: Sequence[PointRecord]) -> tuple[Finding, ...]:
+    """Points whose O contradicts their read-outs, or whose error is neither."""
     if unit.typed:
         return ()
-    disagreements = offset_disagreements(unit, session.accepted)
+    disagreements = offset_disagreements(unit, points)
     found = []
-    for point in session.accepted:
+    for point in points:
         said = list(disagreements.get(point.seq, ()))
         if point.reading_deg and point.ideal_deg and point.error_deg:
             for axis in (0, 1):
@@ -142,9 +141,9 @@ def _runs(values: FloatArray) -> list[tuple[int, int]]:
     return list(pairwise(edges))
 
 
-def read_out_evidence(session: SessionView) -> tuple[Finding, ...]:
-    """The read-outs of the accepted points."""
-    whole = [p for p in session.accepted if p.reading_deg is not None and p.ideal_deg is not None]
+def read_out_evidence(points: Sequence[PointRecord]) -> tuple[Finding, ...]:
+    """Read-outs that stood still from point to point."""
+    whole = [p for p in points if p.reading_deg is not None and p.ideal_deg is not None]
     if len(whole) < 2:
         return ()
     return frozen_findings(

@@ -9,6 +9,7 @@ another kind of angles), then one number (a time shift, a latitude, a longitude)
 Where the path crosses the edge of axis 1's branch, points on its two sides are two calibrations.
 """
 
+from collections.abc import Set as AbstractSet
 from functools import lru_cache
 from typing import get_args
 
@@ -230,9 +231,17 @@ def _kind_shown(
 _STEP_S = 60.0
 
 
-def side_evidence(table: PointTable) -> tuple[Finding, ...]:
-    """Points taken on both sides of the end of axis 1's branch: two calibrations, not one."""
+def side_evidence(
+    table: PointTable, fitted: AbstractSet[tuple[int, float]] | None = None
+) -> tuple[Finding, ...]:
+    """Points taken on both sides of the end of axis 1's branch: two calibrations, not one.
+
+    ``fitted``: label and AX2 of the points a fit uses; None: all accepted ones.
+    """
     used = table.accepted()
+    if fitted is not None:
+        places = enumerate(zip(used.labels, used.ax2_deg, strict=True))
+        used = used.rows([row for row, place in places if place in fitted])
     if not len(used) or not np.isfinite(used.utc_s).all():
         return ()
     order = np.argsort(used.utc_s, kind="stable")
@@ -248,10 +257,10 @@ def side_evidence(table: PointTable) -> tuple[Finding, ...]:
         Finding(
             kind="branch",
             subject="axis 1",
-            sentence=f"{points_named(labels)} lie beyond the end of axis 1's branch at {end:g} "
-            f"deg, the other {len(many)} on this side: a scale error P5 has another effect "
-            "there, so these are two calibrations; strike one side out: the forecast is for the "
-            "other side only",
+            sentence=f"{points_named(labels)} {'lies' if len(few) == 1 else 'lie'} beyond the end "
+            f"of axis 1's branch at {end:g} deg, the other {len(many)} on this side: a scale error "
+            "P5 has another effect there, so these are two calibrations; strike one side out: the "
+            "forecast is for the other side only",
             direct=True,
             labels=labels,
         ),
