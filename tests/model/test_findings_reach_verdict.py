@@ -21,7 +21,6 @@ from solarcal.session.view import read_session, view_session
 from solarcal.station.fitting import point_set, sky_context
 from solarcal.station.uploading import offer_upload, refuse_doubtful
 
-
 SAVED = Path(__file__).parents[2] / "sessions"
 
 
