@@ -201,6 +201,20 @@ async def test_near_a_limit_initialise_is_refused_with_the_distance_and_overrule
 
 
 @on_loop
+async def test_where_initialise_is_refused_near_a_limit_the_key_of_another_step_leads_on() -> None:
+    station, _ = bench(None, "unit.limits1_deg=[-128.0, 85.2]")
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f3")
+        await shows(pilot, "Are you sure?")
+        await pilot.press("y")
+        await shows(pilot, "deg from a limit", "Override, with a reason")
+        await pilot.press("f6")
+        await shows(pilot, "Set here")
+        assert len(app.screen_stack) == 2
+    assert station.session.initialised is None
+
+
+@on_loop
 async def test_initialise_again_keeps_the_file_and_starts_another(tmp_path: Path) -> None:
     first, second = tmp_path / "day.jsonl", tmp_path / "day-2.jsonl"
     station, _ = bench(first)

@@ -125,9 +125,25 @@ async def test_without_initialise_the_reason_is_said_and_nothing_recorded() -> N
     before = len(station.session.records)
     async with workstation(station) as (_, pilot):
         await pilot.press("f7")
-        await shows(pilot, "initialise the data file first", "Try again")
+        await shows(pilot, "initialise the data file first (F3)", "Try again")
         assert "Override" not in screen_words(pilot.app)
     assert len(station.session.records) == before
+
+
+@on_loop
+@pytest.mark.parametrize(("key", "opened"), [("f3", "Are you sure?"), ("f5", "Start: drive")])
+async def test_a_refusal_ends_the_attempt_and_the_key_of_the_step_it_asks_for_leads_on(
+    key: str, opened: str
+) -> None:
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f7")
+        await shows(pilot, "initialise the data file first (F3)", "Try again")
+        await pilot.press(key)
+        await shows(pilot, opened)
+        assert len(app.screen_stack) == 2
+    assert station.session.initialised is None
+    assert len(station.session.ref_checks) == 1
 
 
 @on_loop

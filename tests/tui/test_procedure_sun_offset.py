@@ -191,12 +191,40 @@ async def test_before_the_reference_check_t_and_arrows_are_refused_naming_its_ke
     station, _ = unreferenced_bench()
     async with workstation(station) as (_, pilot):
         await pilot.press("f6")
-        await shows(pilot, "no reference: leave, and do a reference check [F5]")
+        await shows(pilot, "no reference: do a reference check [F5]")
         for key in ("t", "left"):
             await pilot.press(key)
             await shows(pilot, "Refused. The unit has no reference", "[F5]")
-        await pilot.press("escape")
+        await pilot.press("f5")
+        await shows(pilot, "Start: drive to the switches")
     assert station.poll().moving == (0, 0)
+
+
+@on_loop
+async def test_what_follows_a_set_sun_offset_is_said_and_its_key_leads_on_also_after_leaving() -> (
+    None
+):
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await opened(pilot)
+        await pilot.press("enter")
+        await shows(pilot, "SET and recorded", "next [F3]: Initialise the data file")
+        assert "Take point" not in screen_words(app)
+        await pilot.press("f3")
+        await shows(pilot, "Are you sure?")
+        await pilot.press("y")
+        await until(pilot, lambda: station.session.initialised is not None)
+        dialog = await opened(pilot)
+        await shows(pilot, "The offset is set", "take the point [.]", "Take point")
+        await pilot.press("5", "left")
+        await until(pilot, lambda: not dialog.finished())
+        await pilot.press("full_stop")
+        await shows(pilot, ". not taken: not asked yet")
+        await pilot.press("escape")
+        await until(pilot, lambda: not isinstance(app.screen, SunOffsetDialog))
+        await opened(pilot)
+        await pilot.press("full_stop")
+        await shows(pilot, "1. Did you do a reference check?")
 
 
 @on_loop

@@ -189,7 +189,7 @@ def help_lines(actions: tuple[Action, ...], width: int = 78) -> list[str]:
         "Tab, 1 2 3 4 5     Panes        Now, Points, P1-P6, Plot, Checks",
         "Ctrl+P             Palette      Every action by its name, and the themes",
         "Escape             Back         Leaves a dialog and changes nothing; after a step that",
-        "                                is done the key of the next step does, too",
+        "                                is done or refused the key of the next does, too",
         "",
         *textwrap.wrap(
             "Keys can be changed in keymap.toml in the config folder (solarcal doctor shows "

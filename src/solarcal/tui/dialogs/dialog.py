@@ -56,11 +56,11 @@ SPEED_KEYS = (
 
 STEPS = frozenset(
     {
-        "clock", "initialise", "plan", "ref_check", "sun_offset", "take_point", "upload",
+        "link", "clock", "initialise", "plan", "ref_check", "sun_offset", "take_point", "upload",
         "recompute", "report", "void", "note",
     }
 )  # fmt: skip
-"""Actions that may follow a dialog whose own step is done, without leaving it first."""
+"""Actions that may follow a dialog whose own step is done or refused, without leaving it first."""
 
 BLINK_S = 0.5
 """How long a key that was not taken shows. Until then it is not taken again: one held down comes
@@ -164,7 +164,7 @@ class Dialog(StationModal[None]):
 
     def finished(self) -> bool:
         """Whether there is nothing left here that a key of another step could interrupt."""
-        return self._finished
+        return self._finished and not self.under_way()
 
     def leave_saying(self, sentence: str, severity: SeverityLevel = "information") -> None:
         """Leave; the screen below shows the sentence on its line."""
@@ -175,6 +175,7 @@ class Dialog(StationModal[None]):
     def ask_reason(
         self, sentence: str = "Type the reason and press Enter; it is written to the session file."
     ) -> None:
+        self._finished = False
         field = self.query_one("#reason", Field)
         field.display = True
         field.input.focus()
@@ -211,7 +212,7 @@ class Dialog(StationModal[None]):
 
     def on_key(self, event: Key) -> None:
         """A key that comes before its question is on the screen is not taken, and that is seen; one
-        of another step follows a step that is done."""
+        of another step follows a step that is done or was refused."""
         if self.FIELDS_FIRST and event.key == "escape" and self.focused is not None:
             event.stop()
             event.prevent_default()
@@ -334,8 +335,11 @@ class Dialog(StationModal[None]):
             self._say_lost(self.workstation.state)
         else:
             self.say(str(failed.error), "error")
-        if failed.kind is not None and failed.kind in self.AGAIN:
-            self.offer(*self.AGAIN[failed.kind])
+        if failed.kind is not None:
+            # A refusal may send to another step: that one's key leads on to it.
+            self._finished = self.workstation.state.attempt is None
+            if failed.kind in self.AGAIN:
+                self.offer(*self.AGAIN[failed.kind])
 
 
 def reason_field(label: str) -> Field:

@@ -1,6 +1,7 @@
 """Set Sun Offset: jog exactly onto the Sun, coming from behind, and set the offset there."""
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import Any, ClassVar
 
 from textual.containers import Horizontal
@@ -25,6 +26,7 @@ from solarcal.station.procedure import Station
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import DialogKey, open_dialog
 from solarcal.tui.dialogs.paced import DriveWatch, PacedDialog
+from solarcal.tui.offset import words
 from solarcal.tui.offset.arrows import ARROW_KEYS, ArrowSteps
 from solarcal.tui.offset.spot import (
     BigDigits,
@@ -33,12 +35,11 @@ from solarcal.tui.offset.spot import (
     TypedOffsetDialog,
     calculated_jogs_deg,
 )
-from solarcal.tui.offset.words import came_words, how_to_begin, jog_table, jog_warning, set_words
 from solarcal.tui.widgets.lines import Words
 from solarcal.unit.frames import Code
 
 STEPS = (JogSeen, Jogged, OffsetSet, OffsetTakenBack, OffsetLeft)
-WITHOUT_BUTTON = {"behind", "follow", "undo"}
+WITHOUT_BUTTON = {"behind", "follow", "undo", "predicted"}
 """Where their buttons make room for others, the keys stay."""
 
 LOOK_EVERY_S = 0.25
@@ -91,7 +92,6 @@ class SunOffsetDialog(PacedDialog):
         self._steps = ArrowSteps()
         self._drive = DriveWatch()
         self._view: JogView | None = None
-        self._set: SunOffset | None = None
         self._waiting = 0
         self._warned = ""
 
@@ -115,8 +115,8 @@ class SunOffsetDialog(PacedDialog):
         self.set_interval(LOOK_EVERY_S, self._look)
 
     def _how_to_begin(self) -> str:
-        status, before = self.workstation.state.live.status, self._jog.station.replaced_offsets
-        return how_to_begin(status, before, fields=not self.emulated)
+        before, is_set = self._jog.station.replaced_offsets, self._set is not None
+        return words.how_to_begin(self.workstation, before, is_set, fields=not self.emulated)
 
     def on_resize(self) -> None:
         room = self.app.size
@@ -127,7 +127,9 @@ class SunOffsetDialog(PacedDialog):
         if self._jog.station.replaced_offsets is not None and (self.emulated or self._set):
             offered.append("undo")
         if self._set is not None:
-            self.offer("point", *offered)
+            if words.can_take_points(self.workstation.state):
+                offered.append("point")
+            self.offer(*offered)
             return
         offered.append("behind")
         if self._solution() is None:
@@ -139,6 +141,12 @@ class SunOffsetDialog(PacedDialog):
 
     def offered(self, action: str) -> bool:
         return super().offered(action) or (not self.under_way() and action in WITHOUT_BUTTON)
+
+    @property
+    def _set(self) -> SunOffset | None:
+        """The offset that waits for its point; ``None`` while the axes are jogged off it."""
+        jogged = self._steps.jogging or (self._view is not None and self._view.aim is not None)
+        return None if jogged else self._jog.station.session.fresh_sun_offset
 
     def _solution(self) -> Solution | None:
         fit = self.workstation.fit
@@ -157,13 +165,8 @@ class SunOffsetDialog(PacedDialog):
             self._nudge(*step)
 
     def _nudge(self, axis1_deg: float, axis2_deg: float) -> None:
-        if self._lost:
-            return
-        if self._set is not None:
-            self._set = None
-            self._offer()
-        self._steps.jogging = True
-        self._submit(Jogged, lambda station: self._jog.nudge(axis1_deg, axis2_deg))
+        if not self._lost:
+            self._submit(Jogged, lambda station: self._jog.nudge(axis1_deg, axis2_deg))
 
     def action_step(self, index: int | None) -> None:
         self._steps.choose(index)
@@ -183,10 +186,10 @@ class SunOffsetDialog(PacedDialog):
         """Where the fit expects the Sun: behind it first, then forward."""
         solution, view = self._solution(), self._view
         if solution is None or view is None:
+            self.say("There is no fit yet to say where the Sun is expected.", "warning")
             return
         error1, error2 = solution.predict_deg(view.status.ideal1_deg, view.status.ideal2_deg)
-        error = (float(error1), float(error2))
-        self._submit(Jogged, lambda station: self._jog.go_to(error))
+        self._submit(Jogged, lambda station: self._jog.go_to((float(error1), float(error2))))
         self.say(
             f"Going from behind to the Sun position expected by the fit of {solution.n_points} "
             "points. Centre the spot there."
@@ -218,9 +221,7 @@ class SunOffsetDialog(PacedDialog):
 
     def action_calculate(self) -> None:
         view = self._view
-        if view is None:
-            return
-        jogs = calculated_jogs_deg(self, view.status.ideal2_deg)
+        jogs = None if view is None else calculated_jogs_deg(self, view.status.ideal2_deg)
         if jogs is not None:
             self.say(f"Jogging axis 1 by {jogs[0]:+z.3f}, axis 2 by {jogs[1]:+z.3f} deg.")
             self._nudge(*jogs)
@@ -243,7 +244,9 @@ class SunOffsetDialog(PacedDialog):
 
     def finished(self) -> bool:
         # The unit tracks again once the offset is set; a jog after that takes it off the Sun.
-        return self._set is not None and self._view is not None and self._view.aim is None
+        # Without a reference it does neither.
+        unreferenced = self._view is not None and not self._view.status.referenced
+        return not self.under_way() and (self._set is not None or unreferenced)
 
     def action_leave(self) -> None:
         if self._lost:
@@ -255,6 +258,9 @@ class SunOffsetDialog(PacedDialog):
 
     def _submit(self, kind: type[Done[Result]], step: Callable[[Station], Result]) -> None:
         self._waiting += 1
+        if kind is Jogged:
+            self._steps.jogging = True
+            self._offer()
         self.submit(kind, step, moves=kind is not JogSeen)
 
     def _look(self) -> None:
@@ -279,17 +285,18 @@ class SunOffsetDialog(PacedDialog):
             case JogSeen(view) | Jogged(view):
                 if isinstance(done, Jogged):
                     self._steps.jogging = False
-                first = self._view is None
                 self._show(view)
-                if first:
+                if not self.under_way():
                     self._offer()
                 self._jog_on()
             case OffsetSet(record):
-                self._set = record
+                # Looked at next in a moment; the key that is named works now.
+                self._view = self._view and replace(self._view, aim=None)
                 self._offer()
-                self.say(set_words(record.offsets, self._jog.station.replaced_offsets), "good")
+                before = self._jog.station.replaced_offsets
+                then = words.next_words(self.workstation)
+                self.say(words.set_words(record.offsets, before, then), "good")
             case OffsetTakenBack(void):
-                self._set = None
                 self._offer()
                 self.say(f"{void.reason}. Record {void.voids} is struck.", "good")
             case OffsetLeft():
@@ -301,7 +308,7 @@ class SunOffsetDialog(PacedDialog):
     def step_failed(self, failed: StepFailed) -> None:
         super().step_failed(failed)
         if isinstance(failed.error, UnitRefused) and failed.error.code == Code.NOT_REFERENCED:
-            self.say(f"Refused. {self._reference_first()}", "error")
+            self.say(f"Refused. {words.no_reference(self.workstation)}", "error")
         if failed.kind in STEPS:
             self._waiting = max(0, self._waiting - 1)
         if failed.kind is Jogged:
@@ -315,13 +322,13 @@ class SunOffsetDialog(PacedDialog):
 
     def _show(self, view: JogView) -> None:
         self._view = view
-        words = ""
+        spot = ""
         if self.emulated:
             sight = self.query_one(Sunspot)
             sight.show(view.spot, view.status.ideal2_deg)
-            words = sight.words()
+            spot = sight.words()
         self.query_one("#axes", Words).update(
-            jog_table(view, follows=self._jog.follows, words=words)
+            words.jog_table(view, follows=self._jog.follows, words=spot)
         )
         self.query_one(BigDigits).show(view)
         self._warn(view)
@@ -335,16 +342,9 @@ class SunOffsetDialog(PacedDialog):
         if self._warned.startswith("Driving") and view.aim is None:
             self._warned = ""
             self.say("The axes have arrived. " + self._how_to_begin())
-        warning = jog_warning(view) if view.status.referenced else self._reference_first()
+        warning = words.jog_warning(view, self.workstation)
         if warning and warning != self._warned:
             self.say(warning, "warning")
         elif self._warned and not warning and view.aim is not None:
-            self.say(*came_words(view))
+            self.say(*words.came_words(view))
         self._warned = warning
-
-    def _reference_first(self) -> str:
-        key = self.workstation.keys_of("ref_check").split()[0]
-        return (
-            f"The unit has no reference: leave, and do a reference check [{key}]; then it can "
-            "track and be jogged."
-        )

@@ -7,8 +7,11 @@ from textual.content import Content
 
 from solarcal.mount.formula import Offsets
 from solarcal.station.jogging import TAKEN_UP_DEG, JogView
+from solarcal.station.next_step import next_step
+from solarcal.station.state import StationState
+from solarcal.tui.base import Workstation
 from solarcal.tui.dialogs.dialog import Tone
-from solarcal.unit.tracker import Mode, Status
+from solarcal.unit.tracker import Mode
 
 
 def jog_table(view: JogView, *, follows: bool, words: str) -> Content:
@@ -50,8 +53,17 @@ def big_numbers(view: JogView) -> tuple[str, tuple[float, float]]:
     return "reading - ideal", status.off_ideal_deg
 
 
-def jog_warning(view: JogView) -> str:
-    """What the technician has to know of the side the axes came from; empty where nothing."""
+def no_reference(app: Workstation) -> str:
+    key = app.keys_of("ref_check").split()[0]
+    return (
+        f"The unit has no reference: do a reference check [{key}]; then it can track and be jogged."
+    )
+
+
+def jog_warning(view: JogView, app: Workstation) -> str:
+    """What the technician has to know of the axes and the side they came from; empty if nothing."""
+    if not view.status.referenced:
+        return no_reference(app)
     behind = view.watch.from_behind
     if view.aim is not None and any(view.aim.behind):
         return "Going behind the Sun; the axes then come forward automatically."
@@ -76,11 +88,15 @@ def came_words(view: JogView) -> tuple[str, Tone]:
     return "Both axes came from behind. Centre the spot, then Enter.", "good"
 
 
-def how_to_begin(status: Status | None, before: Offsets | None, *, fields: bool) -> str:
-    """``before``: the offsets that can be put back; ``fields``: whether there is a calculator."""
+def how_to_begin(app: Workstation, before: Offsets | None, is_set: bool, *, fields: bool) -> str:
+    """``before``: the offsets that can be put back; ``is_set``: an offset waits for its point;
+    ``fields``: whether there is a calculator."""
     sentences = ["Arrow keys jog: left/right axis 1, down/up axis 2. Nothing moves before one."]
+    status = app.state.live.status
     if status is None or status.mode is not Mode.TRACK:
         sentences.insert(0, "The unit does not track: press t, and it goes to its Sun.")
+    if is_set:
+        sentences.insert(0, f"The offset is set: {next_words(app)}")
     if fields:
         sentences.append("Tab reaches the plate's fields, Esc the arrows.")
     if before is not None:
@@ -88,13 +104,25 @@ def how_to_begin(status: Status | None, before: Offsets | None, *, fields: bool)
     return " ".join(sentences)
 
 
-def set_words(offsets: Offsets, before: Offsets | None) -> str:
-    """What was set, and the offsets that can be put back."""
+def can_take_points(state: StationState) -> bool:
+    """Whether the calibration was begun, or is to be proven."""
+    session = state.session
+    return session is not None and (session.initialised is not None or bool(session.uploads))
+
+
+def next_words(app: Workstation) -> str:
+    """What follows a Set Sun Offset."""
+    if can_take_points(app.state):
+        return "watch it a minute and through one update, then take the point [.]."
+    step = next_step(app.state)
+    key = app.keys_of(step.action).partition(" ")[0]
+    return f"next{key and f' [{key}]'}: {step.sentence}"
+
+
+def set_words(offsets: Offsets, before: Offsets | None, then: str) -> str:
+    """What was set, the step that follows, and the offsets that can be put back."""
     back = "" if before is None else f" u: back to {_offsets(before)}."
-    return (
-        f"SET and recorded: {_offsets(offsets)} deg. Tracking: watch it a minute and through one "
-        f"update, then take the point [.].{back}"
-    )
+    return f"SET and recorded: {_offsets(offsets)} deg. Tracking: {then}{back}"
 
 
 def _offsets(offsets: Offsets) -> str:
