@@ -231,21 +231,26 @@ def test_nobody_waits_for_a_sun_that_is_up(bench):
     assert not [sentence for sentence in b.said if "Sun is down" in sentence]
 
 
-@pytest.mark.parametrize(("inside_deg", "usable"), [(0.9, False), (1.1, True)])
-def test_the_sun_is_usable_a_degree_from_every_limit_and_no_nearer(bench, inside_deg, usable):
+def test_the_sun_is_usable_a_degree_from_every_limit_and_no_nearer(bench):
     """Jogs beside the Sun have to be within the limits too."""
     station = bench().station
     header = station.session.header
     _, ax2_deg = ideal_axes_deg(station.geometry, header.site, station.clock.utc_s())
-    limits = Limits(AxisLimits(-179.0, 179.0), AxisLimits(0.0, float(ax2_deg) + inside_deg))
-    near = replace(header, unit=replace(header.unit, limits=limits))
-    standing = SimpleNamespace(
-        clock=station.clock,
-        geometry=station.geometry,
-        session=SimpleNamespace(header=near),
-        sun_elevation_deg=station.sun_elevation_deg,
-    )
-    assert sun_usable(standing) is usable
+
+    def usable(inside_deg):
+        limits = Limits(AxisLimits(-179.0, 179.0), AxisLimits(0.0, float(ax2_deg) + inside_deg))
+        near = replace(header, unit=replace(header.unit, limits=limits))
+        return sun_usable(
+            SimpleNamespace(
+                clock=station.clock,
+                geometry=station.geometry,
+                session=SimpleNamespace(header=near),
+                sun_elevation_deg=station.sun_elevation_deg,
+            )
+        )
+
+    assert usable(1.1)
+    assert not usable(0.9)
 
 
 def test_the_sun_is_waited_for_on_five_days_and_no_more(bench, monkeypatch):
