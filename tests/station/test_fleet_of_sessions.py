@@ -138,7 +138,11 @@ def test_a_torn_file_is_left_to_the_first_reader(tmp_path: Path) -> None:
     assert len(fit_fleet([path]).members) == 1
 
 
-def test_reading_and_fitting_are_told_from_the_first_file_on() -> None:
+def test_reading_and_fitting_are_told_from_the_first_file_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("solarcal.station.fleet._READ_BETWEEN_REPORTS", 2)
     told: list[tuple[str, int, int]] = []
-    fit_fleet([FILES[0]], lambda *said: told.append(said))
-    assert told[:2] == [("reading", 0, 1), ("reading", 1, 1)]
+    fit_fleet([FILES[0]] * 3, lambda *said: told.append(said))
+    assert told[:3] == [("reading", 0, 3), ("reading", 2, 3), ("reading", 3, 3)]
+    assert told[-1] == ("fitting", 3, 3)

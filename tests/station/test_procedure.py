@@ -310,6 +310,8 @@ def test_check_points_come_after_an_upload_and_leave_no_offset_behind(bench):
     assert isinstance(check, CheckRecord)
     assert check.sky_error_deg is not None
     assert check.sky_error_deg > 0.1  # nothing was corrected: the lean is still there
+    offset = b.station.session.sun_offsets[-1]
+    assert (check.read_utc, check.ideal_deg) == (offset.instant, offset.ideal_deg)
     assert b.unit.status().offsets == Offsets()
 
 

@@ -1,10 +1,13 @@
 """Conversations in EasyComm II, as transcripts; one that is not read to its end fails."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from solarcal.errors import LinkError, ProcedureRefused, ProtocolError
 from solarcal.mount.geometry import AxisLimits
-from solarcal.unit.drivers.easycomm import ASKED_AT_MOST, EasyCommRotator
+from solarcal.unit.drivers import easycomm
+from solarcal.unit.drivers.easycomm import ANSWER_S, ASKED_AT_MOST, BOOT_S, EasyCommRotator
 from solarcal.unit.tracker import ROTATOR
 
 OPENING = (("AZ EL", "AZ180.0 EL45.0"), ("VE", "VESatNOGS-v2.2"))
@@ -51,6 +54,21 @@ def test_it_says_its_version_and_its_last_digit():
     assert (identity.model, identity.version) == ("EasyComm II", "SatNOGS-v2.2")
     assert (identity.azimuth, identity.elevation) == (AxisLimits(0, 360), AxisLimits(0, 180))
     assert identity.read_out_deg == 0.1
+    link.assert_finished()
+
+
+def test_firmware_that_restarts_with_the_line_is_given_its_time_once(monkeypatch):
+    monkeypatch.setattr(easycomm, "time", SimpleNamespace(monotonic=lambda: 0.0))
+    waits = []
+
+    class Restarting(ScriptedFirmware):
+        def read_line(self, timeout_s):
+            waits.append(timeout_s)
+            return super().read_line(timeout_s)
+
+    link = Restarting(SILENT, *OPENING)
+    EasyCommRotator(lambda: link, "/dev/ttyUSB0").open()
+    assert [wait_s for wait_s in waits if wait_s > 0.0][:2] == [BOOT_S, ANSWER_S]
     link.assert_finished()
 
 
