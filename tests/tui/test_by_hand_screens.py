@@ -1,6 +1,8 @@
 """A unit by hand in the workstation: forms over the procedure's own dialogs."""
 
+import itertools
 import re
+from pathlib import Path
 
 import pytest
 from procedure_bench import LARGE, SMALL, on_loop, screen_words, settled_text, shows, until
@@ -13,6 +15,11 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import PointRecord, Typed
 from solarcal.station.news import StatusRead
 from solarcal.station.procedure import Station
+from solarcal.tui.dialogs.ref_check import RefCheckDialog, TypedRefCheckDialog
+from solarcal.tui.dialogs.report import ReportDialog
+from solarcal.tui.dialogs.upload import UploadDialog
+from solarcal.tui.offset.spot import TypedOffsetDialog
+from solarcal.tui.widgets.footer import KeyButton
 
 SET = displayed(NOON)
 O1, O2 = SET[2:]
@@ -229,3 +236,53 @@ async def test_the_workstation() -> None:
         await shows(pilot, "typed as read at")
         top = (await settled_text(pilot)).splitlines()[:22]
         compare("by-hand-now", SMALL, "\n".join(line[:60] for line in top))
+
+
+@on_loop
+async def test_initialise_near_a_limit_is_refused_for_the_sun_not_asked_and_all_buttons_show() -> (
+    None
+):
+    async with workstation_by_hand() as (_, pilot, station, clock):
+        clock.now_s += 10.0 * 3600.0
+        station.poll()
+        await pilot.press("f3")
+        await shows(pilot, "for this Sun the axes lie", "deg beyond a limit", "Override")
+        assert "Are you sure?" not in screen_words(pilot.app)
+        assert "-" not in screen_words(pilot.app).split("axes lie")[1].split("a limit")[0]
+
+
+@on_loop
+async def test_the_keys_of_a_dialog_stand_beside_each_other_whatever_it_offers(
+    tmp_path: Path,
+) -> None:
+    async with workstation_by_hand() as (app, pilot, _, _clock):
+        dialogs = (
+            UploadDialog(),
+            ReportDialog(tmp_path / "day.jsonl"),
+            TypedOffsetDialog(),
+            TypedRefCheckDialog(),
+            RefCheckDialog(switches=False),
+        )
+        for dialog in dialogs:
+            await app.push_screen(dialog)
+            await pilot.pause()
+            dialog.offer(*(key.action for key in dialog.KEYS if key.button))
+            await pilot.pause()
+            await pilot.pause()
+            places = [key.region for key in dialog.query(KeyButton) if key.display]
+            assert len(places) == len([k for k in dialog.KEYS if k.button]) + 2
+            places.sort(key=lambda place: place.x)
+            for left, right in itertools.pairwise(places):
+                assert left.right <= right.x, type(dialog)
+            inside = dialog.query_one("#dialog").content_region
+            assert places[0].x >= inside.x, type(dialog)
+            assert places[-1].right <= inside.right, type(dialog)
+            dialog.dismiss(None)
+            await pilot.pause()
+
+
+@on_loop
+async def test_set_sun_offset_of_a_typed_unit_computes_a_jog_and_says_so_on_its_key() -> None:
+    async with workstation_by_hand() as (_, pilot, _station, _clock):
+        await pilot.press("f6")
+        await shows(pilot, "moves and sets nothing", "j: compute the jog", "Compute the jog")

@@ -191,9 +191,10 @@ async def test_near_a_limit_initialise_is_refused_with_the_distance_and_overrule
     station, _ = bench(None, "unit.limits1_deg=[-128.0, 85.2]")
     async with workstation(station) as (_, pilot):
         await pilot.press("f3")
-        await shows(pilot, "Are you sure?")
-        await pilot.press("y")
-        await shows(pilot, "deg from a limit", "Override, with a reason")
+        await shows(pilot, "0.50 deg from a limit", "Override, with a reason")
+        # What must be refused is not asked.
+        assert "Are you sure?" not in screen_words(pilot.app)
+        assert "Yes, begin" not in screen_words(pilot.app)
         await pilot.press("o", *"dust", "enter")
         await until(pilot, lambda: station.session.initialised is not None)
         overrides = [r for r in station.session.records if isinstance(r, Override)]
@@ -205,8 +206,6 @@ async def test_where_initialise_is_refused_near_a_limit_the_key_of_another_step_
     station, _ = bench(None, "unit.limits1_deg=[-128.0, 85.2]")
     async with workstation(station) as (app, pilot):
         await pilot.press("f3")
-        await shows(pilot, "Are you sure?")
-        await pilot.press("y")
         await shows(pilot, "deg from a limit", "Override, with a reason")
         await pilot.press("f6")
         await shows(pilot, "Set here")

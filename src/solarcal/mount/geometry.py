@@ -277,6 +277,12 @@ class AxisLimits(msgspec.Struct, frozen=True):
         return min(max(reading_deg, self.low_deg), self.high_deg)
 
 
+def from_limit(distance_deg: float, decimals: int) -> str:
+    """``0.50 deg from a limit``; a negative distance is beyond it."""
+    side = "beyond" if distance_deg < 0.0 else "from"
+    return f"{abs(distance_deg):.{decimals}f} deg {side} a limit"
+
+
 class Limits(msgspec.Struct, frozen=True):
     """Software limits of both axes."""
 

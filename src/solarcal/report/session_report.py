@@ -10,6 +10,7 @@ from solarcal.errors import one_line
 from solarcal.model.analysis import Analysis
 from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.model.finding import Finding
+from solarcal.mount.geometry import from_limit
 from solarcal.report.blocks import Block, Prose, Sentences, section_text, text_of
 from solarcal.report.judgement import (
     coefficients_table,
@@ -193,7 +194,7 @@ def record_line(record: Record) -> str:
 def _what(record: Record) -> str:
     match record:
         case Initialised():
-            return f"data file initialised, {record.distance_to_limits_deg:.1f} deg from a limit"
+            return f"data file initialised, {from_limit(record.distance_to_limits_deg, 1)}"
         case ClockSet():
             return (
                 f"unit clock set: {record.before_s:+z.1f} s before, {record.after_s:+z.3f} s after"

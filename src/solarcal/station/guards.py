@@ -1,6 +1,7 @@
 """What the procedure does not allow, and why: pure rules, asked before anything is done."""
 
 from solarcal.errors import ProcedureRefused
+from solarcal.mount.geometry import from_limit
 from solarcal.session.records import Header, UnitRecord
 from solarcal.unit.tracker import Mode, Status
 
@@ -34,9 +35,10 @@ def demand_clear_of_limits(header: Header, status: Status, step: str) -> float:
     distance = distance_to_limits_deg(header.unit, status)
     needed = near_limit_threshold_deg(header.unit.update_range_deg)
     if distance < needed:
+        axes = "for this Sun the axes lie" if header.unit.typed else "the axes stand"
         raise GuardRefused(
-            f"{step} refused: the axes stand {distance:.2f} deg from a limit and {needed:.2f} deg "
-            "are needed; wait until the Sun is clear of it, or override with a reason"
+            f"{step} refused: {axes} {from_limit(distance, 2)}, and {needed:.2f} deg inside it are "
+            "needed; wait until the Sun is clear of it, or override with a reason"
         )
     return distance
 

@@ -12,9 +12,10 @@ from textual.widget import Widget
 from textual.widgets import Input, OptionList, Static
 from textual.widgets.option_list import Option
 
+from solarcal.mount.geometry import from_limit
 from solarcal.report.session_report import record_line
 from solarcal.session.view import live_records
-from solarcal.station.guards import GuardRefused, near_limit_threshold_deg
+from solarcal.station.guards import GuardRefused, demand_clear_of_limits
 from solarcal.station.news import Done, FileInitialised, NoteWritten, RecordVoided, StepFailed
 from solarcal.station.state import StationState
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, reason_field
@@ -35,18 +36,18 @@ class InitialiseDialog(Dialog):
     def __init__(self) -> None:
         super().__init__()
         self._again = False
+        self._refused: bool | None = None
 
     def body(self) -> Iterable[Widget]:
         yield Words("", id="asked", markup=False)
         yield reason_field("Reason for the override")
 
-    def on_mount(self) -> None:
-        super().on_mount()
-        self.offer("begin")
+    def _offer(self) -> None:
+        self.offer("override" if self._refused else "begin")
 
     def state_changed(self, state: StationState) -> None:
-        session = state.session
-        if session is None or not self.query("#asked"):
+        session, status = state.session, state.live.status
+        if session is None or status is None or not self.query("#asked"):
             return
         lines = ["This begins the calibration: do it once per calibration."]
         path = self.worker.station.session_path
@@ -59,12 +60,17 @@ class InitialiseDialog(Dialog):
                 f"{len(session.accepted)} points since.\nInitialising AGAIN closes this "
                 "file and starts another; nothing is overwritten."
             )
-        distance = state.live.distance_to_limits_deg
-        if distance is not None:
-            needed = near_limit_threshold_deg(session.header.unit.update_range_deg)
-            lines.append(f"Distance to the nearest limit: {distance:.2f} deg ({needed:.2f} needed)")
-        lines.append("\nAre you sure?")
+        try:
+            distance, refusal = demand_clear_of_limits(session.header, status, "initialise"), ""
+            lines += [f"The axes are {from_limit(distance, 2)}.", "\nAre you sure?"]
+        except GuardRefused as guard:
+            refusal = str(guard)
         self.query_one("#asked", Words).update("\n".join(lines))
+        if self._refused is not bool(refusal):
+            self._refused = self._finished = bool(refusal)
+            self.say(refusal, "error" if refusal else "plain")
+            if not self.under_way():
+                self._offer()
 
     def action_begin(self) -> None:
         self._submit(None)
@@ -99,10 +105,10 @@ class InitialiseDialog(Dialog):
     def step_failed(self, failed: StepFailed) -> None:
         super().step_failed(failed)
         if failed.kind is FileInitialised:
-            self.offer("begin", *(["override"] if isinstance(failed.error, GuardRefused) else []))
+            self._offer()
 
     def link_lost(self) -> None:
-        self.offer("begin")
+        self._offer()
 
 
 class NoteDialog(Dialog):

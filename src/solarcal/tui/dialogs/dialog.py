@@ -62,6 +62,9 @@ STEPS = frozenset(
 )  # fmt: skip
 """Actions that may follow a dialog whose own step is done or refused, without leaving it first."""
 
+KEYS_COLUMNS = 76
+"""Of a dialog's row of keys: those that take more are set tight."""
+
 BLINK_S = 0.5
 """How long a key that was not taken shows. Until then it is not taken again: one held down comes
 again much sooner, and a terminal does not tell when it is let go."""
@@ -99,6 +102,7 @@ class Dialog(StationModal[None]):
     Dialog #said { height: auto; min-height: 1; max-height: 4; }
     Dialog #keys { height: 3; }
     Dialog #keys KeyButton.-stop { dock: right; margin-right: 0; }
+    Dialog #keys.-tight KeyButton { padding: 0; margin-right: 0; }
     """
 
     def __init_subclass__(cls) -> None:
@@ -188,6 +192,9 @@ class Dialog(StationModal[None]):
                 button = self.query_one(f"#key-{_identifier(key.action)}", KeyButton)
                 button.display = key.action in actions
         self._offered = set(actions)
+        row = self.query_one("#keys")
+        shown = sum(button.cells for button in row.query(KeyButton) if button.display)
+        row.set_class(shown > KEYS_COLUMNS, "-tight")
 
     def offered(self, action: str) -> bool:
         return action in self._offered

@@ -45,7 +45,7 @@ class UploadDialog(Dialog):
     HEADING = "Upload coefficients"
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
         DialogKey("upload", "Write, store, read back", "y", "y"),
-        DialogKey("again", "Upload again", "a", "a"),
+        DialogKey("again", "Again", "a", "a"),
         DialogKey("rollback", "Roll back", "b", "b"),
         DialogKey("track", "Track", "t", "t"),
     )

@@ -201,9 +201,9 @@ class TypedOffsetDialog(Dialog):
     FIELDS_FIRST = True
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
         DialogKey("type", "It is set: type it", "enter,y", "Enter y"),
-        DialogKey("calculate", "Jog by E", "j", "j"),
+        DialogKey("calculate", "Compute the jog", "j", "j"),
     )
-    FIRST_WORDS = "This screen moves and sets nothing. Tab: calculator, j: compute."
+    FIRST_WORDS = "This screen moves and sets nothing. Tab: calculator, j: compute the jog."
     AGAIN: ClassVar[Mapping[type[Done[Any]], tuple[str, ...]]] = {OffsetSet: ("type", "calculate")}
 
     DEFAULT_CSS = """

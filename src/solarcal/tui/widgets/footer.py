@@ -191,7 +191,9 @@ class KeyButton(Static):
         self, shown: str, label: str, action: str, *, stop: bool = False, id: str | None = None
     ) -> None:
         # A frame's title needs the room for the key and its corners.
-        super().__init__(Content(label.center(len(shown) + 2)), id=id)
+        words = label.center(len(shown) + 2)
+        super().__init__(Content(words), id=id)
+        self.cells = len(words) + (4 if stop else 5)
         self.border_title = shown
         self.runs = action
         self.set_class(stop, "-stop")
