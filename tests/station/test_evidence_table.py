@@ -347,7 +347,14 @@ def test_the_year_in_force_forbids_an_upload_that_gains_nothing(day_of) -> None:
     assert "no improvement beyond its uncertainty" in offer.against[-1]
 
 
+RECORDS = "tests/model/test_recorded_twice.py"
 ELSEWHERE = {
+    "counts and read-outs": RECORDS,
+    "a point and its Set Sun Offset": RECORDS,
+    "answers and status of a point": RECORDS,
+    "units on the line": RECORDS,
+    "a restart and the next reference check": RECORDS,
+    "a check point's errors, sky error, O and answers": RECORDS,
     "kind of ideal angles and stamps": "tests/model/test_time_stamps.py",
     "sessions of one unit": "tests/model/test_earlier_sessions.py",
 }

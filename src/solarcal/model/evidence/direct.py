@@ -19,6 +19,7 @@ from solarcal.model.evidence.read_outs import (
     offset_evidence,
     read_out_evidence,
 )
+from solarcal.model.evidence.recorded_twice import point_contradictions, session_contradictions
 from solarcal.model.evidence.sun_path import (
     UNIT_CLOCK,
     branch_evidence,
@@ -123,7 +124,9 @@ def direct_findings(
         *unit_evidence(session),
         *held_evidence(session),
         *read_out_evidence(points),
-        *offset_evidence(session.header.unit, points),
+        *offset_evidence(session, points),
+        *point_contradictions(session.header.unit, points),
+        *session_contradictions(session),
         *branch_evidence(session),
         *laptop_evidence(session),
     )
@@ -180,18 +183,19 @@ def weigh(evidence: Iterable[Finding], used: AbstractSet[int], tolerance_deg: fl
         match finding.kind:
             case "frozen":
                 wrong.append(finding.sentence)
+            case "another_unit" if not finding.labels or not used.isdisjoint(finding.labels):
+                wrong.append(finding.sentence)
             case "time_stamps" | "site" | "geometry" | "ideal_kind":
                 # The laptop's time is the truth of a fit; the unit's must follow before it points
                 # by the coefficients. That a point is fitted does not matter: a wrong stamp may be
                 # why it seems too low for that.
                 own = finding.kind == "time_stamps" and finding.subject == UNIT_CLOCK
                 (waiting if own else wrong).append(finding.sentence)
-            case "offsets":
-                if not used.isdisjoint(finding.labels):
-                    wrong.append(finding.sentence)
-            case "branch" if not used.isdisjoint(finding.labels):
+            case "offsets" | "counts" | "limits" if not used.isdisjoint(finding.labels):
+                wrong.append(finding.sentence)
+            case "branch" | "answers" | "restarted" if not used.isdisjoint(finding.labels):
                 waiting.append(finding.sentence)
-            case "not_held":
+            case "not_held" | "check_point":
                 waiting.append(finding.sentence)
             case "unit_sun" if number > tolerance_deg:
                 wrong.append(finding.sentence)

@@ -3,7 +3,7 @@
 Of counts missed between two reference checks the checks give the number, the points the time.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -16,7 +16,7 @@ from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext
 from solarcal.mount.drive import reading_deg
 from solarcal.mount.formula import correction_deg
-from solarcal.session.records import PointRecord, RefCheck, UnitRecord
+from solarcal.session.records import PointRecord, RefCheck, SunOffset, UnitRecord
 from solarcal.session.view import SessionView
 from solarcal.units import FloatArray
 
@@ -103,15 +103,19 @@ def offset_disagreements(
     return found
 
 
-def offset_evidence(unit: UnitRecord, points: Sequence[PointRecord]) -> tuple[Finding, ...]:
-    """Points whose O contradicts their read-outs, or whose error is neither."""
-    if unit.typed:
-        return ()
-    disagreements = offset_disagreements(unit, points)
+def offset_evidence(session: SessionView, points: Sequence[PointRecord]) -> tuple[Finding, ...]:
+    """Points whose O contradicts their read-outs, whose error is neither, or whose numbers are not
+    those of their Set Sun Offset."""
+    unit = session.header.unit
+    disagreements = {} if unit.typed else offset_disagreements(unit, points)
+    offsets = {offset.instant: offset for offset in session.sun_offsets}
     found = []
     for point in points:
         said = list(disagreements.get(point.seq, ()))
-        if point.reading_deg and point.ideal_deg and point.error_deg:
+        offset = offsets.get(point.read_utc or "")
+        if point.basis == "sun_offset" and offset is not None:
+            said += _unlike_its_offset(point, offset)
+        if not unit.typed and point.reading_deg and point.ideal_deg and point.error_deg:
             for axis in (0, 1):
                 read = point.reading_deg[axis] - point.ideal_deg[axis]
                 read -= 360.0 * round(read / 360.0)
@@ -132,6 +136,25 @@ def offset_evidence(unit: UnitRecord, points: Sequence[PointRecord]) -> tuple[Fi
                 )
             )
     return tuple(found)
+
+
+def _unlike_its_offset(point: PointRecord, offset: SunOffset) -> Iterator[str]:
+    """What the point and the Set Sun Offset whose numbers it has do not have in common."""
+    for what, ours, recorded in (
+        ("ideal angle", point.ideal_deg, offset.ideal_deg),
+        ("read-out", point.reading_deg, offset.reading_deg),
+        (
+            "O",
+            point.offsets and (point.offsets.O1, point.offsets.O2),
+            (offset.offsets.O1, offset.offsets.O2),
+        ),
+    ):
+        for axis, (here, there) in enumerate(zip(ours or (), recorded, strict=False), start=1):
+            if not abs(here - there) <= OFFSET_TOLERANCE_DEG:
+                yield (
+                    f"axis {axis}: its {what} is {here:z.3f} deg, that of its Set Sun Offset "
+                    f"(record {offset.seq}) {there:z.3f} deg"
+                )
 
 
 def _runs(values: FloatArray) -> list[tuple[int, int]]:
@@ -279,6 +302,17 @@ def count_evidence(
     session: SessionView, solution: "MechanismSolution | None" = None
 ) -> tuple[Finding, ...]:
     """What the reference checks found; a fit of the points dates it."""
+    if session.accepted and session.header.unit.has_switches and not session.ref_checks:
+        return (
+            Finding(
+                kind="missed_counts",
+                subject="reference checks",
+                sentence="no reference check is recorded: whether counts were missed is not "
+                "determinable",
+                certainty="not_determinable",
+                direct=True,
+            ),
+        )
     dated: dict[Loss, Moment] = {}
     found = losses(session)
     real = [loss for _, _, loss in found]

@@ -1,0 +1,198 @@
+"""Values that a session holds twice: counts and read-outs, answers and status, unit and unit."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from solarcal.errors import ConfigurationError
+from solarcal.model.evidence.read_outs import OFFSET_TOLERANCE_DEG
+from solarcal.model.finding import Finding, listed, points_named
+from solarcal.mount.drive import Drive, reading_deg
+from solarcal.session.records import (
+    CheckRecord,
+    LinkRestored,
+    PointRecord,
+    RefCheck,
+    Restarted,
+    UnitRecord,
+)
+from solarcal.session.view import SessionView, live_records
+from solarcal.timescale import second_of_day
+from solarcal.units import wrap_deg
+
+CHECK_TOLERANCE_DEG = 0.001
+"""Errors of a check point are rounded to a ten-thousandth of a degree or finer."""
+QUESTIONS = {
+    "ref_check": "reference check",
+    "sun_offset": "Set Sun Offset",
+    "tracking": "tracking",
+}
+
+
+def point_contradictions(unit: UnitRecord, points: Sequence[PointRecord]) -> tuple[Finding, ...]:
+    """Points whose counts, limits or answers contradict what else is recorded of them."""
+    return (*_counts(unit, points), *_limits(unit, points), *_answers(points))
+
+
+def session_contradictions(session: SessionView) -> tuple[Finding, ...]:
+    """Another unit on the line, points without a reference, check points of two errors."""
+    return (*_another_unit(session), *_unreferenced(session), *_checks(session))
+
+
+def _counts(unit: UnitRecord, points: Sequence[PointRecord]) -> Iterator[Finding]:
+    whole = [p for p in points if p.counts is not None and p.reading_deg is not None]
+    drives = ((unit.drive1, unit.reference1_deg), (unit.drive2, unit.reference2_deg))
+    for axis, (drive, reference_deg) in enumerate(drives):
+        counts = np.array([p.counts[axis] for p in whole if p.counts])
+        shown = np.array([p.reading_deg[axis] for p in whole if p.reading_deg])
+        angle, after = (_angles(drive, reference_deg, one) for one in (counts, counts + 1.0))
+        off = np.abs(wrap_deg(angle - shown))
+        wrong = np.flatnonzero(~(off <= OFFSET_TOLERANCE_DEG + np.abs(after - angle)))
+        if not len(wrong):
+            continue
+        worst = int(wrong[np.argmax(off[wrong])])
+        labels = tuple(whole[at].seq for at in wrong.tolist())
+        said = f"{angle[worst]:z.3f} deg" if np.isfinite(angle[worst]) else "no angle"
+        yield Finding(
+            kind="counts",
+            subject=f"axis {axis + 1}",
+            sentence=f"axis {axis + 1}: counts and read-outs of {points_named(labels)} contradict "
+            f"each other: at point {whole[worst].seq} {counts[worst]:+.0f} counts are {said} by "
+            f"the unit's drive and reference position, the read-out is {shown[worst]:z.3f} deg",
+            number=float(off[worst]) if np.isfinite(off[worst]) else None,
+            direct=True,
+            labels=labels,
+        )
+
+
+def _angles(
+    drive: Drive, reference_deg: float, counts: np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """Read-outs (n,) of these counts; NaN where the drive has none."""
+    try:
+        return np.asarray(reading_deg(drive, reference_deg, counts), dtype=np.float64)
+    except ConfigurationError:
+        if len(counts) == 1:
+            return np.full(1, np.nan)
+        one = [_angles(drive, reference_deg, counts[at : at + 1]) for at in range(len(counts))]
+        return np.concatenate(one)
+
+
+def _limits(unit: UnitRecord, points: Sequence[PointRecord]) -> Iterator[Finding]:
+    allowed = unit.update_range_deg + OFFSET_TOLERANCE_DEG
+    beyond = [
+        p
+        for p in points
+        if p.reading_deg and float(unit.limits.distance_deg(*p.reading_deg)) < -allowed
+    ]
+    if beyond:
+        labels = tuple(p.seq for p in beyond)
+        where = unit.limits.beyond(*(beyond[0].reading_deg or (0.0, 0.0)))
+        yield Finding(
+            kind="limits",
+            subject="limits",
+            sentence=f"the read-outs of {points_named(labels)} are beyond the unit's limits (point "
+            f"{labels[0]}: {where} deg): read-outs or limits are not the unit's",
+            direct=True,
+            labels=labels,
+        )
+
+
+def _answers(points: Sequence[PointRecord]) -> Iterator[Finding]:
+    for point in points:
+        if no := _answered_no(point):
+            yield Finding(
+                kind="answers",
+                subject=f"point {point.seq}",
+                sentence=f"point {point.seq} {no}: strike it out, or take another",
+                direct=True,
+                labels=(point.seq,),
+            )
+
+
+def _answered_no(record: PointRecord | CheckRecord) -> str:
+    no = [words for name, words in QUESTIONS.items() if getattr(record.answers, name) is False]
+    return f"was accepted although the answer on {listed(no)} was NO" if no else ""
+
+
+def _another_unit(session: SessionView) -> Iterator[Finding]:
+    ours, other = session.header.unit.serial, None
+    after: dict[LinkRestored, list[int]] = {}
+    accepted = {p.seq for p in session.accepted}
+    for record in live_records(session.records):
+        if isinstance(record, LinkRestored):
+            other = record if record.serial != ours else None
+            if other is not None:
+                after[other] = []
+        elif other is not None and record.seq in accepted:
+            after[other].append(record.seq)
+    for restored, points in after.items():
+        concerned = f"; {points_named(tuple(points))} may be of it" if points else ""
+        yield Finding(
+            kind="another_unit",
+            subject="unit",
+            sentence=f"unit {restored.serial} answered from {second_of_day(restored.utc)} UTC on "
+            f"(record {restored.seq}), the session is of unit {ours}{concerned}",
+            direct=True,
+            labels=tuple(points),
+        )
+
+
+def _unreferenced(session: SessionView) -> Iterator[Finding]:
+    """A display that a person reads does not report its reference."""
+    if session.header.unit.typed:
+        return
+    lost: Restarted | None = None
+    without: dict[Restarted, list[int]] = {}
+    accepted = {p.seq for p in session.accepted}
+    for record in live_records(session.records):
+        if isinstance(record, Restarted):
+            lost = record
+        elif isinstance(record, RefCheck) and record.complete:
+            lost = None
+        elif lost is not None and record.seq in accepted:
+            without.setdefault(lost, []).append(record.seq)
+    for restart, points in without.items():
+        labels = tuple(points)
+        yield Finding(
+            kind="restarted",
+            subject="reference",
+            sentence=f"the unit had lost its reference at {second_of_day(restart.utc)} UTC (record "
+            f"{restart.seq}), and no reference check was made before {points_named(labels)}: their "
+            "read-outs may have another zero; strike them out, or take others",
+            direct=True,
+            labels=labels,
+        )
+
+
+def _checks(session: SessionView) -> Iterator[Finding]:
+    """Errors of a check point against its sky error, its Set Sun Offset and its answers."""
+    offsets = {offset.instant: offset for offset in session.sun_offsets}
+    for check in session.checks:
+        error = check.error_deg
+        if check.status != "accepted" or error is None or check.ideal_deg is None:
+            continue
+        said = [no] if (no := _answered_no(check)) else []
+        sky = float(np.hypot(error[0] * np.sin(np.radians(check.ideal_deg[1])), error[1]))
+        if check.sky_error_deg is not None and not (
+            abs(sky - check.sky_error_deg) <= CHECK_TOLERANCE_DEG
+        ):
+            said.append(
+                f"its errors are {sky:.4f} deg on the sky, recorded as {check.sky_error_deg:.4f}"
+            )
+        offset = offsets.get(check.read_utc or "")
+        if offset is not None:
+            left = (offset.offsets.O1, offset.offsets.O2)
+            if np.abs(np.subtract(error, left)).max() > CHECK_TOLERANCE_DEG:
+                said.append(
+                    f"its errors are {error[0]:+z.4f} and {error[1]:+z.4f} deg, O of its Set Sun "
+                    f"Offset (record {offset.seq}) {left[0]:+z.4f} and {left[1]:+z.4f}"
+                )
+        if said:
+            yield Finding(
+                kind="check_point",
+                subject=f"check point {check.seq}",
+                sentence=f"check point {check.seq} contradicts itself ({'; '.join(said)}): strike "
+                "it out, and take another",
+                direct=True,
+            )

@@ -1,0 +1,185 @@
+"""What a session records twice is compared; a contradiction is named and keeps it from done."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from solarcal.model.evidence.direct import direct_findings
+from solarcal.model.finding import Finding
+from solarcal.mount.formula import Offsets
+from solarcal.session.records import (
+    Answers,
+    CheckRecord,
+    LinkRestored,
+    Record,
+    RefCheck,
+    Restarted,
+)
+from solarcal.session.view import SessionView, read_session, view_session
+from solarcal.station.analysing import analyse_session
+
+SAVED = Path(__file__).parents[2] / "sessions"
+DAY = read_session(SAVED / "azel-good-day.jsonl")
+FIRST, FOURTH = DAY.accepted[0], DAY.accepted[3]
+CHECK = next(r for r in DAY.records if isinstance(r, CheckRecord) and r.status == "accepted")
+change = msgspec.structs.replace
+
+
+def rewritten(edit: Callable[[Record], Record]) -> SessionView:
+    return view_session(DAY.header, tuple(edit(record) for record in DAY.records))
+
+
+def edited(seq: int, **changes: object) -> SessionView:
+    return rewritten(lambda record: change(record, **changes) if record.seq == seq else record)
+
+
+def of_the_unit(**changes: object) -> SessionView:
+    header = change(DAY.header, unit=change(DAY.header.unit, **changes))
+    return view_session(header, DAY.records)
+
+
+def with_records(*more: Record, before: int) -> SessionView:
+    """The day with these records in front of record ``before``; numbers are given anew."""
+    at = next(i for i, record in enumerate(DAY.records) if record.seq == before)
+    records = [*DAY.records[:at], *more, *DAY.records[at:]]
+    return view_session(
+        DAY.header, tuple(change(record, seq=i) for i, record in enumerate(records, start=1))
+    )
+
+
+def found(session: SessionView, kind: str) -> list[Finding]:
+    return [f for f in direct_findings(session) if f.kind == kind and f.certainty == "found"]
+
+
+def state(session: SessionView) -> str:
+    analysis = analyse_session(session)
+    assert analysis is not None
+    return analysis.verdict.state
+
+
+@pytest.mark.parametrize("path", sorted(SAVED.glob("*.jsonl")), ids=lambda path: path.stem)
+def test_no_saved_session_contradicts_itself(path: Path) -> None:
+    kinds = {"counts", "limits", "answers", "another_unit", "restarted", "check_point", "offsets"}
+    assert [f for kind in kinds for f in found(read_session(path), kind)] == []
+    assert state(DAY) == "done"
+
+
+def test_counts_and_read_outs() -> None:
+    first, second = FIRST.counts
+    moved = edited(FIRST.seq, counts=(first + 1500, second))
+    (finding,) = found(moved, "counts")
+    assert finding.labels == (FIRST.seq,)
+    assert f"{first + 1500:+d} counts are {FIRST.reading_deg[0] + 1.5:.3f}" in finding.sentence
+    assert f"the read-out is {FIRST.reading_deg[0]:.3f} deg" in finding.sentence
+    assert state(moved) == "does_not_fit"
+    # A count or two, and what a read-out is rounded to, contradict nothing.
+    assert found(edited(FIRST.seq, counts=(first + 2, second - 2)), "counts") == []
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"drive2": change(DAY.header.unit.drive2, counts_per_deg=900.0)}, {"reference1_deg": 100.0}],
+    ids=["drive", "reference"],
+)
+def test_counts_by_another_drive_or_reference(changes: dict[str, object]) -> None:
+    (finding,) = found(of_the_unit(**changes), "counts")
+    assert finding.labels == tuple(p.seq for p in DAY.accepted)
+    assert state(of_the_unit(**changes)) == "does_not_fit"
+
+
+def test_read_outs_beyond_the_limits() -> None:
+    limits = DAY.header.unit.limits
+    narrow = change(limits, axis1=change(limits.axis1, high_deg=100.0))
+    (finding,) = found(of_the_unit(limits=narrow), "limits")
+    assert f"axis 1: {FIRST.reading_deg[0]:.3f} is beyond -128..100" in finding.sentence
+    assert state(of_the_unit(limits=narrow)) == "does_not_fit"
+    nearly = change(limits, axis1=change(limits.axis1, high_deg=FIRST.reading_deg[0] - 0.1))
+    assert found(of_the_unit(limits=nearly), "limits") == []
+
+
+@pytest.mark.parametrize("question", ["ref_check", "sun_offset", "tracking"])
+def test_an_accepted_point_whose_answer_was_no(question: str) -> None:
+    answers = change(FIRST.answers, **{question: False})
+    (finding,) = found(edited(FIRST.seq, answers=answers), "answers")
+    assert f"point {FIRST.seq} was accepted although" in finding.sentence
+    assert state(edited(FIRST.seq, answers=answers)) == "continue"
+    assert found(edited(FIRST.seq, answers=Answers()), "answers") == []
+    refused = edited(FIRST.seq, answers=answers, status="rejected")
+    assert found(refused, "answers") == []
+
+
+@pytest.mark.parametrize(
+    ("name", "number"),
+    [("reading_deg", (100.0, 50.0)), ("ideal_deg", (100.0, 50.0)), ("offsets", Offsets(1.5, 0.0))],
+)
+def test_a_point_unlike_its_set_sun_offset(name: str, number: object) -> None:
+    offset = next(o for o in DAY.sun_offsets if o.instant == FIRST.read_utc)
+    other = edited(offset.seq, **{name: number})
+    (finding,) = found(other, "offsets")
+    assert finding.labels == (FIRST.seq,)
+    assert f"Set Sun Offset (record {offset.seq})" in finding.sentence
+    assert state(other) == "does_not_fit"
+
+
+def test_another_unit_on_the_line() -> None:
+    restored = LinkRestored(seq=0, utc=FOURTH.utc, serial="0002")
+    other = with_records(restored, before=FOURTH.seq)
+    (finding,) = found(other, "another_unit")
+    assert "unit 0002 answered" in finding.sentence
+    assert f"of unit {DAY.header.unit.serial}" in finding.sentence
+    assert len(finding.labels) == len(DAY.accepted) - 3
+    assert state(other) == "does_not_fit"
+    ours = change(restored, serial=DAY.header.unit.serial)
+    assert found(with_records(ours, before=FOURTH.seq), "another_unit") == []
+    back = with_records(restored, ours, before=FOURTH.seq)
+    (finding,) = found(back, "another_unit")
+    assert finding.labels == ()
+    assert state(back) == "does_not_fit"
+
+
+def test_points_between_a_restart_and_the_next_reference_check() -> None:
+    restart = Restarted(seq=0, utc=FOURTH.utc)
+    lost = with_records(restart, before=FOURTH.seq)
+    (finding,) = found(lost, "restarted")
+    labels = [p.seq for p in lost.accepted]
+    assert finding.labels[0] == labels[3]
+    checked = next(c.seq for c in lost.ref_checks if c.seq > labels[3])
+    assert finding.labels == tuple(seq for seq in labels[3:] if seq < checked)
+    assert state(lost) == "continue"
+    check = RefCheck(seq=0, utc=FOURTH.utc, number=9, complete=True, difference_counts=(0, 0))
+    assert found(with_records(restart, check, before=FOURTH.seq), "restarted") == []
+    broken = change(check, complete=False)
+    assert found(with_records(restart, broken, before=FOURTH.seq), "restarted") != []
+
+
+def test_a_check_point_of_two_errors() -> None:
+    smaller = edited(CHECK.seq, sky_error_deg=CHECK.sky_error_deg + 0.2)
+    (finding,) = found(smaller, "check_point")
+    assert f"recorded as {CHECK.sky_error_deg + 0.2:.4f}" in finding.sentence
+    assert state(smaller) == "continue"
+    larger = edited(CHECK.seq, error_deg=(0.5, 0.4))
+    (finding,) = found(larger, "check_point")
+    assert "+0.5000 and +0.4000 deg, O of its Set Sun Offset" in finding.sentence
+    no = edited(CHECK.seq, answers=change(CHECK.answers, tracking=False))
+    (finding,) = found(no, "check_point")
+    assert "accepted although the answer on tracking was NO" in finding.sentence
+    assert found(edited(CHECK.seq, error_deg=(0.5, 0.4), status="rejected"), "check_point") == []
+
+
+def test_a_session_without_a_reference_check_says_what_is_not_known() -> None:
+    without = view_session(DAY.header, tuple(r for r in DAY.records if not isinstance(r, RefCheck)))
+    (finding,) = [f for f in direct_findings(without) if f.kind == "missed_counts"]
+    assert finding.certainty == "not_determinable"
+    assert "no reference check is recorded" in finding.sentence
+    rotator = change(DAY.header, unit=change(DAY.header.unit, has_switches=False))
+    session = view_session(rotator, without.records)
+    assert [f for f in direct_findings(session) if f.kind == "missed_counts"] == []
+
+
+def test_a_point_that_is_not_fitted_contradicts_nothing() -> None:
+    first, second = FIRST.counts
+    moved = edited(FIRST.seq, counts=(first + 1500, second))
+    used = {(p.seq, p.ideal_deg[1]) for p in DAY.accepted[1:]}
+    assert [f for f in direct_findings(moved, used=used) if f.kind == "counts"] == []
