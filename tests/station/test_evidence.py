@@ -107,8 +107,10 @@ def lost_counts(day) -> SessionView:
         lambda i, p: (
             msgspec.structs.replace(
                 p,
+                basis="gathering",
                 error_deg=(p.error_deg[0], p.error_deg[1] + 0.3),
                 reading_deg=(p.reading_deg[0], p.reading_deg[1] + 0.3),
+                counts=(p.counts[0], p.counts[1] + counts),
                 offsets=Offsets(p.offsets.O1, p.offsets.O2 + 0.3),
             )
             if i >= 5

@@ -11,6 +11,7 @@ from emulated_station import emulated_station
 from solarcal.errors import ProcedureRefused
 from solarcal.mount.drive import RotaryDrive
 from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.mount.geometry import AxisLimits, Limits
 from solarcal.session.records import CheckRecord, PointRecord, Void
 from solarcal.session.view import SessionView, view_session
 from solarcal.station.analysing import analyse_session
@@ -152,11 +153,16 @@ def test_too_few_points_propose_nothing_and_say_so(taken: SessionView) -> None:
 
 
 def test_absurd_coefficients_are_doubted(taken: SessionView) -> None:
+    wide = Limits(AxisLimits(-180.0, 180.0), AxisLimits(0.0, 180.0))
+    unit = msgspec.structs.replace(taken.header.unit, limits=wide)
+    header = msgspec.structs.replace(taken.header, unit=unit)
     absurd = tuple(
         msgspec.structs.replace(
             r,
+            basis="gathering",
             error_deg=(40.0, 20.0),
             reading_deg=(r.ideal_deg[0] + 40.0, r.ideal_deg[1] + 20.0),
+            counts=None,
             offsets=Offsets(40.0, 20.0),
         )
         if isinstance(r, PointRecord) and r.ideal_deg is not None
@@ -164,7 +170,8 @@ def test_absurd_coefficients_are_doubted(taken: SessionView) -> None:
         for r in taken.records
     )
     points = tuple(r for r in absurd if isinstance(r, PointRecord))
-    proposal = propose_upload(replace(taken, records=absurd, points=points), Coefficients())
+    session = replace(taken, header=header, records=absurd, points=points)
+    proposal = propose_upload(session, Coefficients())
     assert proposal is not None
     assert any("unrealistic" in doubt for doubt in proposal.against)
 

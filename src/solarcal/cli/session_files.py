@@ -130,18 +130,19 @@ def add_void_arguments(parser: argparse.ArgumentParser) -> None:
 def run_void(args: argparse.Namespace) -> int:
     from solarcal.session.journal import Journal
     from solarcal.session.records import Void
-    from solarcal.session.view import contradictions, refuse_void
+    from solarcal.session.view import contradictions, refuse_void, view_session
 
     reason = args.reason.strip()
     if not reason:
         raise ConfigurationError("--reason is empty; say why the record is struck")
     with Journal.resume(args.file) as journal:
-        refuse_void(journal.header, journal.records, args.seq)
-        known = set(contradictions(journal.header, journal.records, args.file))
+        header = journal.header
+        refuse_void(header, journal.records, args.seq)
+        known = set(contradictions(view_session(header, tuple(journal.records)), args.file))
         seq = journal.next_seq
         utc = format_utc(SystemClock().utc_s())
         journal.append(Void(seq=seq, utc=utc, voids=args.seq, reason=reason))
-        said = contradictions(journal.header, journal.records, args.file)
+        said = contradictions(view_session(header, tuple(journal.records)), args.file)
         warnings = [one for one in said if one not in known]
     if args.json:
         document = {"file": args.file, "seq": seq, "utc": utc, "voids": args.seq, "reason": reason}

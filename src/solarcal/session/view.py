@@ -5,7 +5,7 @@ writing it.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -68,6 +68,7 @@ class SessionView:
     fits: tuple[FitRecord, ...] = ()
     in_force: tuple[InForce, ...] = ()
     restarts: tuple[Restarted, ...] = ()
+    reconnections: tuple[LinkRestored, ...] = ()
     path: str = ""
     warnings: tuple[str, ...] = ()
 
@@ -149,10 +150,11 @@ def read_session(path: str | Path) -> SessionView:
 def session_of(content: bytes, name: str) -> SessionView:
     """``read_session`` of a file's bytes; ``name`` is what messages call the file."""
     text = parse_session(content, name)
-    warnings = [*text.warnings, *contradictions(text.header, text.records, name)]
+    view = view_session(text.header, tuple(text.records), name)
+    warnings = [*text.warnings, *contradictions(view, name)]
     if not any(isinstance(record, Closed) for record in text.records):
         warnings.append(f"{name} {UNCLOSED}")
-    return view_session(text.header, tuple(text.records), name, tuple(warnings))
+    return replace(view, warnings=tuple(warnings))
 
 
 def view_session(
@@ -185,6 +187,7 @@ def view_session(
         fits=of(FitRecord),
         in_force=of(InForce),
         restarts=of(Restarted),
+        reconnections=of(LinkRestored),
         path=path,
         warnings=warnings,
     )
@@ -235,17 +238,17 @@ def _unfinished(begun: UploadBegun) -> UploadRecord:
     )
 
 
-def contradictions(header: Header, records: Sequence[Record], name: str) -> Iterator[str]:
-    """Records in which a number does not agree with the others it can be had from."""
+def contradictions(view: SessionView, name: str) -> Iterator[str]:
+    """Points that are not used for want of an offset, and records in which a number does not agree
+    with the others it can be had from."""
+    header, records = view.header, view.records
     offsets = {r.instant: r for r in records if isinstance(r, SunOffset)}
     found = [record for record in records if isinstance(record, PointRecord)]
-    lost = _offsets_struck(records, live_records(records))
-    for record in records:
-        if record.seq in lost:
-            yield (
-                f"{name}: {'' if isinstance(record, PointRecord) else 'check '}point {record.seq} "
-                f"is not used: its Set Sun Offset, record {lost[record.seq]}, is struck out"
-            )
+    taken = {r.seq for r in records if getattr(r, "status", "") == "accepted"}
+    for what, attempts in (("point", view.points), ("check point", view.checks)):
+        for attempt in attempts:
+            if attempt.seq in taken and attempt.status != "accepted":
+                yield f"{name}: {what} {attempt.seq} is not used: {attempt.reason}"
     parts = [
         (record.seq, axis, *numbers)
         for record in found

@@ -10,13 +10,14 @@ from solarcal.model.finding import Finding, listed, points_named
 from solarcal.mount.drive import Drive, reading_deg
 from solarcal.session.records import (
     CheckRecord,
+    KnownRecord,
     LinkRestored,
     PointRecord,
     RefCheck,
     Restarted,
     UnitRecord,
 )
-from solarcal.session.view import SessionView, live_records
+from solarcal.session.view import SessionView
 from solarcal.timescale import second_of_day
 from solarcal.units import wrap_deg
 
@@ -57,7 +58,7 @@ def _counts(unit: UnitRecord, points: Sequence[PointRecord]) -> Iterator[Finding
             kind="counts",
             subject=f"axis {axis + 1}",
             sentence=f"axis {axis + 1}: counts and read-outs of {points_named(labels)} contradict "
-            f"each other: at point {whole[worst].seq} {counts[worst]:+.0f} counts are {said} by "
+            f"each other: at point {whole[worst].seq} {counts[worst]:+z.0f} counts are {said} by "
             f"the unit's drive and reference position, the read-out is {shown[worst]:z.3f} deg",
             number=float(off[worst]) if np.isfinite(off[worst]) else None,
             direct=True,
@@ -115,16 +116,19 @@ def _answered_no(record: PointRecord | CheckRecord) -> str:
     return f"was accepted although the answer on {listed(no)} was NO" if no else ""
 
 
+def _in_order(*kinds: Sequence[KnownRecord]) -> list[KnownRecord]:
+    return sorted((record for kind in kinds for record in kind), key=lambda record: record.seq)
+
+
 def _another_unit(session: SessionView) -> Iterator[Finding]:
     ours, other = session.header.unit.serial, None
     after: dict[LinkRestored, list[int]] = {}
-    accepted = {p.seq for p in session.accepted}
-    for record in live_records(session.records):
+    for record in _in_order(session.reconnections, session.accepted):
         if isinstance(record, LinkRestored):
             other = record if record.serial != ours else None
             if other is not None:
                 after[other] = []
-        elif other is not None and record.seq in accepted:
+        elif other is not None:
             after[other].append(record.seq)
     for restored, points in after.items():
         concerned = f"; {points_named(tuple(points))} may be of it" if points else ""
@@ -144,13 +148,12 @@ def _unreferenced(session: SessionView) -> Iterator[Finding]:
         return
     lost: Restarted | None = None
     without: dict[Restarted, list[int]] = {}
-    accepted = {p.seq for p in session.accepted}
-    for record in live_records(session.records):
+    for record in _in_order(session.restarts, session.ref_checks, session.accepted):
         if isinstance(record, Restarted):
             lost = record
-        elif isinstance(record, RefCheck) and record.complete:
-            lost = None
-        elif lost is not None and record.seq in accepted:
+        elif isinstance(record, RefCheck):
+            lost = None if record.complete else lost
+        elif lost is not None:
             without.setdefault(lost, []).append(record.seq)
     for restart, points in without.items():
         labels = tuple(points)
