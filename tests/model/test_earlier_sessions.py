@@ -96,6 +96,34 @@ def test_a_moved_unit_is_better_known_with_its_old_session_than_without() -> Non
     assert np.median(both) < np.median(alone)
 
 
+@pytest.mark.parametrize("change", [{"P2": 0.4}, {"P1": 0.3, "P3": -0.4, "P4": 0.5}])
+def test_the_forecast_after_a_move_comes_true(change: dict[str, float]) -> None:
+    """What a day cannot exclude widens it, and takes nothing of the move for a collimation."""
+    context, ratios = context_of("azel"), []
+    for seed in range(SEEDS // 2):
+        rng = np.random.default_rng([42, seed])
+        after = random_mechanism(rng)
+        before = msgspec.structs.replace(
+            after, **{name: getattr(after, name) + by for name, by in change.items()}
+        )
+        parts = [
+            measured(context, mechanism, np.linspace(*daylight_s(context, day), 12), rng)
+            for mechanism, day in ((before, JUNE), (after, DECEMBER))
+        ]
+        solution = merge_sessions(parts, context).solution
+        expected = forecast(solution)
+        ratios.append(
+            true_year(context, after, solution.coefficients()).rms_deg / expected.year_rms_deg
+        )
+        known = expected.posterior
+        numbers = msgspec.structs.astuple(after)[:6]
+        assert (
+            np.abs(known.mean[:6] - numbers) < 4.0 * np.sqrt(np.diag(known.covariance)[:6])
+        ).all()
+    assert 0.5 < np.median(ratios) < 1.5
+    assert max(ratios) < 3.0
+
+
 def test_the_shifts_widen_what_is_known() -> None:
     moved, still = merged(5, zero_deg=0.3), merged(5)
     assert moved.solution.sigmas is not None

@@ -200,9 +200,8 @@ def _fit_shifted(
         covariance = np.linalg.inv(normal)
         spread = np.sqrt(np.diag(covariance))[6:] * np.tile(unit[list(allowed)], s)
         sigmas[:, list(allowed)] = spread.reshape(s, -1)
-    alone = np.asarray(np.linalg.inv(six.T @ six + np.eye(6)), dtype=np.float64)
-    together = np.asarray(covariance[:6, :6], dtype=np.float64)
-    return _widened(solution, alone, together, unit), shifts, sigmas
+    slopes = shift_columns((solution.slopes * unit).reshape(-1, 6), session, allowed)
+    return _with_shifts_free(replace(solution, shift_slopes=slopes)), shifts, sigmas
 
 
 def _as_the_last(
@@ -225,18 +224,20 @@ def _as_the_last(
     return points.replace(err1_deg=err[0], err2_deg=err[1])
 
 
-def _widened(
-    solution: MechanismSolution, alone: FloatArray, together: FloatArray, unit: FloatArray
-) -> MechanismSolution:
-    """The posterior with the shifts' uncertainty in it: widened as the joint covariance says."""
-    stretch = np.linalg.cholesky(together) @ np.linalg.inv(np.linalg.cholesky(alone))
-    stretch = stretch * unit[:, np.newaxis] / unit
-    old = solution.posterior
-    posterior = replace(old, covariances=stretch @ old.covariances @ stretch.T)
+def _with_shifts_free(solution: MechanismSolution) -> MechanismSolution:
+    """The posterior with the shifts' uncertainty in it: points say less where they may shift."""
+    posterior, A = solution.posterior, solution.slopes.reshape(-1, 6)
+    assert posterior.point_weights is not None
+    covariances = [
+        np.linalg.inv(
+            np.linalg.inv(covariance)
+            - (A.T * np.repeat(weights, 2)) @ (A - solution.beside_shifts(A, weights))
+        )
+        for covariance, weights in zip(posterior.covariances, posterior.point_weights, strict=True)
+    ]
+    wider = replace(posterior, covariances=np.stack(covariances))
     carried = coefficients_jacobian(solution.year.slopes, solution.context, solution.prior)
-    return replace(
-        solution, posterior=posterior, covariance=carried @ posterior.covariance @ carried.T
-    )
+    return replace(solution, posterior=wider, covariance=carried @ wider.covariance @ carried.T)
 
 
 CHANCE_LIMIT = 0.01

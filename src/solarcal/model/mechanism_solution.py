@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy import linalg
 
 from solarcal.model.prior import MechanismPosterior, Prior
 from solarcal.model.sky_context import SkyContext, TruePoints
@@ -78,6 +79,7 @@ class MechanismSolution(Solution):
     year : the mechanism over the year's grid.
     blunder_probability : (n,)
     slopes : (n, 2, 6), of the points' sky errors with respect to the mechanism.
+    shift_slopes : (2 n, k), with respect to what moved between sessions, in units of its prior.
     """
 
     posterior: MechanismPosterior
@@ -90,6 +92,7 @@ class MechanismSolution(Solution):
     point_weights: FloatArray
     left_out: tuple[str, ...] = ()
     """Sentences about points that were not used."""
+    shift_slopes: FloatArray | None = None
 
     @cached_property
     def mechanism(self) -> MechanismSummary:
@@ -105,6 +108,16 @@ class MechanismSolution(Solution):
     def noise_deg(self) -> float:
         """Noise of one point on sky, per axis, as far as the points and the prior tell."""
         return self.posterior.noise_median_deg
+
+    def beside_shifts(self, columns: FloatArray, point_weights: FloatArray) -> FloatArray:
+        """Columns (2 n, q) less what shifts between sessions explain of them, weights (n,)."""
+        if self.shift_slopes is None:
+            return columns
+        weighted = self.shift_slopes.T * np.repeat(point_weights, 2)
+        normal = weighted @ self.shift_slopes + np.eye(len(weighted))
+        explained = linalg.solve(normal, weighted @ columns, assume_a="pos")
+        less: FloatArray = columns - self.shift_slopes @ explained
+        return less
 
     def _sigma_notes(self) -> list[str]:
         notes = [*self.left_out]

@@ -101,14 +101,14 @@ def widened(solution: MechanismSolution, unmodelled: Unmodelled) -> MechanismPos
         np.stack(of)
         for of in zip(
             *(
-                _pulls(A, B, left - A @ (mean - posterior.mean), weights)
+                _pulls(solution, A, B, left - A @ (mean - posterior.mean), weights)
                 for mean, weights in zip(posterior.means, posterior.point_weights, strict=True)
             ),
             strict=True,
         )
     )
     followed = posterior.covariances @ np.swapaxes(BWA, -1, -2)
-    information = _without_negative(BWB - BWA @ followed)
+    information = BWB - BWA @ followed
     parts = [
         _with_amounts(posterior, followed, information, pull, chance, sigmas)
         for chance, sigmas in components(unmodelled)
@@ -126,20 +126,20 @@ def widened(solution: MechanismSolution, unmodelled: Unmodelled) -> MechanismPos
 
 
 def _pulls(
-    A: FloatArray, B: FloatArray, residuals: FloatArray, point_weights: FloatArray
+    solution: MechanismSolution,
+    A: FloatArray,
+    B: FloatArray,
+    residuals: FloatArray,
+    point_weights: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """B' W A (m, 6), B' W B (m, m) and B' W r (m,) for weights (n,) of the points."""
+    """B' W A (m, 6), B' W B (m, m) and B' W r (m,) for weights (n,) of the points.
+
+    Where something moved between sessions A and B are without what its shifts explain; r is at the
+    fitted shifts, where W r says the same with and without them.
+    """
     BW = B.T * np.repeat(point_weights, 2)
-    return BW @ A, BW @ B, BW @ residuals
-
-
-def _without_negative(information: FloatArray) -> FloatArray:
-    """Points of sessions between which something moved say less of P1..P6 than their slopes do; of
-    the amounts they never say less than nothing."""
-    values, vectors = np.linalg.eigh(0.5 * (information + np.swapaxes(information, -1, -2)))
-    scaled = vectors * np.maximum(values, 0.0)[:, np.newaxis, :]
-    least: FloatArray = scaled @ np.swapaxes(vectors, -1, -2)
-    return least
+    beside_A, beside_B = (solution.beside_shifts(of, point_weights) for of in (A, B))
+    return BW @ beside_A, BW @ beside_B, BW @ residuals
 
 
 def _with_amounts(
