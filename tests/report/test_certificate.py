@@ -63,8 +63,10 @@ def check_of(seq: int, sky_deg: float, status: str = "accepted") -> CheckRecord:
     )
 
 
-def write_session(path: Path, *after_the_points, operator: str = "A. Person") -> Path:
-    """Twelve points of a June day, then the records given."""
+def write_session(
+    path: Path, *after_the_points, operator: str = "A. Person", points: int = 12
+) -> Path:
+    """Twelve points of a June day (or fewer), then the records given."""
     header = msgspec.structs.replace(
         header_of(), operator=operator, pointing_device="plate, 1 m", software="solarcal 0.0.9"
     )
@@ -73,7 +75,7 @@ def write_session(path: Path, *after_the_points, operator: str = "A. Person") ->
             [
                 msgspec.structs.replace(point, seq=number)
                 for number, point in enumerate(
-                    points_at(header, hourly("2026-06-21", 14, 25)), start=1
+                    points_at(header, hourly("2026-06-21", 14, 25))[:points], start=1
                 )
             ]
         )
@@ -85,7 +87,8 @@ def write_session(path: Path, *after_the_points, operator: str = "A. Person") ->
 @pytest.fixture(scope="module")
 def judged(tmp_path_factory) -> FileAnalysis:
     path = tmp_path_factory.mktemp("certificate") / "day.jsonl"
-    return analyse_files(read_files([write_session(path, upload_of(13), check_of(14, 0.031))], {}))
+    records = upload_of(13), check_of(14, 0.031), check_of(15, 0.02)
+    return analyse_files(read_files([write_session(path, *records)], {}))
 
 
 def texts(judged: FileAnalysis) -> dict[str, str]:
@@ -110,7 +113,7 @@ def test_every_format_says_everything(judged, ending):
     digest = hashlib.sha256(judged.files.paths[0].read_bytes()).hexdigest()
     for said in (
         "SolarTrak 1", "A. Person", "plate, 1 m", "35.0500 N 106.4800 W", "2026-06-21",
-        "SIGNED OFF: 1 check point after the upload", "0.031", digest, "solarcal 0.0.9",
+        "SIGNED OFF: 2 check points after the upload", "0.031", digest, "solarcal 0.0.9",
         "12 points, method robust", "as found when the session began", "Signature",
         "Expected error by day of the year and solar hour",
         "Error of the axes at every point, and the model",
@@ -156,34 +159,69 @@ def test_what_a_file_says_never_becomes_markup(tmp_path, ending):
         assert len(re.findall(r"(?<!\\)\|", row)) == 3
 
 
+TWO = (check_of(14, 0.05), check_of(15, 0.06))
+
+
 @pytest.mark.parametrize(
     ("records", "signed_off", "said"),
     [
         ([], False, "nothing was uploaded"),
         ([upload_of(13)], False, "no check point"),
-        ([upload_of(13), check_of(14, 0.05)], True, "1 check point"),
+        ([upload_of(13), check_of(14, 0.05)], False, "1 check point"),
+        ([upload_of(13), check_of(14, 0.05)], False, "2 are needed"),
+        ([upload_of(13), *TWO], True, "2 check points"),
         ([upload_of(13), check_of(14, 0.05), check_of(15, 0.12)], False, "1 of 2 check points"),
-        ([upload_of(13), check_of(14, 0.12, "rejected"), check_of(15, 0.05)], True, "1 check"),
+        ([upload_of(13), check_of(14, 0.12, "rejected"), *TWO[1:]], False, "1 check"),
         ([check_of(13, 0.05), upload_of(14)], False, "no check point"),
-        ([upload_of(13), check_of(14, 0.05), upload_of(15, rollback=True)], False, "rolled back"),
-        ([upload_of(13, verified=False), check_of(14, 0.05)], False, "did not read back"),
+        ([upload_of(13), *TWO, upload_of(16, rollback=True)], False, "rolled back"),
+        ([upload_of(13, verified=False), *TWO], False, "did not read back"),
+        ([upload_of(13, new_coefficients=Coefficients(P1=1.0)), *TWO], False, "upload again"),
+        ([upload_of(13, new_offsets=Offsets(2.0, 1.0)), *TWO], False, "less than 0.5 % sure"),
         (
             [
                 upload_of(13),
-                check_of(14, 0.05),
-                check_of(15, 0.2),
-                Void(seq=16, utc="2026-06-22T03:00:00.000Z", voids=15, reason="cloud"),
+                *TWO,
+                check_of(16, 0.2),
+                Void(seq=17, utc="2026-06-22T03:00:00.000Z", voids=16, reason="cloud"),
             ],
             True,
-            "1 check point",
+            "2 check points",
         ),
     ],
 )
-def test_signed_off_means_checked_after_the_newest_upload(tmp_path, records, signed_off, said):
+def test_signed_off_means_proven_after_the_newest_upload(tmp_path, records, signed_off, said):
     path = write_session(tmp_path / "s.jsonl", *records)
-    after = sign_off(analyse_files(read_files([path], {})).sessions, 0.1)
+    judged = analyse_files(read_files([path], {}))
+    after = sign_off(judged.sessions, judged.analysis)
     assert after.signed_off is signed_off
     assert said in after.reason
+    assert not sign_off(judged.sessions, None).signed_off
+
+
+def test_points_that_do_not_make_the_year_sure_are_not_signed_off(tmp_path):
+    """Two check points beside the last points say nothing of the rest of the year."""
+    path = write_session(
+        tmp_path / "s.jsonl", upload_of(4), check_of(5, 0.05), check_of(6, 0.06), points=3
+    )
+    judged = analyse_files(read_files([path], {}))
+    assert judged.analysis.verdict.state != "done"
+    after = sign_off(judged.sessions, judged.analysis)
+    assert (after.signed_off, after.proven) == (False, True)
+    assert "(95 % needed): take more points" in after.reason
+
+
+def test_check_points_beyond_the_tolerance_are_evidence_against_the_verdict(tmp_path):
+    beyond = [upload_of(13), check_of(14, 0.05), check_of(15, 0.45)]
+    path = write_session(tmp_path / "s.jsonl", *beyond)
+    judged = analyse_files(read_files([path], {}))
+    (finding,) = [one for one in judged.findings if one.kind == "not_proven"]
+    assert (finding.number, finding.labels) == (0.45, (15,))
+    verdict = judged.analysis.verdict
+    assert verdict.state == "continue"
+    assert verdict.reasons[0].startswith("1 of 2 check points after the upload: beyond")
+    # The next upload has its own check points.
+    path = write_session(tmp_path / "again.jsonl", *beyond, upload_of(16))
+    assert analyse_files(read_files([path], {})).analysis.verdict.state == "done"
 
 
 def test_as_found_is_the_year_with_what_the_unit_held(judged):

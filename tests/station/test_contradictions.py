@@ -257,7 +257,7 @@ def test_a_unit_that_lost_the_upload_gets_no_check_point_until_it_is_uploaded_ag
     assert isinstance(session.records[-1], InForce)
     assert "not_held" in kinds(session)
     assert "upload again" in next_step(b.station.state).sentence
-    assert "does not hold" in sign_off([session], 0.1).reason
+    assert "does not hold" in sign_off([session], None).reason
     again = b.station.upload_again()
     assert again.verified
     assert again.new_coefficients == b.unit.stored().coefficients == Coefficients(P1=0.5)

@@ -120,10 +120,8 @@ def test_a_low_sun_is_waited_for():
 
 def test_after_the_upload_two_check_points_prove_it():
     station = connected()
-    schedule = Schedule(points=3, every_min=20.0, checks=2)
-    technician = AutomaticTechnician(
-        station, station.tracker.emulation.spot, schedule, force="a short day"
-    )
+    schedule = Schedule(points=12, every_min=55.0, checks=2)
+    technician = AutomaticTechnician(station, station.tracker.emulation.spot, schedule)
     technician.prepare()
     technician.take_points()
     technician.upload()
@@ -138,8 +136,15 @@ def test_after_the_upload_two_check_points_prove_it():
     assert step.action == "take_point"
     assert "check point 1 of 2" in step.sentence
     technician.take_checks()
-    assert next_step(station.state).action == "report"
-    assert "Signed off" in next_step(station.state).sentence
+    judgement = analyse_session(station.session)
+    step = next_step(station.state, judgement=judgement)
+    assert step.action == "report"
+    assert "Signed off" in step.sentence
+    few = station.session.accepted[:3]
+    early = analyse_session(replace(station.session, points=few))
+    step = next_step(station.state, judgement=early)
+    assert step.action == "upload"
+    assert "(95 % needed): take more points" in step.sentence
 
 
 def test_check_points_beyond_the_tolerance_do_not_prove_it():
@@ -159,7 +164,7 @@ def test_check_points_beyond_the_tolerance_do_not_prove_it():
     assert "NOT signed off" in step.sentence
     for beyond in (1, 2):
         some = (*checks[:beyond], *session.checks[beyond:])
-        reason = sign_off([replace(session, checks=some)], 0.1).reason
+        reason = sign_off([replace(session, checks=some)], None).reason
         assert reason.startswith(f"{beyond} of 2 check points after the upload: beyond")
 
 

@@ -171,7 +171,7 @@ def test_the_year_of_a_unit_ends_at_its_limits_and_an_import_has_none():
 
 def test_without_an_upload_nothing_is_signed_off():
     session = replace(view("azel-good-day.jsonl"), uploads=())
-    proof = sign_off([session], 0.1)
+    proof = sign_off([session], None)
     assert (proof.signed_off, proof.reason) == (False, "nothing was uploaded")
 
 

@@ -201,7 +201,7 @@ async def test_check_points_within_the_tolerance_sign_off(tmp_path):
 
     station, _ = bench(tmp_path / "day.jsonl")
     spot = station.tracker.emulation.spot
-    technician = AutomaticTechnician(station, spot, Schedule(points=5, every_min=45.0, checks=2))
+    technician = AutomaticTechnician(station, spot, Schedule(points=11, every_min=45.0, checks=2))
     station.initialise(confirmed=True)
     technician.take_points()
     technician.upload()
@@ -301,9 +301,9 @@ async def test_notices_have_rows_of_their_own_and_lie_over_nothing(size):
 
 
 def uploaded(folder, checks):
-    """Seven points, uploaded, and so many check points."""
+    """Enough points, uploaded, and so many check points."""
     station, cable = bench(folder / "calibration.jsonl", start="2026-06-03T14:00:00Z")
-    take_points(station, 7, 45.0)
+    take_points(station, 12, 50.0)
     upload_and_check(station, checks)
     return station, cable
 

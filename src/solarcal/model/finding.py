@@ -36,6 +36,7 @@ Kind = Literal[
     "restarted",
     "check_point",
     "not_held",
+    "not_proven",
     "last_coefficients",
     "step",
 ]

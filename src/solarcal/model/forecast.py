@@ -21,7 +21,7 @@ from solarcal.model.unmodelled import CROSS_AXIS, widened, year_columns
 from solarcal.model.year_grid import SLOTS, SunGrid, year_grid
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, correction_deg
 from solarcal.mount.mechanism import Linearised
-from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule, Unmodelled
+from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule, Unmodelled, percent
 from solarcal.units import FloatArray, wrap_deg
 
 SHARE_WITHIN = 0.95
@@ -115,6 +115,13 @@ class Forecast:
     def sure(self) -> bool:
         """Whether the stopping rule is met, as far as the forecast goes."""
         return self.probability_within_tolerance >= self.rule.probability
+
+    @property
+    def sure_words(self) -> str:
+        """``90 % sure (95 % needed)``."""
+        needed = self.rule.probability
+        sure = percent(self.probability_within_tolerance, needed)
+        return f"{sure} sure ({100.0 * needed:g} % needed)"
 
     def uploading(self, coefficients: Coefficients) -> "Forecast":
         """The same tracker's year with these coefficients uploaded: the same draws."""

@@ -26,7 +26,7 @@ from solarcal.model.mechanism_solution import (
 from solarcal.model.plan import Plan
 from solarcal.model.solution import Solution
 from solarcal.site import BoltCircle
-from solarcal.stopping_rule import apart_from, percent
+from solarcal.stopping_rule import apart_from
 
 State = Literal["done", "continue", "not_today", "does_not_fit"]
 
@@ -146,9 +146,8 @@ def conclude(assessment: Assessment, expected: Forecast, planned: Plan | None = 
 def sure_sentence(expected: Forecast) -> str:
     """How sure one can be of the year, and how sure one is asked to be."""
     rule = expected.rule
-    p = expected.probability_within_tolerance
     return (
-        f"{percent(p, rule.probability)} sure ({100 * rule.probability:g} % needed) that "
+        f"{expected.sure_words} that "
         f"95 % of the year's pointing is within {rule.tolerance_deg:g} deg; expected: 95 % within "
         f"{rule.within_deg(expected.year_p95_deg)} deg"
     )

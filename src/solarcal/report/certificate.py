@@ -72,7 +72,7 @@ def read_sources(paths: Sequence[Path]) -> tuple[SourceFile, ...]:
 
 def signed_off(judged: FileAnalysis) -> SignOff:
     """The uploads and check points of the files, judged by their tolerance."""
-    return sign_off(judged.sessions, judged.tolerance_deg)
+    return sign_off(judged.sessions, judged.analysis)
 
 
 def make_certificate(judged: FileAnalysis, sources: Sequence[SourceFile]) -> Certificate:
@@ -85,8 +85,7 @@ def make_certificate(judged: FileAnalysis, sources: Sequence[SourceFile]) -> Cer
     return Certificate(
         title="Calibration certificate",
         subject=f"{unit}, {judged.table.geometry}, {days}",
-        status=f"{'SIGNED OFF' if after.signed_off else 'Not signed off'}: {after.reason}. "
-        f"Verdict: {STATE_WORDS[judgement.verdict.state]}.",
+        status=f"{after.sentence} Verdict: {STATE_WORDS[judgement.verdict.state]}.",
         sections=(
             subject_section(judged, header),
             verdict_section(judgement),

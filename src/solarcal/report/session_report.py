@@ -57,6 +57,7 @@ from solarcal.session.view import SessionView
 from solarcal.station.analysing import FileAnalysis, analyse_session
 from solarcal.station.curves import session_plot_data, table_plot_data
 from solarcal.station.question_evidence import found_words
+from solarcal.station.uploading import sign_off
 from solarcal.timescale import second_of_day
 
 if TYPE_CHECKING:
@@ -136,7 +137,9 @@ def session_text(session: SessionView, judgement: Analysis | None) -> str:
     if session.checks:
         parts.append(
             section_text(
-                "Check points", *checks_table(session.checks, session.header.tolerance_deg)
+                "Check points",
+                *checks_table(session.checks, session.header.tolerance_deg),
+                Sentences((sign_off([session], judgement).sentence,)),
             )
         )
     if judgement is not None:
@@ -148,12 +151,11 @@ def session_text(session: SessionView, judgement: Analysis | None) -> str:
 
 def calibration_text(calibration: "Calibration") -> str:
     """A finished headless calibration, with the emulator's truth."""
-    if calibration.completed:
-        ending = "Calibration completed, read back equal."
-    elif calibration.refused:
-        ending = f"NOT completed: {calibration.refused}"
-    else:
-        ending = "NOT completed: the values read back differ from those written."
+    ending = (
+        "Calibration completed, read back equal."
+        if calibration.completed
+        else f"NOT completed: {calibration.failure}"
+    )
     truth = truth_table(calibration.truth_document(), calibration.solution.coefficients())
     return "\n\n".join(
         [

@@ -10,6 +10,7 @@ import msgspec
 from solarcal.decimals import Six
 from solarcal.errors import ConfigurationError, LinkError, ProcedureRefused
 from solarcal.model.evidence.sun_path import branch_warning
+from solarcal.model.evidence.unit_state import check_evidence
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.model.solution import Solution
 from solarcal.session.journal import Journal
@@ -47,8 +48,17 @@ class Calibration:
 
     @property
     def completed(self) -> bool:
-        """The read-back was exact, and the check points that were taken are stored."""
-        return self.upload is not None and self.upload.verified
+        """The read-back was exact, and no check point is beyond the tolerance."""
+        return not self.failure
+
+    @property
+    def failure(self) -> str:
+        """Why it is not completed, or nothing."""
+        if self.refused:
+            return self.refused
+        if self.upload is None or not self.upload.verified:
+            return "the values read back differ from those written"
+        return "; ".join(finding.sentence for finding in check_evidence(self.session))
 
     def truth_document(self) -> dict[str, float | None]:
         """The contract's ``truth``: the world's P1..P6 and the TRUE error before and after."""

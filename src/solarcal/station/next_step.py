@@ -10,7 +10,7 @@ from solarcal.model.evidence.clocks import CLOCK_TOLERANCE_S
 from solarcal.session.view import SessionView
 from solarcal.station import guards
 from solarcal.station.state import Activity, LinkState, StationState
-from solarcal.station.uploading import sign_off
+from solarcal.station.uploading import CHECK_POINTS, sign_off
 from solarcal.timescale import SECONDS_PER_SUN_DEG, parse_utc
 from solarcal.unit.tracker import Mode
 
@@ -23,7 +23,6 @@ ENOUGH_POINTS = 7
 
 FULL_CALIBRATION = 12
 NOT_TODAY = " Today's will not reach the tolerance."
-CHECK_POINTS = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +77,7 @@ def next_step(
             "The unit has lost its reference (did it restart?): do a reference check.", "ref_check"
         )
     if session.uploads:
-        return _after_upload(session)
+        return _after_upload(session, judgement)
     if (preparation := _preparation(state, session)) is not None:
         return preparation
     return _next_point(state, session, sun_elevation_deg, judgement)
@@ -192,7 +191,7 @@ def _next_point(
     return NextStep(rest + ".", "sun_offset", due_utc_s)
 
 
-def _after_upload(session: SessionView) -> NextStep:
+def _after_upload(session: SessionView, judgement: Analysis | None) -> NextStep:
     upload = session.uploads[-1]
     if not upload.verified:
         return NextStep(
@@ -209,7 +208,7 @@ def _after_upload(session: SessionView) -> NextStep:
         return NextStep("Rolled back: the unit is as it was. Upload again when ready.", "upload")
     since = session.checks_after(upload)
     if len(since) >= CHECK_POINTS:
-        proof = sign_off([session], session.header.tolerance_deg)
+        proof = sign_off([session], judgement)
         if not proof.signed_off:
             return NextStep(
                 f"NOT signed off: {proof.reason}. Take more points and upload again, or roll back.",

@@ -3,6 +3,7 @@
 import contextlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -180,15 +181,21 @@ def too_few_points(session: SessionView) -> str:
     return f"{counted(n, 'accepted point')}: {FEWEST_POINTS} are needed."
 
 
+CHECK_POINTS = 2
+"""Within the tolerance, after the upload: the proof that the manual asks for."""
+
+
 @dataclass(frozen=True, slots=True)
 class SignOff:
     """What the uploads and check points of some sessions come to.
 
     Attributes
     ----------
-    signed_off : the newest upload reads back equal, and every accepted check point after it is
-        within the tolerance; at least one there is.
+    signed_off : the newest upload reads back equal, ``CHECK_POINTS`` after it and no fewer are all
+        within the tolerance, the verdict is ``done``, and what was uploaded is as sure over the
+        year as the stopping rule asks.
     reason : the sentence that says so, or why not.
+    proven : whether the check points have decided: there are enough of them, or one is beyond.
     uploads : every live upload and rollback, oldest first.
     checks : accepted check points after the newest upload.
     sky_rms_deg, sky_max_deg : of these; None without any.
@@ -196,6 +203,7 @@ class SignOff:
 
     signed_off: bool
     reason: str
+    proven: bool = False
     uploads: tuple[UploadRecord, ...] = ()
     checks: tuple[CheckRecord, ...] = ()
     sky_rms_deg: float | None = None
@@ -205,9 +213,16 @@ class SignOff:
     def newest(self) -> UploadRecord | None:
         return self.uploads[-1] if self.uploads else None
 
+    @property
+    def sentence(self) -> str:
+        return f"{'SIGNED OFF' if self.signed_off else 'Not signed off'}: {self.reason}."
 
-def sign_off(views: Sequence[SessionView], tolerance_deg: float) -> SignOff:
-    """Judge the check points of sessions of one unit, one of them perhaps still running."""
+
+def sign_off(views: Sequence[SessionView], judgement: Analysis | None) -> SignOff:
+    """Judge uploads and check points of sessions of one unit, one of them perhaps still running.
+
+    Without the judgement of their points nothing is signed off.
+    """
     # Within a file its order counts; between files only the laptop's time is left.
     told = (view for view in views if view.uploads or view.checks)
     views = sorted(told, key=lambda view: view.uploads[-1].utc if view.uploads else "")
@@ -224,12 +239,15 @@ def sign_off(views: Sequence[SessionView], tolerance_deg: float) -> SignOff:
         and (check.seq > newest.seq if newest in view.uploads else check.utc > newest.utc)
     )
     left = np.array([check.sky_error_deg for check in checks], dtype=np.float64)
-    signed_off, reason = _conclusion(newest, left, tolerance_deg)
+    rule = views[-1].header.rule if judgement is None else judgement.forecast.rule
+    beyond = int((left > rule.tolerance_deg).sum())
+    against = _against(newest, left, beyond, judgement)
     if not all(view.holds_upload for view in views):
-        signed_off, reason = False, "the unit does not hold what was uploaded; upload again"
+        against = "the unit does not hold what was uploaded; upload again"
     return SignOff(
-        signed_off,
-        reason,
+        not against,
+        against or f"{_those(left)}: all within the tolerance, the worst {left.max():.3f} deg",
+        beyond > 0 or left.size >= CHECK_POINTS,
         uploads,
         checks,
         rms(left) if left.size else None,
@@ -237,21 +255,36 @@ def sign_off(views: Sequence[SessionView], tolerance_deg: float) -> SignOff:
     )
 
 
-def _conclusion(
-    newest: UploadRecord, left_deg: "np.ndarray[tuple[int], np.dtype[np.float64]]", limit_deg: float
-) -> tuple[bool, str]:
+Errors = np.ndarray[tuple[int], np.dtype[np.float64]]
+
+
+def _those(left_deg: Errors) -> str:
+    return f"{counted(left_deg.size, 'check point')} after the upload"
+
+
+def _against(
+    newest: UploadRecord, left_deg: Errors, beyond: int, judgement: Analysis | None
+) -> str:
+    """Why it is not signed off, or nothing."""
     if newest.rollback:
-        return False, "the newest upload was rolled back"
+        return "the newest upload was rolled back"
     if not newest.verified:
-        return False, "the unit did not read back what was uploaded"
+        return "the unit did not read back what was uploaded"
     if not left_deg.size:
-        return False, "no check point was taken after the upload"
-    n, worst = left_deg.size, float(left_deg.max())
-    those = f"{counted(n, 'check point')} after the upload"
-    if worst > limit_deg:
-        beyond = int((left_deg > limit_deg).sum())
-        return False, f"{beyond} of {those}: beyond the tolerance, the worst {worst:.3f} deg"
-    return True, f"{those}: all within the tolerance, the worst {worst:.3f} deg"
+        return "no check point was taken after the upload"
+    those, worst = _those(left_deg), f"the worst {left_deg.max():.3f} deg"
+    if beyond:
+        return f"{beyond} of {those}: beyond the tolerance, {worst}"
+    within = f"{counted(left_deg.size, 'check point')} within the tolerance, {worst}"
+    if left_deg.size < CHECK_POINTS:
+        return f"{within}; {CHECK_POINTS} are needed"
+    if judgement is None:
+        return f"{within}, but there is no verdict on the points"
+    uploaded = forecast_with(judgement, newest.new_coefficients, newest.new_offsets)
+    if not uploaded.sure:
+        cure = "upload again" if judgement.forecast.sure else "take more points"
+        return f"{within}, but the year is {uploaded.sure_words}: {cure}"
+    return "" if judgement.verdict.state == "done" else f"{within}, but the verdict is not DONE"
 
 
 def held(coefficients: Coefficients, offsets: Offsets) -> Coefficients:
@@ -268,4 +301,10 @@ def held(coefficients: Coefficients, offsets: Offsets) -> Coefficients:
 
 def forecast_with(judgement: Analysis, coefficients: Coefficients, offsets: Offsets) -> Forecast:
     """The year with these P and O in force."""
-    return judgement.forecast.uploading(held(coefficients, offsets))
+    return _year(judgement.forecast, held(coefficients, offsets))
+
+
+@lru_cache(maxsize=2)
+def _year(known: Forecast, coefficients: Coefficients) -> Forecast:
+    """Screens ask for the same year every second."""
+    return known.uploading(coefficients)

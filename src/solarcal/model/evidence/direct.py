@@ -26,7 +26,7 @@ from solarcal.model.evidence.sun_path import (
     side_evidence,
     stamp_evidence,
 )
-from solarcal.model.evidence.unit_state import held_evidence, unit_evidence
+from solarcal.model.evidence.unit_state import check_evidence, held_evidence, unit_evidence
 from solarcal.model.finding import Finding
 from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext
@@ -123,6 +123,7 @@ def direct_findings(
         *count_evidence(session, solution),
         *unit_evidence(session),
         *held_evidence(session),
+        *check_evidence(session),
         *read_out_evidence(points),
         *offset_evidence(session, points),
         *point_contradictions(session.header.unit, points),
@@ -195,7 +196,7 @@ def weigh(evidence: Iterable[Finding], used: AbstractSet[int], tolerance_deg: fl
                 wrong.append(finding.sentence)
             case "branch" | "answers" | "restarted" if not used.isdisjoint(finding.labels):
                 waiting.append(finding.sentence)
-            case "not_held" | "check_point":
+            case "not_held" | "check_point" | "not_proven":
                 waiting.append(finding.sentence)
             case "unit_sun" if number > tolerance_deg:
                 wrong.append(finding.sentence)

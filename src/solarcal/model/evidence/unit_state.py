@@ -175,6 +175,36 @@ def held_evidence(session: SessionView) -> tuple[Finding, ...]:
     )
 
 
+def check_evidence(session: SessionView) -> tuple[Finding, ...]:
+    """Check points beyond the tolerance: with what was uploaded the unit does not point.
+
+    A data point taken since is judged by its own residual, and the next upload by its own checks.
+    """
+    if not session.uploads:
+        return ()
+    newest = session.uploads[-1].seq
+    if session.accepted:
+        newest = max(newest, session.accepted[-1].seq)
+    limit_deg = session.header.tolerance_deg
+    since = [c for c in session.checks_after(session.uploads[-1]) if c.seq > newest]
+    beyond = [c for c in since if c.sky_error_deg is not None and c.sky_error_deg > limit_deg]
+    if not beyond:
+        return ()
+    worst = max(check.sky_error_deg or 0.0 for check in beyond)
+    return (
+        Finding(
+            kind="not_proven",
+            subject="check points",
+            sentence=f"{len(beyond)} of {counted(len(since), 'check point')} after the upload: "
+            f"beyond the tolerance of {limit_deg:g} deg, the worst {worst:.3f} deg; do a reference "
+            "check, take more points and upload again",
+            number=worst,
+            direct=True,
+            labels=tuple(check.seq for check in beyond),
+        ),
+    )
+
+
 def unit_evidence(session: SessionView) -> list[Finding]:
     """Site and Sun of the unit, as far as the records have them."""
     header = session.header

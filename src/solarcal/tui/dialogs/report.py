@@ -21,7 +21,6 @@ from solarcal.session.records import UploadRecord
 from solarcal.session.view import SessionView
 from solarcal.station.curves import before_and_after
 from solarcal.station.news import FitReady
-from solarcal.station.next_step import CHECK_POINTS
 from solarcal.station.state import StationState
 from solarcal.station.uploading import SignOff, forecast_with, sign_off
 from solarcal.tui.base import StationScreen, Workstation
@@ -85,7 +84,7 @@ class ReportDialog(Dialog):
         session = self.workstation.state.session
         if session is None:
             return SignOff(False, "no session")
-        return sign_off([session], session.header.tolerance_deg)
+        return sign_off([session], self.workstation.judgement)
 
     def _offer(self, proof: SignOff) -> None:
         self.offer("write", *(["compare"] if proof.newest is not None else []))
@@ -125,12 +124,6 @@ BOTH_ROWS = 40
 
 def open_comparison(app: Workstation) -> None:
     app.push_screen(ComparisonScreen())
-
-
-def proven(session: SessionView) -> bool:
-    """Whether the newest upload is signed off by the check points the manual asks for."""
-    proof = sign_off([session], session.header.tolerance_deg)
-    return proof.signed_off and len(proof.checks) >= CHECK_POINTS
 
 
 class ComparisonScreen(StationScreen):
@@ -194,7 +187,7 @@ class ComparisonScreen(StationScreen):
         if judged is None or session is None or judged is self._judged:
             return
         self._judged = judged
-        proof = sign_off([session], session.header.tolerance_deg)
+        proof = sign_off([session], judged)
         header, upload = session.header, proof.newest
         if upload is not None:
             self.compute(

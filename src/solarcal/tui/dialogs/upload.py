@@ -192,9 +192,8 @@ class UploadDialog(Dialog):
         parts = []
         if session.uploads:
             # First: it is seen without scrolling.
-            proof = sign_off([session], session.header.tolerance_deg)
-            word = "SIGNED OFF" if proof.signed_off else "Not signed off"
-            parts.append(f"{word}: {proof.reason}.")
+            proof = sign_off([session], self.workstation.judgement)
+            parts.append(proof.sentence)
         if self._proposal is not None:
             parts.append(proposal_table(self._proposal))
         if session.checks:

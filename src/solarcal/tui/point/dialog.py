@@ -32,10 +32,11 @@ from solarcal.station.point_judgement import PointJudgement, judge_check, judge_
 from solarcal.station.procedure import Station
 from solarcal.station.question_evidence import Fact, question_evidence
 from solarcal.station.state import QUESTIONS, Activity, Attempt, StationState
+from solarcal.station.uploading import sign_off
 from solarcal.tui.base import is_typed
 from solarcal.tui.dialogs.dialog import DialogKey, reason_field
 from solarcal.tui.dialogs.paced import PacedDialog, progress_bar
-from solarcal.tui.dialogs.report import open_comparison, proven
+from solarcal.tui.dialogs.report import open_comparison
 from solarcal.tui.widgets.lines import Field, Words
 from solarcal.unit.tracker import Spot
 
@@ -321,8 +322,10 @@ class TakePointDialog(PacedDialog):
             self.leave_saying(f"{what} kept as rejected (record {record.seq}); not used.")
             return
         self.dismiss(None)
-        if isinstance(record, CheckRecord) and proven(self.worker.station.session):
-            open_comparison(self.workstation)
+        if isinstance(record, CheckRecord):
+            proof = sign_off([self.worker.station.session], self.workstation.judgement)
+            if proof.signed_off:
+                open_comparison(self.workstation)
 
 
 def _answer(station: Station, asked: int, yes: bool) -> Attempt:

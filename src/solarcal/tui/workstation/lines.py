@@ -135,8 +135,8 @@ def verdict_words(
 ) -> VerdictWords:
     """What the points come to; after an upload with check points, whether it is signed off."""
     if session is not None and session.uploads and session.checks:
-        proof = sign_off([session], session.header.tolerance_deg)
-        if proof.checks:
+        proof = sign_off([session], judgement)
+        if proof.proven:
             word = "SIGNED OFF" if proof.signed_off else "NOT SIGNED OFF"
             return VerdictWords(word, proof.reason, "$success" if proof.signed_off else "$error")
     if session is None or judgement is None:
