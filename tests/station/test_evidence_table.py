@@ -357,6 +357,8 @@ ELSEWHERE = {
     "a check point's errors, sky error, O and answers": RECORDS,
     "kind of ideal angles and stamps": "tests/model/test_time_stamps.py",
     "sessions of one unit": "tests/model/test_earlier_sessions.py",
+    "check points and the tolerance": "tests/report/test_certificate.py",
+    "the year with what was uploaded": "tests/report/test_certificate.py",
 }
 HERE_ALONE = {"error and half a turn, read-outs and limits", "the year in force and proposed"}
 
