@@ -70,6 +70,7 @@ def points_at(
         e1, e2 = correction_deg(TRUTH, ax1, ax2)
         noise1, noise2 = random.normal(0.0, noise_deg, 2)
         error = (float(e1 + noise1 / np.sin(np.radians(ax2))), float(e2 + noise2))
+        reading = (float(ax1) + error[0], float(ax2) + error[1])
         points.append(
             PointRecord(
                 seq=first_seq + 3 * index,
@@ -78,9 +79,9 @@ def points_at(
                 status=status,  # type: ignore[arg-type]
                 answers=YES,
                 ideal_deg=(float(ax1), float(ax2)),
-                reading_deg=(float(ax1) + error[0], float(ax2) + error[1]),
+                reading_deg=reading,
                 error_deg=error,
-                counts=(round(200.0 * ax1), round(200.0 * ax2)),
+                counts=(round(200.0 * reading[0]), round(200.0 * (reading[1] - 45.0))),
                 offsets=Offsets(*error),
             )
         )
