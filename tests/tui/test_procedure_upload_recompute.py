@@ -82,8 +82,8 @@ async def test_an_upload_is_read_back_and_rolled_back_and_each_is_recorded(
         await pilot.press("u")
         await shows(pilot, "in force", "in sigmas", "5 points", "Upload?", "better (P 100 %)")
         await pilot.press("y")
-        # Few points are not done: asked a second time, in other words.
-        await shows(pilot, "not DONE", "once more")
+        # Few points are not done: asked a second time, with the reason of the verdict.
+        await shows(pilot, "not DONE: ", "% sure (95 % needed)", "once more")
         await pilot.press("y")
         await shows(pilot, "read back EQUAL", "the new ones are in force already")
         uploaded = station.session.uploads[-1].new_coefficients

@@ -242,10 +242,10 @@ def _propose(station: Station, judgement: Analysis | None) -> UploadOffer | None
 
 def _sure(proposal: UploadOffer) -> str:
     """The question where the verdict is not done."""
-    state = STATE_WORDS[proposal.judgement.verdict.state].split(":")[0]
+    verdict = proposal.judgement.verdict
+    state = STATE_WORDS[verdict.state].split(":")[0]
     return (
-        f"The verdict is {state}, not DONE: 95 % of the year is expected within "
-        f"{proposal.kept.year_p95_deg:.3f} deg only. Press y once more to write the "
+        f"The verdict is {state}, not DONE: {verdict.reasons[0]}. Press y once more to write the "
         "coefficients now."
     )
 

@@ -100,6 +100,9 @@ def _with_tail(lines: list[Content], tail: list[tuple[str, str]], width: int) ->
     return lines
 
 
+IN_ITS_PANE = "[3: reasons]"
+
+
 @dataclass(frozen=True, slots=True)
 class VerdictWords:
     """The verdict as it is always on screen: a mark, the word, the year, the first reason."""
@@ -116,7 +119,7 @@ class VerdictWords:
 
     def fitted(self, width: int, rows: int) -> list[Content]:
         """In so many rows; a reason that has no room is not cut, but said to be in its pane."""
-        for reason in (self.reason, "[3: reasons]", "[3]", "") if self.reason else ("",):
+        for reason in (self.reason, IN_ITS_PANE, "[3]", "") if self.reason else ("",):
             lines = Content.assemble(*self.parts(reason)).wrap(width)
             if len(lines) <= rows:
                 return lines
@@ -147,10 +150,15 @@ def verdict_words(
     expected = judgement.forecast
     rule, p95 = expected.rule, expected.rule.within_deg(expected.year_p95_deg)
     sure = percent(expected.probability_within_tolerance, rule.probability)
-    # The reason that is the forecast itself stands first already.
+    # The forecast stands first already: where it decides, what follows it is not the reason.
     forecast_reason = sure_sentence(expected)
-    first = next((reason for reason in verdict.reasons if reason != forecast_reason), "")
-    summary = f"{sure} sure of {rule.tolerance_deg:g} deg. Year 95 %: {p95} deg."
+    others = [reason for reason in verdict.reasons if reason != forecast_reason]
+    decides = verdict.state == "continue" and not expected.sure
+    first = IN_ITS_PANE if decides and others else next(iter(others), "")
+    summary = (
+        f"{sure} sure of {rule.tolerance_deg:g} deg, {100 * rule.probability:g} % needed. "
+        f"Year 95 %: {p95} deg."
+    )
     return VerdictWords(f"{STATE_WORDS[verdict.state]}.", summary, TONES[verdict.state], first)
 
 
