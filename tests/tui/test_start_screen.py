@@ -27,7 +27,7 @@ from solarcal.session.view import read_session
 from solarcal.site import BoltCircle
 from solarcal.station.news import FileInitialised
 from solarcal.station.saved_sessions import finished, saved_sessions
-from solarcal.timescale import SystemClock
+from solarcal.timescale import SystemClock, parse_utc
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.start_screen import StartScreen
 from solarcal.tui.workstation.screen import WorkstationScreen
@@ -122,10 +122,34 @@ async def test_an_unfinished_session_of_an_unknown_line_asks_for_the_line():
     async with app.run_test(size=(100, 40)) as pilot:
         await offers(pilot)
         await pilot.press("enter")
-        await shows(pilot, "On which line is the unit of")
+        await shows(pilot, "On which line is the unit of", "Escape: back to all choices")
         assert path.name in screen_words(app)
         await pilot.press("escape")
-        await shows(pilot, "Unfinished sessions")
+        await shows(pilot, "Unfinished sessions", "Choose with the arrow keys, open with Enter.")
+        assert "Escape: back" not in screen_words(app)
+
+
+async def test_a_session_of_an_emulated_tracker_of_another_program_goes_on_with_its_scenario():
+    path = unfinished_session("tijeras-azel-2026-06-03.jsonl")
+    before = read_session(path).records
+    known = unfinished_session("known.jsonl")
+    app = app_with(lines={known.name: Choice(scenario="tijeras-azel")})
+    async with app.run_test(size=(100, 40)) as pilot:
+        entries = await offers(pilot)
+        # What needs a question comes after what needs none.
+        assert [entry.split()[0] for entry in entries[1:3]] == [known.name, path.name]
+        await pilot.press("down", "enter")
+        await shows(pilot, "On which line is the unit of", "It was an emulated tracker")
+        entries = await offers(pilot)
+        at = entries.index("It was an emulated tracker")
+        assert entries[at + 1].startswith("tijeras-azel")
+        app.screen.query_one(OptionList).highlighted = at + 1
+        await pilot.press("enter")
+        await until(pilot, lambda: isinstance(app.screen, WorkstationScreen))
+        assert app.session_name == path.name
+        assert app.state.session.records[: len(before)] == before
+        assert app.state.live.status.unit_utc_s >= parse_utc(before[-1].utc)
+        await app.leave()
 
 
 async def test_leaving_before_anything_was_begun_leaves_nothing_to_go_on_with():

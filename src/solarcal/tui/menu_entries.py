@@ -25,16 +25,19 @@ class MenuEntries:
 def menu_entries(settings: Settings) -> MenuEntries:
     """Look at ports, scenarios and the sessions folder; takes as long as they take."""
     saved = saved_sessions()
-    unfinished = []
+    known, unknown = [], []
     for session in saved:
         if session.finished or session.damage:
             continue
-        choice = continuing(session, settings.lines.get(session.path.name))
-        unfinished.append((session.words(), choice or Choice(session=str(session.path))))
+        if choice := continuing(session, settings.lines.get(session.path.name)):
+            known.append((session.words(), choice))
+        else:
+            asked = Choice(session=str(session.path), start_utc=session.last_utc)
+            unknown.append((f"{session.words()}, on which line?", asked))
     replays = [
         (session.words(), Choice(replay=str(session.path))) for session in saved if session.points
     ]
-    return MenuEntries(unfinished, _ports(), _scenarios(), replays)
+    return MenuEntries([*known, *unknown], _ports(), _scenarios(), replays)
 
 
 def _ports() -> list[Entry]:

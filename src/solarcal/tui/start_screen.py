@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import msgspec
+from msgspec.structs import replace
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, VerticalScroll
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from solarcal.station.opening import UnfinishedSessions
 
 REPLAYS_SHOWN = 20
+FIRST_WORDS = "Choose with the arrow keys, open with Enter."
 BY_HAND = ("A real SolarTrak: type what its display shows", Choice(driver="typed"))
 
 
@@ -59,7 +60,7 @@ class StartScreen(StationScreen):
     def __init__(self) -> None:
         super().__init__()
         self._choices: dict[str, Choice] = {}
-        self._continue: str = ""
+        self._continue = Choice()
         self._of_unit: UnfinishedSessions | None = None
         self._driver = DEFAULT_DRIVER
         self._offers: Any = None
@@ -93,7 +94,7 @@ class StartScreen(StationScreen):
         self.show_profile()
         self._use_driver(self.workstation.profile.driver)
         self.query_one(OptionList).focus()
-        self.say_on_line("Choose with the arrow keys, open with Enter.")
+        self.say_on_line(FIRST_WORDS)
         self.call_after_refresh(self.look_up)
 
     def show_profile(self) -> None:
@@ -127,8 +128,11 @@ class StartScreen(StationScreen):
         self._offer(self._offers)
 
     def _by_driver(self, entries: list[tuple[str, Choice]]) -> list[tuple[str, Choice]]:
+        """With the session to go on with: an emulated tracker of the same truth takes over."""
+        session, since = self._continue.session, self._continue.start_utc
+        more = {"driver": self._driver, "session": session}
         return [
-            (words, msgspec.structs.replace(choice, driver=self._driver))
+            (words, replace(choice, **more, start_utc=since if choice.scenario else ""))
             for words, choice in entries
         ]
 
@@ -159,15 +163,14 @@ class StartScreen(StationScreen):
             yield "Unfinished sessions of this unit: continue", self._of_unit.entries
             yield "Or begin anew", [("a new session file", self._of_unit.anew)]
             return
-        if self._continue:
-            ports = offers.ports if offers is not None else []
-            yield (
-                f"On which line is the unit of {Path(self._continue).name}?",
-                [
-                    (words, msgspec.structs.replace(choice, session=self._continue))
-                    for words, choice in [*self._by_driver(ports), BY_HAND]
-                ],
-            )
+        if session := self._continue.session:
+            name, (words, typed) = Path(session).name, BY_HAND
+            ports = self._by_driver(offers.ports if offers is not None else [])
+            scenarios = self._by_driver(offers.scenarios if offers is not None else [])
+            scenarios.sort(key=lambda entry: not name.startswith(entry[1].scenario))
+            by_hand = (words, replace(typed, session=session))
+            yield f"On which line is the unit of {name}?", [*ports, by_hand]
+            yield "It was an emulated tracker", scenarios
             return
         if offers is not None:
             yield "Unfinished sessions: continue", offers.unfinished
@@ -206,7 +209,7 @@ class StartScreen(StationScreen):
         if choice == Choice():
             self.look_up()
         elif choice.session and not (choice.port or choice.scenario or not has_line(choice.driver)):
-            self._continue = choice.session
+            self._continue = choice
             self.say_on_line("Choose the line its unit is on. Escape: back to all choices.")
             self.look_up()
         else:
@@ -219,8 +222,9 @@ class StartScreen(StationScreen):
         self.query_one(Input).focus()
 
     def action_leave_address(self) -> None:
-        if self._continue or self._of_unit is not None:
-            self._continue, self._of_unit = "", None
+        if self._continue.session or self._of_unit is not None:
+            self._continue, self._of_unit = Choice(), None
+            self.say_on_line(FIRST_WORDS)
             self.look_up()
         self.query_one(OptionList).focus()
 
@@ -231,7 +235,7 @@ class StartScreen(StationScreen):
                 port=address,
                 driver=self._driver,
                 baudrate=self.workstation.profile.baudrate,
-                session=self._continue,
+                session=self._continue.session,
             )
             self.workstation.open_choice(choice)
 
@@ -340,5 +344,5 @@ class ProfileScreen(StationModal[bool]):
             return
         app = self.workstation
         app.profile = profile
-        app.remember(msgspec.structs.replace(app.settings, profile=profile.name))
+        app.remember(replace(app.settings, profile=profile.name))
         self.dismiss(True)
