@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from solarcal.model.least_squares import inverse, solution_of
 from solarcal.model.mechanism_solution import OUTLIER_PROBABILITY, MechanismSolution
 from solarcal.mount.mechanism import Mechanism
 from solarcal.units import FloatArray, rms
@@ -62,7 +63,7 @@ def cross_check(solution: MechanismSolution) -> CrossChecks:
     weights = solution.point_weights
     pulls = np.einsum("n,nai,naj->nij", weights, rows, rows)
     normal = pulls.sum(axis=0) + precision * np.eye(6)
-    covariance = np.linalg.inv(normal)
+    covariance = inverse(normal)
     sky = _sky_residuals(solution)
 
     # Residual of a left-out point: (1 - h)^-1 r, h its own share in its prediction.
@@ -201,6 +202,6 @@ def _last_moved(
     without = normal - np.einsum("n,nai,naj->ij", weights[last], rows[last], rows[last])
     pull = np.einsum("n,nai,na->i", weights[last], rows[last], sky[last])
     # At the solution all pulls cancel, so leaving these out moves it by minus their own.
-    moved = np.linalg.solve(without + 1e-9 * np.eye(6), -pull) * unit
+    moved = solution_of(without + 1e-9 * np.eye(6), -pull) * unit
     change = np.einsum("k,kag->ag", moved, solution.year.sky_slopes)
     return rms(np.hypot(change[0], change[1]))

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.model.finding import Finding
+from solarcal.model.least_squares import inverse
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.parameter_checks import correlation_text
 from solarcal.model.terms import labels
@@ -47,7 +48,7 @@ def degeneracies(solution: MechanismSolution) -> tuple[Finding, ...]:
 
 def _correlations(normal: FloatArray) -> FloatArray:
     """Of normal matrices (..., k, k)."""
-    covariance = np.linalg.inv(normal + _LOOSE * np.eye(normal.shape[-1]))
+    covariance = inverse(normal + _LOOSE * np.eye(normal.shape[-1]))
     sigma = np.sqrt(np.einsum("...ii->...i", covariance))
     correlations: FloatArray = covariance / (sigma[..., :, np.newaxis] * sigma[..., np.newaxis, :])
     return correlations

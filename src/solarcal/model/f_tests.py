@@ -177,7 +177,7 @@ class ColumnFit:
             squares = squares[seen]
             amounts[seen] = rest[:, seen].T @ self.left / squares
             explained = amounts[seen] ** 2 * squares
-            variance = np.maximum(self.squares - explained, 1e-300) / (self.spare - 1)
+            variance = np.maximum(self.squares - explained, 1e-200) / (self.spare - 1)
             sigmas[seen] = np.sqrt(variance / squares)
             probabilities[seen] = f_probabilities(explained / variance, 1, self.spare - 1)
         return amounts, sigmas, probabilities
@@ -227,7 +227,7 @@ class ColumnFit:
         r1, r2 = left[seen].T
         a, b, d = a[seen], b[seen], d[seen]
         explained = (d * r1 * r1 - 2.0 * b * r1 * r2 + a * r2 * r2) / (a * d - b * b)
-        variance = np.maximum(self.squares - explained, 1e-300) / spare
+        variance = np.maximum(self.squares - explained, 1e-200) / spare
         probabilities[seen] = f_probabilities(explained / 2.0 / variance, 2, spare)
         return probabilities
 

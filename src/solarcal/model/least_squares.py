@@ -6,6 +6,7 @@ are not fixed by the data; along them the solution is the one of minimum norm in
 sigmas, and the covariance carries the prior itself, because nothing else is known there.
 """
 
+import contextlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,33 @@ MANY = 10_000
 NEGLIGIBLE = 1e-9
 """A column whose effect at one prior sigma is below this part of the data's weight is no column:
 it is the rounding of cos(90 deg), and normalising it would make a parameter out of nothing."""
+
+
+ROUNDING = 1e-14
+"""Of the trace: by so much a matrix that rounding left singular is made definite again."""
+
+
+def inverse(normal: FloatArray) -> FloatArray:
+    """Of normal matrices (..., k, k), whose weights may differ by more than float64 resolves."""
+    with contextlib.suppress(np.linalg.LinAlgError):
+        found = np.asarray(np.linalg.inv(normal), dtype=np.float64)
+        if (np.einsum("...ii->...i", found) > 0.0).all():
+            return found
+    return np.asarray(np.linalg.inv(_definite(normal)), dtype=np.float64)
+
+
+def solution_of(normal: FloatArray, wanted: FloatArray) -> FloatArray:
+    """x (k,) of normal @ x = wanted, of a normal matrix (k, k) as of ``inverse``."""
+    try:
+        return np.asarray(np.linalg.solve(normal, wanted), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.solve(_definite(normal), wanted), dtype=np.float64)
+
+
+def _definite(normal: FloatArray) -> FloatArray:
+    size = ROUNDING * np.einsum("...ii->...", normal)[..., np.newaxis, np.newaxis]
+    raised: FloatArray = normal + size * np.eye(normal.shape[-1])
+    return raised
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 
 from solarcal.errors import FitError
 from solarcal.model.fit import ITERATED, fit_iterated, fit_linear
-from solarcal.model.least_squares import LeastSquares, solve
+from solarcal.model.least_squares import LeastSquares, inverse, solve
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.mixture_climb import Linearised
 from solarcal.model.noise_mixture import (
@@ -292,7 +292,7 @@ def _concluded(
     else:
         normal = np.einsum("qn,nai,naj->qij", of_points, slopes, slopes)
         prior = np.eye(6) / (mixture.widths[0] ** 2)[:, np.newaxis, np.newaxis]
-        covariances = np.linalg.inv(normal + prior) * np.outer(unit, unit)
+        covariances = inverse(normal + prior) * np.outer(unit, unit)
     posterior = MechanismPosterior(
         weights=mixture.weights[0],
         means=values + mixture.steps[0] * unit,

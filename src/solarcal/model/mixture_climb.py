@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from solarcal.model.least_squares import ROUNDING
 from solarcal.units import FloatArray
 
 Indices = NDArray[np.intp]
@@ -21,7 +22,6 @@ Mask = NDArray[np.bool_]
 BLUNDER_CHANCE = 0.02
 BLUNDER_DEG = 0.7
 SETTLED = 1e-3
-ROUNDING = 1e-14
 ENOUGH_FOR_SCALE = 1000
 """Points of which as many, evenly chosen, say how noisy all are; blunders among so many cannot hide
 one another."""

@@ -21,10 +21,10 @@ from itertools import combinations
 
 import numpy as np
 
+from solarcal.model.least_squares import ROUNDING
 from solarcal.model.mixture_climb import (
     ENOUGH_FOR_SCALE,
     PARAMETERS,
-    ROUNDING,
     Climbed,
     Indices,
     Linearised,

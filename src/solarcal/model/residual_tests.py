@@ -23,6 +23,7 @@ from solarcal.model.f_tests import (
     norms_beside,
     t_limit,
 )
+from solarcal.model.least_squares import solution_of
 from solarcal.model.prior import Prior
 from solarcal.model.terms import TERMS
 from solarcal.units import FloatArray
@@ -215,7 +216,7 @@ class _Search:
         residuals = self._open_residuals().reshape(n, 2)[kept].reshape(-1)
         precision = np.concatenate(((noise / self.unit) ** 2, np.full(len(names), 1e-12)))
         normal = base.T @ base + np.diag(precision)
-        return np.asarray(np.linalg.solve(normal, base.T @ residuals), dtype=np.float64)
+        return solution_of(normal, base.T @ residuals)
 
     def concluded(self, noise_deg: float) -> ResidualTests:
         spare = self._fit().spare

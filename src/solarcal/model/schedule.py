@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from solarcal.model.least_squares import inverse
 from solarcal.model.prior import MechanismPosterior
 from solarcal.model.sky_context import SkyContext, sun_directions
 from solarcal.model.year_grid import LOWEST_FORECAST_DEG
@@ -160,7 +161,7 @@ def exchanged(
 ) -> list[int]:
     """The schedule after moving single points to better slots until none is better; sorted."""
     schedule = list(chosen)
-    start = _inverse(covariance)
+    start = inverse(covariance)
     too_near = slots.too_near()
     within = slots.utc_s <= until_s
     # By how many points each slot is blocked.
@@ -172,7 +173,7 @@ def exchanged(
             here = schedule[first:]
             information = _information(slots.rows[schedule])
             without = start + information.sum(axis=0) - information[first:]
-            gain = gains(slots.products, _inverse(without), weight)
+            gain = gains(slots.products, inverse(without), weight)
             now = gain[np.arange(len(here)), here]
             free = within & (blocked == too_near[here])
             gain = np.where(free, gain, -np.inf)
@@ -200,7 +201,7 @@ def cost(
 def after(slots: Slots, covariance: FloatArray, schedule: Sequence[int]) -> FloatArray:
     """Covariance after the points of a schedule, (6, 6)."""
     information = _information(slots.rows[list(schedule)])
-    return _inverse(_inverse(covariance) + information.sum(axis=0))
+    return inverse(inverse(covariance) + information.sum(axis=0))
 
 
 def best_schedule(
@@ -240,11 +241,6 @@ def equally_spaced(slots: Slots, count: int, until_s: float = np.inf) -> list[in
 def _information(rows: FloatArray) -> FloatArray:
     """What points with sky slopes (..., 2, 6) tell each, (..., 6, 6)."""
     return np.swapaxes(rows, -1, -2) @ rows
-
-
-def _inverse(matrix: FloatArray) -> FloatArray:
-    inverse = np.linalg.inv(matrix)
-    return inverse.astype(np.float64, copy=False)
 
 
 def day_slots(
