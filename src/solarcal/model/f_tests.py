@@ -26,6 +26,8 @@ from solarcal.units import FloatArray, wrap_deg
 
 UNSEEN = 1e-9
 """A column this small is the rounding of another."""
+NO_SQUARES = 1e-200
+"""In the place of squares that vanish, so that quotients by them stay finite."""
 FAMILY_LEVEL = 0.05
 """Of a family of tests together, Holm-corrected."""
 POWER_QUANTILE = 1.2816
@@ -177,7 +179,7 @@ class ColumnFit:
             squares = squares[seen]
             amounts[seen] = rest[:, seen].T @ self.left / squares
             explained = amounts[seen] ** 2 * squares
-            variance = np.maximum(self.squares - explained, 1e-200) / (self.spare - 1)
+            variance = np.maximum(self.squares - explained, NO_SQUARES) / (self.spare - 1)
             sigmas[seen] = np.sqrt(variance / squares)
             probabilities[seen] = f_probabilities(explained / variance, 1, self.spare - 1)
         return amounts, sigmas, probabilities
@@ -192,7 +194,7 @@ class ColumnFit:
         if over == 0 or spare < 1:
             return 1.0, amounts
         explained = float(np.sum((basis.T @ self.left) ** 2))
-        variance = max(self.squares - explained, 1e-300) / spare
+        variance = max(self.squares - explained, NO_SQUARES) / spare
         amounts[seen] = np.linalg.lstsq(rest[:, seen], self.left, rcond=None)[0]
         return f_probability(explained / over / variance, over, spare), amounts
 
@@ -206,7 +208,7 @@ class ColumnFit:
         shift = covariance @ self.left[rows]
         explained = float(self.left[rows] @ shift)
         spare = self.spare - len(rows)
-        variance = max(self.squares - explained, 1e-300) / spare
+        variance = max(self.squares - explained, NO_SQUARES) / spare
         p = f_probability(explained / len(rows) / variance, len(rows), spare)
         return shift, covariance * variance, p
 
@@ -227,7 +229,7 @@ class ColumnFit:
         r1, r2 = left[seen].T
         a, b, d = a[seen], b[seen], d[seen]
         explained = (d * r1 * r1 - 2.0 * b * r1 * r2 + a * r2 * r2) / (a * d - b * b)
-        variance = np.maximum(self.squares - explained, 1e-200) / spare
+        variance = np.maximum(self.squares - explained, NO_SQUARES) / spare
         probabilities[seen] = f_probabilities(explained / 2.0 / variance, 2, spare)
         return probabilities
 
