@@ -190,7 +190,7 @@ def test_with_a_plan_the_next_point_is_due_when_the_plan_says():
     planned = judgement.plan.recommended
     step = next_step(station.state, 40.0, judgement)
     assert step.action == "sun_offset"
-    assert f"Point 3 of {2 + planned.points}:" in step.sentence
+    assert f"Point 3 of ~{2 + planned.points}:" in step.sentence
     assert step.due_utc_s == planned.times_utc_s[0]
     # A planned time is one with the Sun high enough, however low it is now.
     later = replace(judgement.plan.recommended, times_utc_s=(judgement.plan.at_utc_s + 3600.0,))

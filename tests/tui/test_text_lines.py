@@ -1,6 +1,6 @@
 """Lines of text that fold to the width of their pane."""
 
-from procedure_bench import on_loop
+from procedure_bench import on_loop, screen_text
 from textual.app import App, ComposeResult
 
 from solarcal.tui.widgets.text_lines import TextLines
@@ -22,3 +22,16 @@ async def test_a_folded_line_ends_before_the_scrollbar_the_first_time_too() -> N
         await pilot.pause()
         assert pane.show_vertical_scrollbar
         assert max(map(len, pane.lines)) <= pane.scrollable_content_region.width
+
+
+@on_loop
+async def test_the_mark_of_what_follows_covers_no_words() -> None:
+    async with Pane().run_test(size=(20, 3)) as pilot:
+        pane = pilot.app.query_one(TextLines)
+        pane.show(["1", "2", "a line of 19 cells", "4"])
+        await pilot.pause()
+        assert screen_text(pilot.app).split("\n")[2].strip(" ▁▂▃▄▅▆▇█") == "▼ 2 more"
+        pane.show(["1", "2", "three", "4"])
+        await pilot.pause()
+        assert screen_text(pilot.app).split("\n")[2].startswith("three")
+        assert "▼ 1 more" in screen_text(pilot.app)

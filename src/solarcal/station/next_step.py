@@ -179,7 +179,7 @@ def _next_point(
         last = n + planned.points
         but = "" if day is None or not day.hopeless else NOT_TODAY
         return NextStep(
-            f"Point {n + 1} of {last}: set the Sun offset, then take it.{but}",
+            f"Point {n + 1} of ~{last}: set the Sun offset, then take it.{but}",
             "sun_offset",
             due_utc_s,
         )

@@ -150,8 +150,9 @@ class HalfHours(TextLines):
         height, top = self.size.height, self.scroll_offset.y
         if height and line < top + HEADING_ROWS + 1:
             self.scroll_to(y=max(0, line - HEADING_ROWS - 1), animate=False)
-        elif height and line > top + height - 1:
-            self.scroll_to(y=line - height + 1, animate=False)
+        elif height and line > top + height - 2:
+            # The last row may say how many follow.
+            self.scroll_to(y=line - height + 2, animate=False)
 
     def on_click(self, event: Click) -> None:
         row = event.y if event.y < HEADING_ROWS else event.y + self.scroll_offset.y

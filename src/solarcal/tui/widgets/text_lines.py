@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
+from rich.cells import cell_len
 from rich.segment import Segment
 from rich.style import Style
 from textual.binding import Binding, BindingType
@@ -86,9 +87,15 @@ class TextLines(ScrollView, can_focus=True):
 
     @property
     def below(self) -> int:
-        """How many lines follow below what is in view."""
-        height = self.scrollable_content_region.height
-        return max(0, len(self._lines) - self.scroll_offset.y - height)
+        """How many lines follow below what is in view, with the last row if the mark covers it."""
+        (column, top), region = self.scroll_offset, self.scrollable_content_region
+        follow = len(self._lines) - top - region.height
+        if follow <= 0:
+            return 0
+        line = self._lines[top + region.height - 1]
+        text = line if isinstance(line, str) else line.plain
+        covered = cell_len(text.rstrip()) - column > region.width - len(_mark(follow))
+        return follow + covered
 
     def render_line(self, y: int) -> Strip:
         column, row = self.scroll_offset
@@ -106,7 +113,10 @@ class TextLines(ScrollView, can_focus=True):
         below = self.below
         if not below or y != region.height - 1:
             return strip
-        words = f" ▼ {below} more "
+        words = _mark(below)
+        if below > len(self._lines) - row - region.height:
+            # Not half a line: none of it.
+            strip = Strip.blank(region.width, style)
         mark = Strip([Segment(words, style + Style(bold=True))])
         return Strip.join([strip.crop(0, max(0, region.width - len(words))), mark])
 
@@ -114,6 +124,10 @@ class TextLines(ScrollView, can_focus=True):
         """The style of a line; a chosen one differs."""
         del at
         return self.rich_style
+
+
+def _mark(below: int) -> str:
+    return f" ▼ {below} more "
 
 
 def _length(line: Line) -> int:
