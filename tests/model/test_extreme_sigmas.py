@@ -12,7 +12,7 @@ METHODS = ("robust", "exact", "linear")
 
 
 def analysed(sigma_deg: np.ndarray, method: str) -> Analysis:
-    context, points = day_of("azel", 13, noise_deg=0.02)
+    context, points = day_of("azel", len(sigma_deg), noise_deg=0.02)
     at_utc_s = None if points.utc_s is None else float(points.utc_s[-1])
     return analyse(points.replace(sigma_deg=sigma_deg), context, at_utc_s=at_utc_s, method=method)
 
@@ -33,6 +33,18 @@ def test_sigmas_very_unlike_each_other(few: int, method: str) -> None:
     analysis = analysed(sigma, method)
     assert analysis.verdict.state != "done"
     assert np.isfinite(analysis.forecast.year_rms_deg)
+
+
+@pytest.mark.parametrize("n", [1, 2, 4, 10])
+@pytest.mark.parametrize("size", [1e-8, 1e-6])
+def test_few_points_with_tiny_sigmas(n: int, size: float) -> None:
+    assert np.isfinite(analysed(np.full(n, size), "robust").forecast.year_rms_deg)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_any_mixture_of_sigmas(seed: int) -> None:
+    sigma: np.ndarray = 10.0 ** np.random.default_rng(seed).integers(-9, 2, 10)
+    assert np.isfinite(analysed(sigma, "robust").forecast.year_rms_deg)
 
 
 def test_a_matrix_that_rounding_left_singular_has_an_inverse() -> None:

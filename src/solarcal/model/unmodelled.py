@@ -108,7 +108,7 @@ def widened(solution: MechanismSolution, unmodelled: Unmodelled) -> MechanismPos
         )
     )
     followed = posterior.covariances @ np.swapaxes(BWA, -1, -2)
-    information = BWB - BWA @ followed
+    information = _without_negative(BWB - BWA @ followed)
     parts = [
         _with_amounts(posterior, followed, information, pull, chance, sigmas)
         for chance, sigmas in components(unmodelled)
@@ -140,6 +140,16 @@ def _pulls(
     BW = B.T * np.repeat(point_weights, 2)
     beside_A, beside_B = (solution.beside_shifts(of, point_weights) for of in (A, B))
     return BW @ beside_A, BW @ beside_B, BW @ residuals
+
+
+def _without_negative(information: FloatArray) -> FloatArray:
+    """Where rounding left less than nothing (weights beyond what float64 resolves), nothing."""
+    values, vectors = np.linalg.eigh(0.5 * (information + np.swapaxes(information, -1, -2)))
+    if (values >= 0.0).all():
+        return information
+    scaled = vectors * np.maximum(values, 0.0)[:, np.newaxis, :]
+    least: FloatArray = scaled @ np.swapaxes(vectors, -1, -2)
+    return least
 
 
 def _with_amounts(
