@@ -31,7 +31,7 @@ from solarcal.model.schedule import (
 from solarcal.model.sky_context import SkyContext
 from solarcal.mount.geometry import AxisLimits, Limits
 from solarcal.site import Site
-from solarcal.stopping_rule import StoppingRule, Unmodelled
+from solarcal.stopping_rule import StoppingRule, Unmodelled, percent
 from solarcal.timescale import format_utc, parse_utc
 
 UNIT = Prior().sigma_array()
@@ -464,3 +464,17 @@ class TestWishes:
 
 def test_before_the_first_point_a_spot_is_taken_to_be_read_to_three_hundredths():
     assert prior_knowledge(Prior(widths=PLAIN)).noise_rms_deg == pytest.approx(0.03)
+
+
+@pytest.mark.parametrize("geometry", ["tiltroll-ns", "tiltroll-ew", "polar"])
+@pytest.mark.parametrize("taken", [1, 2])
+def test_the_sentence_gives_the_probability_of_the_advised_stop(geometry: str, taken: int) -> None:
+    """A denser schedule may be surer; it is not the one in the table."""
+    context, points = day_of(geometry, 14)
+    few = points.subset(range(taken))
+    planned = analyse(few, context, at_utc_s=times_of(few)[-1]).plan
+    assert planned is not None
+    said = percent(planned.recommended.probability, planned.rule.probability)
+    assert said in planned.sentence
+    if "needed; next" in planned.sentence:
+        assert planned.recommended is planned.stops[-1]

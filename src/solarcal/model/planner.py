@@ -149,7 +149,7 @@ class _Planner:
                 on_the_clock=True,
             )  # fmt: skip
         if len(slots) == 0 or self.points == 0:
-            return self._coming_back((), self.now, self.covariance, self.now.probability)
+            return self._coming_back((), self.now, self.covariance)
         return self._of_day(
             DayStops(slots, self.covariance, self.year, self.rule, self.today, self.points)
         )
@@ -173,13 +173,14 @@ class _Planner:
             best = max(best, dense[0].probability)
         if best >= HOPE:
             stops[-1] = day.polished(stops[-1], len(found[-1][1]), None)
-            return self._concluded(
-                stops, stops[-1],
-                f"today's {_count(stops[-1].points)} until {clock_utc(stops[-1].stop_utc_s)} make "
-                f"it {percent(best, self.rule.probability)} sure, {100 * self.rule.probability:g} "
-                f"% needed; next at {clock_utc(stops[-1].times_utc_s[0])}",
-            )  # fmt: skip
-        return self._hopeless(day, found, best)
+            last, needed = stops[-1], self.rule.probability
+            sentence = (
+                f"today's {_count(last.points)} until {clock_utc(last.stop_utc_s)} make it "
+                f"{percent(last.probability, needed)} sure, {100 * needed:g} % needed; next at "
+                f"{clock_utc(last.times_utc_s[0])}"
+            )
+            return self._concluded(stops, last, sentence)
+        return self._hopeless(day, found)
 
     def _reaching(self, stops: list[PlannedStop], stop: PlannedStop, how: str) -> Plan:
         sentence = (
@@ -189,7 +190,7 @@ class _Planner:
         )
         return self._concluded(stops, stop, sentence)
 
-    def _hopeless(self, day: DayStops, found: Sequence[Candidate], best: float) -> Plan:
+    def _hopeless(self, day: DayStops, found: Sequence[Candidate]) -> Plan:
         stops = [stop for stop, _, _ in found]
         limit = NEAR_BEST * min(stop.year_p95_deg for stop in (self.now, *stops))
         index = next((i for i, stop in enumerate(stops) if stop.year_p95_deg <= limit), None)
@@ -200,14 +201,13 @@ class _Planner:
             stops[index] = day.polished(stops[index], len(chosen), None)
             recommended = stops[index]
             left = covariances[-1]
-        return self._coming_back(stops, recommended, left, best)
+        return self._coming_back(stops, recommended, left)
 
     def _coming_back(
         self,
         stops: Sequence[PlannedStop],
         recommended: PlannedStop,
         covariance: FloatArray,
-        best: float,
     ) -> Plan:
         surer = max(self.rule.probability, SECOND_VISIT_PROBABILITY)
         rule = StoppingRule(self.rule.tolerance_deg, surer)
@@ -221,6 +221,7 @@ class _Planner:
             if visit:
                 from_to = f"from {clock_utc(visit[0])} to {clock_utc(visit[-1])}"
                 when += f" for {_count(len(visit), '')} {from_to}"
+        best = max(stop.probability for stop in (self.now, *stops))
         sentence = (
             f"the best of today is {percent(best, self.rule.probability)} probability of "
             f"{self.rule.tolerance_deg:g} deg ({100 * self.rule.probability:g} % needed); {when}"
