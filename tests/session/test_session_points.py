@@ -8,6 +8,7 @@ import pytest
 from session_samples import HEADER, UTC, assert_same_points, note, point, table
 
 from solarcal.errors import InputFileError, SessionFileError
+from solarcal.optics.offset_mirror import Heliostat, MirrorOffset, Target
 from solarcal.session.interchange import (
     imported_header,
     read_table,
@@ -180,6 +181,20 @@ def test_files_that_do_not_belong_together_are_refused(
 ) -> None:
     with pytest.raises(InputFileError, match=rf"second\.csv is of {what} than points\.csv"):
         merge_tables([table(), other(**changes)])
+
+
+def test_another_heliostats_target_is_named_in_words() -> None:
+    aimed = Heliostat(Target(176.0, 78.0, 120.0), MirrorOffset(PivotRefl_Z=0.35))
+    with pytest.raises(InputFileError) as refused:
+        merge_tables([table(), other(heliostat=aimed)])
+    assert str(refused.value) == (
+        "second.csv is of another heliostat's target than points.csv (target 176.00000:78.00000:"
+        "120.00000, mirror 0.000000000:0.000000000:0.002916667, not none); only files of one unit "
+        "are merged"
+    )
+    # As points files round them, targets are the same.
+    nearly = Heliostat(Target(176.000001, 78.0, 120.0), MirrorOffset(PivotRefl_Z=0.35))
+    assert len(merge_tables([table(heliostat=aimed), other(heliostat=nearly)])) == 5
 
 
 def test_a_file_given_twice_and_no_file_at_all() -> None:

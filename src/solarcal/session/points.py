@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from solarcal.decimals import Pair
 from solarcal.errors import InputFileError
-from solarcal.optics.offset_mirror import Heliostat
+from solarcal.optics.offset_mirror import Heliostat, format_mirror, format_target
 from solarcal.session.records import Header, PointStatus
 from solarcal.site import Site, longitude_apart_deg
 from solarcal.timescale import parse_many_utc
@@ -266,16 +266,16 @@ def _require_same_unit(first: PointTable, other: PointTable) -> None:
         return table.sources[0] if table.sources else "an empty file"
 
     for what, a, b in (
-        ("unit", first.unit, other.unit),
+        ("unit", first.unit or "unnamed", other.unit or "unnamed"),
         ("geometry", first.geometry, other.geometry),
         ("AX1 branch centre", first.ax1_centre_deg, other.ax1_centre_deg),
         ("kind of ideal angles", first.ideal, other.ideal),
-        ("heliostat's target", first.heliostat, other.heliostat),
+        ("heliostat's target", _aim(first.heliostat), _aim(other.heliostat)),
     ):
         if a != b:
             raise InputFileError(
-                f"{name(other)} is of another {what} than {name(first)} ({b!r}, not {a!r}); "
-                "only files of one unit are merged"
+                f"{name(other)} is of another {what} than {name(first)} ({b}, not {a}); only "
+                "files of one unit are merged"
             )
     for what, here, there in (
         ("latitude", first.latitude_deg, other.latitude_deg),
@@ -289,6 +289,14 @@ def _require_same_unit(first: PointTable, other: PointTable) -> None:
                 f"{name(other)} is of another {what} than {name(first)} ({there:g}, not "
                 f"{here:g} deg); only files of one unit in one place are merged"
             )
+
+
+def _aim(heliostat: Heliostat | None) -> str:
+    """Target and mirror as the wire and the points files write them."""
+    if heliostat is None:
+        return "none"
+    mirror = format_mirror(heliostat.reduced_offset)
+    return f"target {format_target(heliostat.target)}, mirror {mirror}"
 
 
 def ideal_kind(header: Header) -> str:
