@@ -106,6 +106,21 @@ class TestStates:
         assert verdict.state == "does_not_fit"
         assert "times as much as their sigmas say" in verdict.reasons[0]
 
+    @pytest.mark.parametrize("size", [2.0, 50.0])
+    def test_sigmas_that_are_a_thousand_times_too_large(self, size):
+        context, points = day_of("azel", 13, noise_deg=0.02)
+        verdict = verdict_of(points.replace(sigma_deg=np.full(13, size)), context)
+        (said,) = [one for one in verdict.reasons if "correct sigma_deg" in one]
+        assert f"the points' sigmas ({size:g} deg) are " in said
+        assert not any("the model lacks an effect" in one for one in verdict.reasons)
+        honest = verdict_of(points.replace(sigma_deg=np.full(13, 0.1)), context)
+        assert not any("correct sigma_deg" in one for one in honest.reasons)
+
+    def test_sigmas_that_are_far_too_small_may_be_why_no_point_fits(self):
+        context, points = day_of("azel", 13, noise_deg=0.02)
+        verdict = verdict_of(points.replace(sigma_deg=np.full(13, 1e-5)), context)
+        assert "or sigmas that are too small" in verdict.reasons[0]
+
     def test_residuals_that_follow_each_other(self):
         drooping = Mechanism(TRACKER.P1, nonperpendicularity_deg=1.5, collimation_deg=-1.0)
         context, points = day_of("azel", 14, JUNE, mechanism=drooping, noise_deg=0.01)

@@ -36,6 +36,8 @@ NOISE_LIMIT_DEG = 0.15
 """A point that scatters more was not read on a spot."""
 SIGMA_FACTOR_LIMIT = 3.0
 """Noise so many times as large as the points' own sigmas say."""
+TOO_LARGE_FACTOR = 30.0
+"""Sigmas so many times as large as the scatter are another quantity, or in another unit."""
 BLUNDER_SHARE_LIMIT = 0.25
 LEFT_OUT_FACTOR = 3.0
 FEWEST_TO_STOP = 4
@@ -229,13 +231,32 @@ def _misfits(solution: Solution, checks: CrossChecks | None, tolerance_deg: floa
             )
     bad, n = len(solution.outliers), solution.n_points
     if bad > 1 and bad > BLUNDER_SHARE_LIMIT * n:
-        reasons.append(f"{bad} of {n} points do not fit the others: more than single blunders")
+        or_sigmas = "" if sigma is None else ", or sigmas that are too small"
+        reasons.append(
+            f"{bad} of {n} points do not fit the others: more than single blunders{or_sigmas}"
+        )
     if out_of_order(checks, tolerance_deg):
         reasons.append(
             f"trend in the residuals (p = {checks.order_probability:.2g}, limit "
-            f"{checks.order_limit:.2g} for {n} points): the model lacks an effect"
+            f"{checks.order_limit:.2g} for {n} points): "
+            f"{sigmas_too_large(solution, checks) or 'the model lacks an effect'}"
         )
     return reasons
+
+
+def sigmas_too_large(solution: MechanismSolution, checks: CrossChecks) -> str:
+    """A sentence where the points' sigmas are many times their scatter; else nothing."""
+    sigma, scatter = solution.points.sigma_deg, checks.residual_rms_deg / 2.0**0.5
+    if sigma is None or solution.n_points <= FEWEST_TO_STOP or scatter <= 0.0:
+        return ""
+    expected = float((sigma**2).mean() ** 0.5)
+    if expected < TOO_LARGE_FACTOR * scatter:
+        return ""
+    return (
+        f"the points' sigmas ({expected:.2g} deg) are {expected / scatter:.0f} times as large as "
+        f"their scatter ({scatter:.2g} deg), so the prior counts for more than it should: correct "
+        "sigma_deg"
+    )
 
 
 def out_of_order(checks: CrossChecks, tolerance_deg: float) -> bool:
@@ -274,4 +295,7 @@ def _borne_out(
         )
     if checks.order_probability is not None and not out_of_order(checks, tolerance_deg):
         told.append(f"no trend in the residuals (p = {checks.order_probability:.2g})")
+    too_large = sigmas_too_large(solution, checks)
+    if too_large and not out_of_order(checks, tolerance_deg):
+        told.append(too_large)
     return waiting, told
