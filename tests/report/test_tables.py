@@ -1,5 +1,7 @@
 """The text tables: everything needed to judge a session, in 80 columns, in words."""
 
+from pathlib import Path
+
 import msgspec
 import numpy as np
 import pytest
@@ -14,8 +16,12 @@ from solarcal.report.blocks import clock_text, columns, number, text_of
 from solarcal.report.session_report import record_line
 from solarcal.session.points import merge_tables
 from solarcal.session.records import Answers, CheckRecord, ClockSet, RefCheck, UploadRecord
-from solarcal.session.view import view_session
+from solarcal.session.view import read_session, view_session
+from solarcal.station.fitting import solve
+from solarcal.tui.workstation.lines import coefficient_lines
+from solarcal.units import rms
 
+SESSIONS = Path(__file__).parents[2] / "sessions"
 AT = "2026-06-21T15:00:00.000Z"
 
 
@@ -176,6 +182,21 @@ def test_the_summary_names_rank_residuals_and_what_cannot_be_told_apart(
     assert solution.inseparable
     assert all(sentence in said for sentence in solution.inseparable)
     assert f"rank {solution.rank} of 6" in said
+
+
+def test_the_residual_beside_the_points_is_named_where_the_mechanism_leaves_another():
+    session = read_session(SESSIONS / "azel-good-day.jsonl")
+    solution = solve(session, "robust")
+    left = judgement.formula_residuals_deg(solution, solution.points)
+    assert abs(left.max() - solution.sky_max_deg) > 0.001
+    text = narrow(told(judgement.fit_summary, solution))
+    assert f"residual of the formula, as beside each point: rms {rms(left):.4f} deg" in text
+    rows = told(tables.points_table, session.header, session.accepted, solution).split("\n")
+    beside = [line.split()[-2] for line in rows if line.endswith("accepted")]
+    assert max(beside) == f"{left.max():.3f}"
+    # The pane of the coefficients stands beside that of the points.
+    pane = "".join(str(part) for line in coefficient_lines(session, solution) for part in line)
+    assert f"max {left.max():.4f} deg" in pane
 
 
 def test_unrealistic_parameters_are_said_last(june_day, fit_points):

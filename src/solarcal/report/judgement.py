@@ -5,21 +5,25 @@ Angles in degrees on the sky.
 
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
 from solarcal.decimals import counted
 from solarcal.model.analysis import Analysis
 from solarcal.model.forecast import Forecast
 from solarcal.model.mechanism_solution import BaseTilt, MechanismSolution, Shim, wind
 from solarcal.model.plan import Plan, PlannedStop
+from solarcal.model.points import Points
 from solarcal.model.solution import Solution
 from solarcal.model.terms import Term
 from solarcal.model.verdict import Verdict, shims_words
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS
 from solarcal.report.blocks import Block, Blocks, Facts, Prose, Sentences, Table, number
+from solarcal.session.points import PointTable
 from solarcal.station.published_model import ModelComparison
 from solarcal.station.uploading import UploadOffer
 from solarcal.stopping_rule import percent
 from solarcal.timescale import format_utc, time_of_day
-from solarcal.units import ARCSEC_PER_DEG
+from solarcal.units import ARCSEC_PER_DEG, RAD_PER_DEG, FloatArray, rms
 
 _LEAN = {
     "azel": ("lean of tower top to the north", "lean of tower top to the east"),
@@ -88,6 +92,18 @@ def coefficients_table(solution: Solution) -> Table:
     return Table(("", "value", "sigma", "unit", "meaning"), rows, "<>><<")
 
 
+def formula_residuals_deg(solution: Solution, points: Points | PointTable) -> FloatArray:
+    """What the controller's formula leaves of each point on the sky, (n,); NaN where not known."""
+    left = np.full(len(points), np.nan)
+    known = np.isfinite(points.ax2_deg) & np.isfinite(points.err2_deg)
+    if known.any():
+        ax2_deg = points.ax2_deg[known]
+        e1, e2 = solution.predict_deg(points.ax1_deg[known], ax2_deg)
+        cross = (points.err1_deg[known] - e1) * np.sin(ax2_deg * RAD_PER_DEG)
+        left[known] = np.hypot(cross, points.err2_deg[known] - e2)
+    return left
+
+
 def fit_summary(solution: Solution) -> Blocks:
     """Residuals, rank, condition, inseparable parameters, and every note, one sentence each."""
     condition = solution.condition_number
@@ -99,6 +115,13 @@ def fit_summary(solution: Solution) -> Blocks:
     def shown(value_deg: float) -> str:
         return f"{value_deg * per_deg:.{decimals}f}"
 
+    of_formula: tuple[str, ...] = ()
+    if isinstance(solution, MechanismSolution):
+        left_deg = formula_residuals_deg(solution, solution.points)
+        of_formula = (
+            "residual of the formula, as beside each point: rms "
+            f"{shown(rms(left_deg))} {unit}, largest {shown(float(left_deg.max()))}",
+        )
     said = Prose(
         (
             f"{counted(solution.n_points, 'point')}, method {solution.method}, rank "
@@ -107,6 +130,7 @@ def fit_summary(solution: Solution) -> Blocks:
             f"residual on the sky: rms {shown(solution.sky_rms_deg)} {unit}, "
             f"largest {shown(solution.sky_max_deg)}, population SD "
             + (shown(spread) if spread is not None else "not known yet"),
+            *of_formula,
             f"residual of the axes: rms {shown(solution.axis1_rms_deg)} {unit} of axis 1, "
             f"{shown(solution.axis2_rms_deg)} of axis 2",
         )

@@ -12,7 +12,7 @@ from solarcal.model.solution import Solution
 from solarcal.model.terms import TERMS
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients
 from solarcal.report.blocks import BLANK, Blocks, Prose, Table, clock_text, columns, number
-from solarcal.report.judgement import meaning, values_table
+from solarcal.report.judgement import formula_residuals_deg, meaning, values_table
 from solarcal.session.points import PointTable, table_of_points
 from solarcal.session.records import (
     CheckRecord,
@@ -26,7 +26,7 @@ from solarcal.station.point_judgement import PointJudgement
 from solarcal.station.sun_path import SunModel
 from solarcal.sun.position import sun_known
 from solarcal.timescale import format_utc, parse_utc, second_of_day
-from solarcal.units import RAD_PER_DEG, FloatArray
+from solarcal.units import FloatArray
 
 
 def _date_and_time(utc: str) -> tuple[str, str]:
@@ -77,12 +77,15 @@ def _points(
         return (Prose(("No points yet.",)),)
     merged = len(set(table.sources)) > 1
     rows, groups, source, date = [], [], "", ""
+    residuals_deg = np.full(len(shown), np.nan)
+    if solution is not None:
+        residuals_deg = formula_residuals_deg(solution, shown)
     times = [format_utc(at_s, 0) if at_s == at_s else "" for at_s in shown.utc_s.tolist()]
     for row, utc, solar_h, ax1, ax2, err1, err2, sky in zip(
         range(len(shown)), times,
         _solar_time_h(shown, sun).tolist(), shown.ax1_deg.tolist(), shown.ax2_deg.tolist(),
         shown.err1_deg.tolist(), shown.err2_deg.tolist(),
-        _sky_residuals_deg(shown, solution).tolist(), strict=True,
+        residuals_deg.tolist(), strict=True,
     ):  # fmt: skip
         if shown.sources[row] != source:
             source, date = shown.sources[row], ""
@@ -115,17 +118,6 @@ def _solar_time_h(table: PointTable, sun: SunModel) -> FloatArray:
     if table.site is not None and timed.any():
         solar_h[timed] = sun.solar_time_h(table.utc_s[timed], table.site)
     return solar_h
-
-
-def _sky_residuals_deg(table: PointTable, solution: Solution | None) -> FloatArray:
-    left = np.full(len(table), np.nan)
-    known = np.isfinite(table.ax2_deg) & np.isfinite(table.err2_deg)
-    if solution is not None and known.any():
-        ax2_deg = table.ax2_deg[known]
-        e1, e2 = solution.predict_deg(table.ax1_deg[known], ax2_deg)
-        cross = (table.err1_deg[known] - e1) * np.sin(ax2_deg * RAD_PER_DEG)
-        left[known] = np.hypot(cross, table.err2_deg[known] - e2)
-    return left
 
 
 def _ended(check: RefCheck) -> str:

@@ -6,9 +6,10 @@ from typing import Any, ClassVar
 from textual.widget import Widget
 from textual.widgets import Input
 
+from solarcal.decimals import counted
 from solarcal.model.analysis import Analysis
 from solarcal.report.blocks import columns, number, text_of
-from solarcal.report.judgement import STATE_WORDS
+from solarcal.report.judgement import STATE_WORDS, formula_residuals_deg
 from solarcal.report.tables import checks_table
 from solarcal.session.records import UploadRecord
 from solarcal.session.view import SessionView
@@ -34,6 +35,7 @@ from solarcal.tui.base import is_typed
 from solarcal.tui.dialogs.dialog import Dialog, DialogKey, reason_field
 from solarcal.tui.widgets.lines import Field
 from solarcal.tui.widgets.text_lines import TextLines
+from solarcal.units import rms
 
 BESIDE_TABLE = 10
 """Rows of the frame, the field of a reason, the longest sentence and the buttons."""
@@ -267,11 +269,12 @@ def proposal_table(proposal: UploadOffer) -> str:
             ]
         )
     solution = proposal.judgement.solution
+    left_deg = formula_residuals_deg(solution, solution.points)
     headings = ("", "in force", "new", "change", "sigma", "in sigmas", "unit")
     lines = columns(headings, rows, "<>>>>><")
     lines.append(
-        f"{solution.n_points} points, residual on the sky {solution.sky_rms_deg:.4f} deg rms, "
-        f"largest {solution.sky_max_deg:.4f}"
+        f"{counted(solution.n_points, 'point')}, residual on the sky {rms(left_deg):.4f} deg rms, "
+        f"largest {left_deg.max():.4f}"
     )
     fitted, kept = proposal.judgement.forecast, proposal.kept
     lines.append(

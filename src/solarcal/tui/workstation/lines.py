@@ -15,7 +15,7 @@ from solarcal.model.solution import Solution
 from solarcal.model.verdict import sure_sentence
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.report.blocks import Sentences, lines_of
-from solarcal.report.judgement import STATE_WORDS, shim_sentence
+from solarcal.report.judgement import STATE_WORDS, formula_residuals_deg, shim_sentence
 from solarcal.report.tables import checks_table, clocks_table, ref_checks_table, upload_table
 from solarcal.session.view import SessionView
 from solarcal.station.next_step import NextStep, countdown_text
@@ -24,6 +24,7 @@ from solarcal.station.uploading import sign_off
 from solarcal.stopping_rule import percent
 from solarcal.tui.widgets.lines import HeadLine, Part, Words
 from solarcal.tui.widgets.text_lines import TextLines
+from solarcal.units import rms
 
 
 class TitleLine(HeadLine):
@@ -232,12 +233,14 @@ def coefficient_lines(session: SessionView, solution: Solution | None) -> list[l
                 (sparkline(history, HISTORY), "$secondary"),
             ]
         )
+    # As in the rows and plots of the points beside it.
+    left_deg = formula_residuals_deg(solution, solution.points)
     lines += [
         [""],
         [
             "residual on sky ",
-            (f"rms {solution.sky_rms_deg:.4f}", "bold"),
-            f"  max {solution.sky_max_deg:.4f} deg",
+            (f"rms {rms(left_deg):.4f}", "bold"),
+            f"  max {left_deg.max():.4f} deg",
         ],
         [
             f"{counted(solution.n_points, 'point')}, rank {solution.rank} of "
