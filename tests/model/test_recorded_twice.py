@@ -16,6 +16,7 @@ from solarcal.session.records import (
     Record,
     RefCheck,
     Restarted,
+    UploadBegun,
 )
 from solarcal.session.view import SessionView, read_session, view_session
 from solarcal.station.analysing import analyse_session
@@ -61,8 +62,17 @@ def state(session: SessionView) -> str:
 
 @pytest.mark.parametrize("path", sorted(SAVED.glob("*.jsonl")), ids=lambda path: path.stem)
 def test_no_saved_session_contradicts_itself(path: Path) -> None:
-    kinds = {"counts", "limits", "answers", "another_unit", "restarted", "check_point", "offsets"}
-    assert [f for kind in kinds for f in found(read_session(path), kind)] == []
+    kinds = {
+        "counts",
+        "limits",
+        "answers",
+        "another_unit",
+        "restarted",
+        "check_point",
+        "offsets",
+        "upload",
+    }
+    assert [f for kind in {*kinds, "offsets"} for f in found(read_session(path), kind)] == []
     assert state(DAY) == "done"
 
 
@@ -133,10 +143,11 @@ def test_another_unit_on_the_line() -> None:
     assert state(other) == "does_not_fit"
     ours = change(restored, serial=DAY.header.unit.serial)
     assert found(with_records(ours, before=FOURTH.seq), "another_unit") == []
-    back = with_records(restored, ours, before=FOURTH.seq)
-    (finding,) = found(back, "another_unit")
+    assert found(with_records(restored, ours, before=FOURTH.seq), "another_unit") == []
+    still = with_records(restored, before=DAY.records[-1].seq)
+    (finding,) = found(still, "another_unit")
     assert finding.labels == ()
-    assert state(back) == "does_not_fit"
+    assert state(still) == "does_not_fit"
 
 
 def test_points_between_a_restart_and_the_next_reference_check() -> None:
@@ -166,6 +177,30 @@ def test_a_check_point_of_two_errors() -> None:
     (finding,) = found(no, "check_point")
     assert "accepted although the answer on tracking was NO" in finding.sentence
     assert found(edited(CHECK.seq, error_deg=(0.5, 0.4), status="rejected"), "check_point") == []
+
+
+def test_the_two_records_of_an_upload() -> None:
+    (written,) = DAY.uploads
+    fields = ("utc", "old_coefficients", "old_offsets", "new_coefficients", "new_offsets")
+    begun = UploadBegun(seq=0, **{name: getattr(written, name) for name in fields})
+    assert found(with_records(begun, before=written.seq), "upload") == []
+    other = change(begun, new_coefficients=change(begun.new_coefficients, P1=1.5))
+    two = with_records(other, before=written.seq)
+    (finding,) = found(two, "upload")
+    assert f"P1 {written.new_coefficients.P1:g} instead of 1.5" in finding.sentence
+    assert f"records {written.seq} and {written.seq + 1}" in finding.sentence
+    assert state(two) == "continue"
+    other = change(begun, new_offsets=Offsets(2.0, 0.0))
+    (finding,) = found(with_records(other, before=written.seq), "upload")
+    assert "O1 0 instead of 2" in finding.sentence
+
+
+def test_a_check_point_under_other_coefficients_than_were_uploaded() -> None:
+    offset = next(o for o in DAY.sun_offsets if o.instant == CHECK.read_utc)
+    under = edited(offset.seq, coefficients=change(offset.coefficients, P2=1.5))
+    (finding,) = found(under, "check_point")
+    assert "the unit did not hold what was uploaded: P2 1.5 instead of" in finding.sentence
+    assert state(under) == "continue"
 
 
 def test_a_session_without_a_reference_check_says_what_is_not_known() -> None:

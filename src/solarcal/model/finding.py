@@ -34,6 +34,7 @@ Kind = Literal[
     "answers",
     "another_unit",
     "restarted",
+    "upload",
     "check_point",
     "not_held",
     "not_proven",

@@ -196,7 +196,7 @@ def weigh(evidence: Iterable[Finding], used: AbstractSet[int], tolerance_deg: fl
                 wrong.append(finding.sentence)
             case "branch" | "answers" | "restarted" if not used.isdisjoint(finding.labels):
                 waiting.append(finding.sentence)
-            case "not_held" | "check_point" | "not_proven":
+            case "not_held" | "upload" | "check_point" | "not_proven":
                 waiting.append(finding.sentence)
             case "unit_sun" if number > tolerance_deg:
                 wrong.append(finding.sentence)

@@ -6,6 +6,7 @@ import numpy as np
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.evidence.read_outs import OFFSET_TOLERANCE_DEG
+from solarcal.model.evidence.unit_state import unlike
 from solarcal.model.finding import Finding, listed, points_named
 from solarcal.mount.drive import Drive, reading_deg
 from solarcal.session.records import (
@@ -16,6 +17,8 @@ from solarcal.session.records import (
     RefCheck,
     Restarted,
     UnitRecord,
+    UploadBegun,
+    UploadRecord,
 )
 from solarcal.session.view import SessionView
 from solarcal.timescale import second_of_day
@@ -36,8 +39,10 @@ def point_contradictions(unit: UnitRecord, points: Sequence[PointRecord]) -> tup
 
 
 def session_contradictions(session: SessionView) -> tuple[Finding, ...]:
-    """Another unit on the line, points without a reference, check points of two errors."""
-    return (*_another_unit(session), *_unreferenced(session), *_checks(session))
+    """Another unit on the line, points without a reference, uploads and check points."""
+    return (
+        *_another_unit(session), *_unreferenced(session), *_uploads(session), *_checks(session)
+    )  # fmt: skip
 
 
 def _counts(unit: UnitRecord, points: Sequence[PointRecord]) -> Iterator[Finding]:
@@ -131,6 +136,8 @@ def _another_unit(session: SessionView) -> Iterator[Finding]:
         elif other is not None:
             after[other].append(record.seq)
     for restored, points in after.items():
+        if not points and restored is not other:
+            continue
         concerned = f"; {points_named(tuple(points))} may be of it" if points else ""
         yield Finding(
             kind="another_unit",
@@ -168,6 +175,25 @@ def _unreferenced(session: SessionView) -> Iterator[Finding]:
         )
 
 
+def _uploads(session: SessionView) -> Iterator[Finding]:
+    """What was to be written last, and what the outcome says was written."""
+    begun, newest = None, session.uploads[-1] if session.uploads else None
+    for record in session.records:
+        if isinstance(record, UploadBegun):
+            begun = record
+        elif isinstance(record, UploadRecord) and begun is not None and record == newest:
+            sets = ("old_coefficients", "old_offsets", "new_coefficients", "new_offsets")
+            names = (unlike(getattr(record, name), getattr(begun, name)) for name in sets)
+            if said := ", ".join(filter(None, names)):
+                yield Finding(
+                    kind="upload",
+                    subject="upload",
+                    sentence=f"records {begun.seq} and {record.seq} contradict each other on what "
+                    f"was uploaded ({said}): upload again",
+                    direct=True,
+                )
+
+
 def _checks(session: SessionView) -> Iterator[Finding]:
     """Errors of a check point against its sky error, its Set Sun Offset and its answers."""
     offsets = {offset.instant: offset for offset in session.sun_offsets}
@@ -191,6 +217,9 @@ def _checks(session: SessionView) -> Iterator[Finding]:
                     f"its errors are {error[0]:+z.4f} and {error[1]:+z.4f} deg, O of its Set Sun "
                     f"Offset (record {offset.seq}) {left[0]:+z.4f} and {left[1]:+z.4f}"
                 )
+            written = [u for u in session.uploads if u.verified and u.seq < offset.seq]
+            if written and (other := unlike(offset.coefficients, written[-1].new_coefficients)):
+                said.append(f"the unit did not hold what was uploaded: {other}")
         if said:
             yield Finding(
                 kind="check_point",

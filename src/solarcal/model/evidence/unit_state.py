@@ -8,13 +8,13 @@ disagreement is a wrong setting, and the one that explains it is searched for an
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 
 from solarcal.decimals import Pair, counted
 from solarcal.model.evidence.clocks import CLOCK_TOLERANCE_S
 from solarcal.model.finding import Finding
 from solarcal.mount.controller import ideal_and_elevation_deg
-from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.geometry import MountGeometry, Value
 from solarcal.session.records import PointRecord
 from solarcal.session.view import SessionView
@@ -149,26 +149,27 @@ def check_unit_settings(
     return tuple(said)
 
 
+def unlike(now: msgspec.Struct, then: msgspec.Struct) -> str:
+    """The numbers of two sets of P or O that are not the same; empty where all are."""
+    wanted = msgspec.structs.asdict(then)
+    return ", ".join(
+        f"{name} {value:g} instead of {wanted[name]:g}"
+        for name, value in msgspec.structs.asdict(now).items()
+        if value != wanted[name]
+    )
+
+
 def held_evidence(session: SessionView) -> tuple[Finding, ...]:
     """Whether the unit held what was uploaded when it was compared last."""
     if session.holds_upload:
         return ()
     held, wanted = session.in_force[-1], session.uploads[-1]
-    names = [
-        f"{name} {now:g} instead of {then:g}"
-        for name, now, then in zip(
-            COEFFICIENT_NAMES,
-            held.coefficients.as_tuple(),
-            wanted.new_coefficients.as_tuple(),
-            strict=True,
-        )
-        if now != then
-    ]
+    names = unlike(held.coefficients, wanted.new_coefficients)
     return (
         Finding(
             kind="not_held",
             subject="unit",
-            sentence=f"the unit does not hold what was uploaded ({', '.join(names) or 'other O'}): "
+            sentence=f"the unit does not hold what was uploaded ({names or 'other O'}): "
             "upload again",
             direct=True,
         ),
