@@ -107,7 +107,8 @@ class StoppingRule(msgspec.Struct, frozen=True):
             raise ConfigurationError(f"the tolerance is {self.tolerance_deg:g} deg, not above zero")
         if not 0.5 <= self.probability < 1.0:
             raise ConfigurationError(
-                f"the probability asked for done is {self.probability:g}; give 0.5 to 0.999"
+                f"the probability asked for done is {self.probability:g}; give at least 0.5 and "
+                "less than 1"
             )
 
     def within_deg(self, value_deg: float) -> str:
@@ -119,10 +120,10 @@ DEFAULT_RULE = StoppingRule()
 
 
 def apart_from(value: float, limit: float, digits: int = 3) -> str:
-    """``value`` in at least so many decimals that it does not read as the limit it is not."""
+    """``value`` in at least so many decimals that it reads on the side of the limit it is on."""
     for more in range(digits, digits + 6):
         text = f"{value:.{more}f}"
-        if float(text) != limit or value == limit:
+        if (float(text) < limit, float(text) > limit) == (value < limit, value > limit):
             break
     return text
 
@@ -134,4 +135,5 @@ def percent(probability: float, limit: float) -> str:
         return "less than 0.5 %"
     if probability > 0.995 > limit:
         return "more than 99.5 %"
-    return f"{apart_from(100.0 * probability, 100.0 * limit, 0)} %"
+    text = apart_from(100.0 * probability, 100.0 * limit, 0)
+    return "more than 99.9 %" if float(text) == 100.0 else f"{text} %"

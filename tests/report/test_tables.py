@@ -9,6 +9,7 @@ from made_up_session import TRUTH, hourly
 
 from solarcal.model.fit import fit_linear
 from solarcal.model.points import Points
+from solarcal.model.terms import TERMS
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.report import judgement, tables
@@ -132,6 +133,9 @@ def test_coefficients_say_what_they_mean_on_this_mount(
     assert words[1] in rows["P3"]
     assert "gear-ratio" in rows["P5"]
     assert "deg/deg" in rows["P6"]
+    # By the same names as in the sentences about them.
+    for name in ("P2", "P4", "P5", "P6"):
+        assert TERMS[name].called[geometry] in rows[name]
 
 
 def test_coefficients_and_sigmas_are_those_of_the_solution(june_day, fit_points):
@@ -324,6 +328,12 @@ def test_truth_beside_what_was_found():
     assert ["day,", "largest", "-", "0.0301"] in rows
     assert ["year,", "rms", "0.6900", "-"] in rows
     assert "+0.4000" in told(tables.truth_table, truth)
+    assert "before   after" in text
+    # Nothing was written: there is no after.
+    refused = told(tables.truth_table, truth, Coefficients(P1=0.41), uploaded=False)
+    assert "before" in refused
+    assert "after" not in refused
+    assert "0.0123" not in refused
 
 
 def test_numbers_and_columns():

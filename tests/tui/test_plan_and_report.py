@@ -151,14 +151,17 @@ def test_a_failure_to_judge_does_not_lose_the_fit(four_points, monkeypatch):
 
 
 @pytest.mark.parametrize("size", SIZES)
-async def test_the_report_is_written_beside_the_sessions_and_says_where(four_points, size):
+async def test_the_report_is_written_beside_the_session_and_says_where(four_points, size):
+    beside = four_points.session_path.parent
     async with workstation(four_points, size) as (app, pilot):
         await judged(app, pilot)
         await pilot.press("e")
         await shows(pilot, "calibration.jsonl, 4 points", "not signed off: nothing was uploaded")
+        assert str(beside) in screen_words(app).replace(" ", "")
         await pilot.press("y")
         await shows(pilot, "Written. Not signed off", "calibration-certificate.html", ".zip")
-    stem = sessions_dir() / "calibration-certificate"
+    assert not list(sessions_dir().glob("*"))
+    stem = beside / "calibration-certificate"
     for ending in (".html", ".md", ".svg", ".txt"):
         text = stem.with_suffix(ending).read_text(encoding="utf-8")
         assert "calibration certificate" in text.lower()

@@ -31,27 +31,28 @@ _LEAN = {
     "tiltroll-ns": ("north end of the axis down", "north end of the axis to the east"),
     "polar": ("pole end of the axis down", "pole end of the axis to the east"),
 }
-_AXES = {
-    "azel": ("azimuth", "zenith angle"),
-    "tiltroll-ew": ("tilt", "roll"),
-    "tiltroll-ns": ("tilt", "angle from north"),
-    "polar": ("hour angle", "polar distance"),
+_AXIS2 = {
+    "azel": " (zenith angle)",
+    "tiltroll-ns": " (angle from north)",
+    "polar": " (polar distance)",
 }
+"""What the controller counts there, where the axis is called by another angle."""
+
 DECIMALS = {"deg": 4, "deg/deg": 6, "arcsec": 3}
 """How many a coefficient is shown with, by its unit."""
 
 
 def meaning(term: Term, geometry: str) -> str:
     """What a term is on a mount, in the field's words (10-physics, section 2, for P1..P6)."""
-    axis1, axis2 = _AXES[geometry]
     north, east = _LEAN[geometry]
+    called = term.called.get(geometry, term.meaning)
     return {
         "P1": north,
-        "P2": f"zero offset of axis 1 ({axis1})",
+        "P2": f"{called} of axis 1",
         "P3": east,
-        "P4": f"zero offset of axis 2 ({axis2})",
-        "P5": f"gear-ratio error of axis 1 ({axis1})",
-        "P6": f"gear-ratio error of axis 2 ({axis2})",
+        "P4": f"{called} of axis 2{_AXIS2.get(geometry, '')}",
+        "P5": f"{called}, gear-ratio error of axis 1",
+        "P6": f"{called}, gear-ratio error of axis 2",
     }.get(term.name, term.meaning)
 
 

@@ -156,7 +156,11 @@ def calibration_text(calibration: "Calibration") -> str:
         if calibration.completed
         else f"NOT completed: {calibration.failure}"
     )
-    truth = truth_table(calibration.truth_document(), calibration.solution.coefficients())
+    truth = truth_table(
+        calibration.truth_document(),
+        calibration.solution.coefficients(),
+        uploaded=calibration.upload is not None,
+    )
     return "\n\n".join(
         [
             session_text(

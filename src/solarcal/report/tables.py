@@ -241,11 +241,18 @@ def key_in_table(key_in: tuple[tuple[str, str], ...], geometry: str) -> Table:
     return Table(("", "key in", "unit", "meaning"), tuple(rows), "<><<")
 
 
-def truth_table(truth: Mapping[str, float | None], found: Coefficients | None = None) -> Blocks:
+def truth_table(
+    truth: Mapping[str, float | None],
+    found: Coefficients | None = None,
+    *,
+    uploaded: bool = True,
+) -> Blocks:
     """An emulator's hidden truth beside what was found, and the true error before and after.
 
     ``truth`` has the keys of ``solarcal calibrate --json``; what is missing or null is left blank.
+    Where nothing was uploaded there is no after.
     """
+    moments = ("before", "after") if uploaded else ("before",)
     values: tuple[float | None, ...] = (None,) * 6 if found is None else found.as_tuple()
     rows = []
     for name, unit, value in zip(COEFFICIENT_NAMES, COEFFICIENT_UNITS, values, strict=True):
@@ -254,7 +261,7 @@ def truth_table(truth: Mapping[str, float | None], found: Coefficients | None = 
             (name, unit, true, value, None if value is None or true is None else value - true)
         )
     errors = tuple(
-        (what, *(number(truth.get(f"{key}_{when}_deg"), 4) for when in ("before", "after")))
+        (what, *(number(truth.get(f"{key}_{when}_deg"), 4) for when in moments))
         for what, key in (
             ("day, rms", "day_rms"),
             ("day, largest", "day_max"),
@@ -264,7 +271,7 @@ def truth_table(truth: Mapping[str, float | None], found: Coefficients | None = 
     return (
         values_table(("", "truth", "found", "difference", "unit"), rows),
         Prose(("",)),
-        Table(("true error on the sky, deg", "before", "after"), errors, "<>>"),
+        Table(("true error on the sky, deg", *moments), errors, f"<{'>' * len(moments)}"),
     )
 
 

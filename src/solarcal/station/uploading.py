@@ -96,8 +96,9 @@ def offer_upload(
         if better < BETTER_PROBABILITY and held != (rounded, Offsets()):
             against.append(
                 "no improvement beyond its uncertainty: 95 % of the year within "
-                f"{now.year_p95_deg:.3f} deg as it is, {kept.year_p95_deg:.3f} deg with "
-                f"the new coefficients, better with a probability of {100.0 * better:.0f} %"
+                f"{now.year_p95_deg:.3f} deg with the P and O it holds now, "
+                f"{kept.year_p95_deg:.3f} deg with the new coefficients, better with a probability "
+                f"of {100.0 * better:.0f} %"
             )
     return UploadOffer(judgement, fitted, rounded, kept, now, better, tuple(against))
 

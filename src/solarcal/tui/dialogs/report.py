@@ -10,7 +10,6 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.widget import Widget
 
-from solarcal.config import sessions_dir
 from solarcal.decimals import counted
 from solarcal.errors import ProcedureRefused, SolarcalError
 from solarcal.report.certificate import issue
@@ -60,7 +59,8 @@ class ReportDialog(Dialog):
 
     def __init__(self, path: Path) -> None:
         super().__init__()
-        self._path = path
+        # Beside the session, wherever that is.
+        self._path = path.resolve()
         self._told = ""
 
     def body(self) -> Iterable[Widget]:
@@ -77,7 +77,7 @@ class ReportDialog(Dialog):
         self.query_one("#told", Words).update(
             f"Session  {self._path.name}, {counted(n, 'point')}\n"
             f"Status   {'SIGNED OFF' if proof.signed_off else 'not signed off'}: {proof.reason}\n"
-            f"Folder   {sessions_dir()}"
+            f"Folder   {self._path.parent}"
         )
 
     def _proof(self) -> SignOff:
@@ -96,7 +96,7 @@ class ReportDialog(Dialog):
     def action_write(self) -> None:
         self.offer()
         self.say("Writing ...")
-        outputs = [sessions_dir() / f"{self._path.stem}-certificate{end}" for end in ENDINGS]
+        outputs = [self._path.with_name(f"{self._path.stem}-certificate{end}") for end in ENDINGS]
         self.compute(
             partial(issue, [self._path], {}, outputs, zip_too=True),
             self._written,
