@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -108,6 +109,31 @@ def test_of_a_session_and_its_earlier_state_the_session_counts(tmp_path: Path) -
         assert struck.seq not in read.table.accepted().labels
         (said,) = [w for w in read.warnings if "earlier state" in w]
         assert said == f"{early} is an earlier state of {later}: it is not used"
+
+
+def test_what_a_session_struck_out_does_not_come_back_by_its_export(csv, copy: Path) -> None:
+    struck = read_session(copy).accepted[2]
+    with Journal.resume(copy) as journal:
+        void = Void(
+            seq=journal.next_seq, utc=struck.utc, voids=struck.seq, reason="a bird on the plate"
+        )
+        journal.append(void)
+    read = files(csv, copy)
+    assert read.table.count("accepted") == COUNT - 1
+    (said,) = [w for w in read.warnings if "struck out" in w]
+    assert said.startswith("point ")
+    assert said.endswith(f"of {csv} is not used: not accepted, or struck out, in {copy}")
+    assert {*read.table.sources} == {str(copy)}
+
+
+def test_a_point_stored_again_on_the_offset_of_a_struck_one_counts(csv, copy: Path) -> None:
+    struck = read_session(copy).accepted[2]
+    with Journal.resume(copy) as journal:
+        void = Void(seq=journal.next_seq, utc=struck.utc, voids=struck.seq, reason="by mistake")
+        journal.append(void)
+        journal.append(msgspec.structs.replace(struck, seq=journal.next_seq))
+    assert files(csv, copy).table.count("accepted") == COUNT
+    assert files(copy, csv).table.count("accepted") == COUNT
 
 
 def test_a_file_that_holds_more_keeps_what_both_hold(csv: Path, tmp_path: Path) -> None:

@@ -3,10 +3,12 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 
 from solarcal.model.finding import points_named
-from solarcal.session.points import PointTable
+from solarcal.session.points import PointTable, table_of_points
+from solarcal.session.records import PointRecord
 from solarcal.session.view import SessionView
 
 Loaded = tuple[PointTable, SessionView | None]
@@ -24,7 +26,7 @@ def counted_once(loaded: Sequence[Loaded]) -> list[Loaded]:
 
     A unit's session has its points before other files, then the file with more of them. A file
     without points of its own is left out, records and all, and so is a session that another one
-    continues: what was struck out since then is no point.
+    continues. What a unit's session rejected or struck out is no point of another file either.
     """
     left: dict[int, Loaded] = dict(enumerate(loaded))
     said: list[str] = []
@@ -34,23 +36,28 @@ def counted_once(loaded: Sequence[Loaded]) -> list[Loaded]:
             del left[at]
             said.append(f"{_name(file)} is an earlier state of {_name(longer)}: it is not used")
     ranked = sorted(left, key=lambda at: (_of_no_unit(left[at]), -left[at][0].count("accepted")))
-    copies: dict[tuple[int, int], list[int]] = {}
-    for late, early, row in _copies([left[at][0] for at in ranked]):
-        copies.setdefault((ranked[late], ranked[early]), []).append(row)
+    withheld = [(at, table) for at in ranked if len(table := _withheld(left[at]))]
+    owners = [*(at for at, _ in withheld), *ranked]
+    tables = [*(table for _, table in withheld), *(left[at][0] for at in ranked)]
+    copies: dict[tuple[int, int, bool], list[int]] = {}
+    for late, early, row in _copies(tables, owners, len(withheld)):
+        key = (owners[late], owners[early], early < len(withheld))
+        copies.setdefault(key, []).append(row)
     lost: dict[int, set[int]] = {}
-    for (at, of), rows in copies.items():
+    for (at, of, struck), rows in copies.items():
         lost.setdefault(at, set()).update(rows)
         labels = tuple(left[at][0].labels[row] for row in sorted(rows))
-        verb = "is" if len(rows) == 1 else "are"
-        said.append(
-            f"{points_named(labels)} of {_name(left[at])} {verb} in {_name(left[of])} too, and "
-            f"count{'s' if len(rows) == 1 else ''} once"
-        )
+        one = len(rows) == 1
+        counts = f"{'is' if one else 'are'} in {_name(left[of])} too, and count{'s' * one} once"
+        if struck:
+            counts = f"{'is' if one else 'are'} not used: not accepted, or struck out, in "
+            counts += _name(left[of])
+        said.append(f"{points_named(labels)} of {_name(left[at])} {counts}")
     for at, gone in lost.items():
         table, session = left[at]
         own = table.rows([row for row in range(len(table)) if row not in gone])
         left[at] = (own, session)
-        if not own.count("accepted"):
+        if not own.count("accepted") and len(left) > 1:
             del left[at]
     files = [left[at] for at in sorted(left)]
     table, session = files[0]
@@ -67,6 +74,21 @@ def _of_no_unit(file: Loaded) -> bool:
     return file[1] is None or file[1].header.unit.imported
 
 
+def _withheld(file: Loaded) -> PointTable:
+    """The points of a unit's session that were rejected or struck out, as if accepted."""
+    table, session = file
+    if session is None or _of_no_unit(file):
+        return table.rows([])
+    used = {point.seq for point in session.accepted}
+    found = [
+        msgspec.structs.replace(record, status="accepted")
+        for record in session.records
+        if isinstance(record, PointRecord) and record.seq not in used
+        if record.ideal_deg is not None and record.error_deg is not None
+    ]
+    return table_of_points(session.header, found, session.path)
+
+
 def _continues(longer: Loaded, shorter: Loaded) -> bool:
     """Whether a session holds another's records and more."""
     (_, full), (_, begun) = longer, shorter
@@ -75,8 +97,11 @@ def _continues(longer: Loaded, shorter: Loaded) -> bool:
     return full.header == begun.header and full.records[: len(begun.records)] == begun.records
 
 
-def _copies(tables: Sequence[PointTable]) -> Iterator[tuple[int, int, int]]:
-    """Accepted rows that stand in an earlier table too: this table, the other, the row."""
+def _copies(
+    tables: Sequence[PointTable], owners: Sequence[int], withheld: int
+) -> Iterator[tuple[int, int, int]]:
+    """Accepted rows that stand in an earlier table of another file too: this table, the other, the
+    row. The first ``withheld`` tables lose none."""
     places = [
         (at, row)
         for at, table in enumerate(tables)
@@ -104,6 +129,6 @@ def _copies(tables: Sequence[PointTable]) -> Iterator[tuple[int, int, int]]:
         same |= np.isnan(between_s) & (apart <= SAME_UNDATED_DEG)
         at, row = places[here]
         for other in near[same].tolist():
-            if places[other][0] < at:
+            if at >= withheld and owners[places[other][0]] != owners[at]:
                 yield at, places[other][0], row
                 break
