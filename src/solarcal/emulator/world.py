@@ -52,11 +52,8 @@ class Sky:
         """AX1, AX2 and the Sun's elevation at one true instant."""
         if self._truth.sun == "precise":
             # Stretches are fixed in time: their interpolation must not depend on who asked first.
-            azimuth, zenith = self._stretch(int(utc_s // _STRETCH_S)).horizontal_deg(utc_s)
-        else:
-            sun = sun_position(self._truth.sun, utc_s, self._site, dut1_s=self._truth.dut1_s)
-            azimuth, zenith = sun.azimuth_deg, sun.zenith_deg
-        return self._seen(azimuth, zenith)
+            return self._seen(*self._stretch(int(utc_s // _STRETCH_S)).horizontal_deg(utc_s))
+        return self._seen(*self._by_formula_deg(utc_s))
 
     def light_now_deg(self, utc_s: float) -> tuple[float, float] | None:
         """AX1, AX2 of the light at one true instant; None: below the horizon, or a thin Moon."""
@@ -75,11 +72,12 @@ class Sky:
             ephemeris = SiteEphemeris(
                 self._site, float(utc_s[0]), float(utc_s[-1]), self._truth.dut1_s
             )
-            azimuth, zenith = ephemeris.horizontal_deg(utc_s)
-        else:
-            sun = sun_position(self._truth.sun, utc_s, self._site, dut1_s=self._truth.dut1_s)
-            azimuth, zenith = sun.azimuth_deg, sun.zenith_deg
-        return self._seen(azimuth, zenith)
+            return self._seen(*ephemeris.horizontal_deg(utc_s))
+        return self._seen(*self._by_formula_deg(utc_s))
+
+    def _by_formula_deg(self, utc_s: Angles) -> tuple[Angles, Angles]:
+        sun = sun_position(self._truth.sun, utc_s, self._site, dut1_s=self._truth.dut1_s)
+        return sun.azimuth_deg, sun.zenith_deg
 
     def _seen(self, azimuth_deg: Angles, zenith_deg: Angles) -> tuple[Angles, Angles, Angles]:
         zenith_deg = apparent_zenith_deg(zenith_deg, self._truth.refraction, self._weather)

@@ -1,6 +1,7 @@
 """Data points and check points, one attempt at a time: questions, gathering, store or not."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 
@@ -42,13 +43,9 @@ class PointSteps(StationCore):
                 "upload again"
             )
         status = self.poll()
-        try:
+        with self._overruled(override_reason):
             guards.demand_clear_of_limits(session.header, status, what)
             guards.demand_sun_high_enough(self.sun_elevation_deg(), what)
-        except ProcedureRefused as refusal:
-            if override_reason is None:
-                raise
-            self._override(str(refusal), override_reason)
         attempt = Attempt(check=check)
         self._become(activity=Activity.QUESTIONS, attempt=attempt)
         return attempt
@@ -153,7 +150,16 @@ class PointSteps(StationCore):
             )
         )
 
-    def _override(self, guard: str, reason: str) -> None:
-        if not reason.strip():
-            raise ProcedureRefused("an override needs a reason; it is written to the session file")
-        self._record(partial(Override, guard=guard, reason=reason))
+    @contextmanager
+    def _overruled(self, reason: str | None) -> Iterator[None]:
+        """A guard that refuses within is overruled where a reason is given; it is recorded."""
+        try:
+            yield
+        except guards.GuardRefused as refusal:
+            if reason is None:
+                raise
+            if not reason.strip():
+                raise ProcedureRefused(
+                    "an override needs a reason; it is written to the session file"
+                ) from None
+            self._record(partial(Override, guard=str(refusal), reason=reason))

@@ -208,13 +208,9 @@ class Station(PointSteps):
             raise ProcedureRefused("initialise needs the technician's confirmation")
         self._demand_idle("initialise")
         status = self.poll()
-        try:
-            distance = guards.demand_clear_of_limits(self.session.header, status, "initialise")
-        except ProcedureRefused as refusal:
-            if override_reason is None:
-                raise
-            self._override(str(refusal), override_reason)
-            distance = guards.distance_to_limits_deg(self.session.header.unit, status)
+        distance = guards.distance_to_limits_deg(self.session.header.unit, status)
+        with self._overruled(override_reason):
+            guards.demand_clear_of_limits(self.session.header, status, "initialise")
         if self.session.initialised is not None:
             if start_next is None:
                 raise ProcedureRefused(

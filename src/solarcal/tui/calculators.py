@@ -19,7 +19,7 @@ from solarcal.timescale import SystemClock
 from solarcal.tui.base import StationScreen, Workstation, show_once
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.form_rows import ChoiceBox, FormRow, FormRows
-from solarcal.tui.widgets.lines import HeadLine, LogLine
+from solarcal.tui.widgets.lines import Choices, HeadLine, LogLine
 from solarcal.tui.widgets.plot import AnsiPlot
 from solarcal.tui.widgets.text_lines import TextLines
 
@@ -250,19 +250,11 @@ def _fitted(line: str, width: int) -> list[str]:
 class CalculatorsScreen(StationScreen):
     """Choose with the arrow keys, open with Enter; Escape goes back."""
 
-    DEFAULT_CSS = """
-    CalculatorsScreen OptionList {
-        height: 1fr; padding: 0 1; background: $background;
-        text-wrap: nowrap; text-overflow: ellipsis;
-    }
-    CalculatorsScreen OptionList, CalculatorsScreen OptionList:focus { border: none; }
-    CalculatorsScreen OptionList > .option-list--option-highlighted { text-style: bold reverse; }
-    """
     BINDINGS: ClassVar[list[BindingType]] = [Binding("escape,q", "back", "Back", show=False)]
 
     def compose(self) -> ComposeResult:
         yield HeadLine(id="title")
-        yield OptionList(id="calculators")
+        yield Choices(id="calculators")
         yield LogLine(id="log")
         yield ActionFooter(
             [

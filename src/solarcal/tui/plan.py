@@ -144,19 +144,10 @@ class HalfHours(TextLines):
         rows = [hour.cells(index == self._chosen) for index, hour in enumerate(self._hours)]
         self.show(columns(HEADINGS, [now, *rows], ALIGNMENT), pinned=HEADING_ROWS)
         # The row of now comes before the half hours.
-        self._keep_in_view(HEADING_ROWS + 1 + self._chosen)
-
-    def _keep_in_view(self, line: int) -> None:
-        height, top = self.size.height, self.scroll_offset.y
-        if height and line < top + HEADING_ROWS + 1:
-            self.scroll_to(y=max(0, line - HEADING_ROWS - 1), animate=False)
-        elif height and line > top + height - 2:
-            # The last row may say how many follow.
-            self.scroll_to(y=line - height + 2, animate=False)
+        self.keep_in_view(HEADING_ROWS + 1 + self._chosen)
 
     def on_click(self, event: Click) -> None:
-        row = event.y if event.y < HEADING_ROWS else event.y + self.scroll_offset.y
-        index = row - HEADING_ROWS - 1
+        index = self.line_at(event) - HEADING_ROWS - 1
         if 0 <= index < len(self._hours):
             self._chosen = index
             self._show_rows()

@@ -23,7 +23,7 @@ from solarcal.profiles import Profile, load_profile, profile_names, save_profile
 from solarcal.station.news import StepFailed
 from solarcal.tui.base import ONE_IMPORT, MenuEntriesFound, StationModal, StationScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
-from solarcal.tui.widgets.lines import HeadLine, LogLine
+from solarcal.tui.widgets.lines import Choices, HeadLine, LogLine
 from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, ON_A_LINE, has_line
 
 if TYPE_CHECKING:
@@ -38,12 +38,6 @@ class StartScreen(StationScreen):
     """A list to choose from; ports and sessions are looked up while it is already shown."""
 
     DEFAULT_CSS = """
-    StartScreen OptionList {
-        height: 1fr; padding: 0 1; background: $background;
-        text-wrap: nowrap; text-overflow: ellipsis;
-    }
-    StartScreen OptionList, StartScreen OptionList:focus { border: none; }
-    StartScreen OptionList > .option-list--option-highlighted { text-style: bold reverse; }
     StartScreen #address { height: 1; }
     StartScreen #address Static { width: auto; padding: 0 1; }
     StartScreen #driver { text-style: bold; color: $accent; }
@@ -68,7 +62,7 @@ class StartScreen(StationScreen):
     def compose(self) -> ComposeResult:
         yield HeadLine(id="title")
         yield HeadLine(id="profile")
-        yield OptionList(id="choices")
+        yield Choices(id="choices")
         with Horizontal(id="address"):
             yield Static("Other line [a]:", markup=False)
             yield Input(placeholder=DRIVERS[DEFAULT_DRIVER].address, compact=True)

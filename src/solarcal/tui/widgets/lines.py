@@ -10,7 +10,7 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal
 from textual.content import Content
 from textual.screen import Screen
-from textual.widgets import Input, Label, Static
+from textual.widgets import Input, Label, OptionList, Static
 
 from solarcal.decimals import decimal
 from solarcal.errors import ConfigurationError
@@ -49,6 +49,19 @@ def _same(content: VisualType, before: VisualType) -> bool:
     if isinstance(content, Content):
         return isinstance(before, Content) and content.is_same(before)
     return isinstance(content, str) and isinstance(before, str) and content == before
+
+
+class Choices(OptionList):
+    """A full screen's list to choose from."""
+
+    DEFAULT_CSS = """
+    Choices {
+        height: 1fr; padding: 0 1; background: $background;
+        text-wrap: nowrap; text-overflow: ellipsis;
+    }
+    Choices, Choices:focus { border: none; }
+    Choices > .option-list--option-highlighted { text-style: bold reverse; }
+    """
 
 
 class HeadLine(Words):

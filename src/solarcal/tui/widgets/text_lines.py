@@ -120,6 +120,18 @@ class TextLines(ScrollView, can_focus=True):
         mark = Strip([Segment(words, style + Style(bold=True))])
         return Strip.join([strip.crop(0, max(0, region.width - len(words))), mark])
 
+    def line_at(self, event: Click) -> int:
+        """Which line a click meant."""
+        return event.y if event.y < self._pinned else event.y + self.scroll_offset.y
+
+    def keep_in_view(self, line: int) -> None:
+        height, top = self.scrollable_content_region.height, self.scroll_offset.y
+        # The last row in view may carry how many more follow.
+        if line < top + self._pinned:
+            self.scroll_to(y=max(0, line - self._pinned), animate=False)
+        elif height and line > top + height - 2:
+            self.scroll_to(y=line - height + 2, animate=False)
+
     def row_style(self, at: int) -> Style:
         """The style of a line; a chosen one differs."""
         del at
@@ -212,13 +224,7 @@ class ChosenLines(TextLines):
         if not self._rows:
             return
         self._chosen = min(max(row, 0), len(self._rows) - 1)
-        line, top = self._rows[self._chosen][0], self.scroll_offset.y
-        height = self.scrollable_content_region.height
-        # The last row in view may carry how many more follow.
-        if line < top + self._pinned:
-            self.scroll_to(y=max(0, line - self._pinned), animate=False)
-        elif line > top + height - 2:
-            self.scroll_to(y=line - height + 2, animate=False)
+        self.keep_in_view(self._rows[self._chosen][0])
         self.refresh()
 
     def on_focus(self) -> None:
@@ -232,7 +238,7 @@ class ChosenLines(TextLines):
             self.post_message(self.Opened(self._rows[self._chosen][1]))
 
     def on_click(self, event: Click) -> None:
-        at = event.y if event.y < self._pinned else event.y + self.scroll_offset.y
+        at = self.line_at(event)
         row = next((row for row, (line, _) in enumerate(self._rows) if line == at), None)
         if row is None:
             return
