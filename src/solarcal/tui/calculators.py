@@ -1,6 +1,5 @@
 """The field calculators: their list, and of each its form, its result, its drawings."""
 
-import textwrap
 from functools import partial
 from typing import ClassVar
 
@@ -75,7 +74,7 @@ class CalculatorScreen(StationScreen):
         with Horizontal(id="top"):
             yield FormRows(self.calculator.rows, self._first_values())
             yield AnsiPlot(id="drawing")
-        yield TextLines(id="result")
+        yield TextLines(id="result", wrap=True)
         yield LogLine(id="log")
         yield ActionFooter(
             [
@@ -197,9 +196,7 @@ class CalculatorScreen(StationScreen):
         at = int(view.removeprefix("drawing")) if view.startswith("drawing") else 0
         plot = self.query_one("#drawing", AnsiPlot)
         plot.show(self.drawings[at].draw if self.drawings else lambda sheet: "")
-        width = max(20, self.app.size.width - 1)
-        lines = self.answer.lines if self.answer is not None else ["no result"]
-        self.query_one(TextLines).show([part for line in lines for part in _fitted(line, width)])
+        self.query_one(TextLines).show(self.answer.lines if self.answer else ["no result"])
 
     def action_scroll_result(self, pages: int) -> None:
         """The form keeps the focus."""
@@ -237,14 +234,6 @@ class CalculatorScreen(StationScreen):
             self.action_view()
         else:
             self.dismiss(None)
-
-
-def _fitted(line: str, width: int) -> list[str]:
-    """A line as it is, or folded where the screen is too narrow for it."""
-    if len(line) <= width:
-        return [line]
-    indent = " " * (len(line) - len(line.lstrip()) + 2)
-    return textwrap.wrap(line, width, subsequent_indent=indent, replace_whitespace=False)
 
 
 class CalculatorsScreen(StationScreen):

@@ -18,7 +18,7 @@ from solarcal.errors import FitError, SolarcalError, harmless
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.solution import Solution
 from solarcal.model.verdict import base_and_shims
-from solarcal.report.blocks import lines_of, wrapped
+from solarcal.report.blocks import Block, Prose, lines_of
 from solarcal.report.judgement import coefficients_table, fit_summary, shims_blocks
 from solarcal.report.tables import points_table
 from solarcal.session.view import SessionView, read_session
@@ -28,7 +28,7 @@ from solarcal.tui.base import StationScreen, Workstation, show_once
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import NoticeLine
 from solarcal.tui.widgets.plot import PLOTS, ExploredPlot
-from solarcal.tui.widgets.text_lines import TextLines
+from solarcal.tui.widgets.text_lines import ENDLESS, TextLines
 
 HIGH = 40
 
@@ -103,7 +103,7 @@ class RecomputeScreen(StationScreen):
         )
         yield Static("", id="file", markup=False)
         with Container(id="found"):
-            yield TextLines(id="table")
+            yield TextLines(id="table", wrap=True)
             yield ExploredPlot(id="plot")
         yield NoticeLine()
         yield ActionFooter(
@@ -126,7 +126,6 @@ class RecomputeScreen(StationScreen):
 
     def on_resize(self) -> None:
         self.set_class(self.app.size.height >= HIGH, "-high")
-        self._list()
 
     # -- keys --------------------------------------------------------------------------------
 
@@ -150,13 +149,8 @@ class RecomputeScreen(StationScreen):
     def _found(self, found: Recomputed) -> None:
         self._shown = found
         self._name_file()
-        self._list()
+        self.query_one(TextLines).show(_lines(found))
         self._draw()
-
-    def _list(self) -> None:
-        if self._shown is not None:
-            # The scrollbar takes a column.
-            self.query_one(TextLines).show(_lines(self._shown, self.app.size.width - 1))
 
     def _name_file(self, doing: str = "") -> None:
         if not self._files:
@@ -177,25 +171,20 @@ class RecomputeScreen(StationScreen):
         plot.show_plot(PLOTS[self._plot], shown.session, shown.solution)
 
 
-def _lines(found: Recomputed, width: int) -> tuple[str, ...]:
+def _lines(found: Recomputed) -> list[str]:
     said = [*found.warnings, *([found.trouble] if found.trouble else [])]
     # The file is named above; its folder would push what is wrong with it off the screen.
-    lines = [
-        line
-        for text in said
-        for line in wrapped(text.replace(str(found.path), found.path.name), width=width)
-    ]
+    lines = [text.replace(str(found.path), found.path.name) for text in said]
+    blocks: list[Block] = []
     if found.solution is not None:
-        summary = fit_summary(found.solution)
-        lines += lines_of(coefficients_table(found.solution), *summary, width=width)
+        blocks += [coefficients_table(found.solution), *fit_summary(found.solution)]
         if isinstance(found.solution, MechanismSolution) and found.session is not None:
             circle = found.session.header.bolt_circle
-            shims = shims_blocks(*base_and_shims(found.solution, circle))
-            lines += lines_of(*shims, width=width)
+            blocks += shims_blocks(*base_and_shims(found.solution, circle))
     if found.session is not None:
         if found.solution is None and not found.trouble:
-            lines.append(f"{len(found.session.accepted)} accepted points: too few for a fit.")
-        lines.append("")
-        points = points_table(found.session.header, found.session.points, found.solution)
-        lines += lines_of(*points, width=width)
-    return tuple(lines)
+            few = f"{len(found.session.accepted)} accepted points: too few for a fit."
+            blocks.append(Prose((few,)))
+        blocks.append(Prose(("",)))
+        blocks += points_table(found.session.header, found.session.points, found.solution)
+    return [*lines, *lines_of(*blocks, width=ENDLESS)]

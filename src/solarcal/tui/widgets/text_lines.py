@@ -18,6 +18,9 @@ from textual.visual import Visual
 
 from solarcal.report.blocks import REMARK_INDENT
 
+ENDLESS = 10_000
+"""Columns, for lines that are folded where they are shown."""
+
 Line = str | Content
 
 REMARK = " " * REMARK_INDENT

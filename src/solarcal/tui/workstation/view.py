@@ -26,7 +26,7 @@ from solarcal.station.state import StationState
 from solarcal.tui.base import StationScreen
 from solarcal.tui.widgets.footer import ROOMY_COLUMNS, FooterEntry, KeysInLine
 from solarcal.tui.widgets.plot import PLOTS, ExploredPlot
-from solarcal.tui.widgets.text_lines import ChosenLines, TextLines
+from solarcal.tui.widgets.text_lines import ENDLESS, ChosenLines, TextLines
 from solarcal.tui.workstation.lines import CoefficientsPane, check_lines
 from solarcal.tui.workstation.live_pane import LivePane
 
@@ -43,8 +43,6 @@ TABS = (
     ("plot", "Plot"),
     ("checks", "Checks"),
 )
-ENDLESS = 10_000
-"""Columns: no remark is as long."""
 
 
 class Tab(Static):
