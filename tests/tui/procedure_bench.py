@@ -2,6 +2,7 @@
 
 import asyncio
 import functools
+import itertools
 from collections.abc import AsyncIterator, Callable, Coroutine
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -20,7 +21,8 @@ from solarcal.station.clocks import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.tui.app import SolarcalApp
-from solarcal.tui.widgets.footer import Keys
+from solarcal.tui.dialogs.dialog import Dialog
+from solarcal.tui.widgets.footer import KeyButton, Keys
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.link import Link
 
@@ -215,6 +217,23 @@ async def mouse_click(pilot: Pilot[int], place: Offset) -> None:
     for kind in (MouseDown, MouseUp):
         pilot.app.post_message(kind(None, *place, 0, 0, 1, False, False, False, *place))
         await pilot.pause()
+
+
+async def keys_beside_each_other(pilot: Pilot[int], dialog: Dialog, offered: list[str]) -> None:
+    """These and the way out and STOP, each whole, its key named in full."""
+    dialog.offer(*offered)
+    await pilot.pause()
+    await pilot.pause()
+    shown = [key for key in dialog.query(KeyButton) if key.display]
+    assert len(shown) == len(offered) + 2
+    for key in shown:
+        assert key.region.width >= len(str(key.border_title)) + 6, key.border_title
+    places = sorted((key.region for key in shown), key=lambda place: place.x)
+    inside = dialog.query_one("#dialog").content_region
+    assert places[0].x >= inside.x
+    assert places[-1].right <= inside.right
+    for left, right in itertools.pairwise(places):
+        assert left.right <= right.x, type(dialog)
 
 
 def target(app: SolarcalApp, label: str) -> Region:

@@ -1,11 +1,19 @@
 """A unit by hand in the workstation: forms over the procedure's own dialogs."""
 
-import itertools
 import re
 from pathlib import Path
 
 import pytest
-from procedure_bench import LARGE, SMALL, on_loop, screen_words, settled_text, shows, until
+from procedure_bench import (
+    LARGE,
+    SMALL,
+    keys_beside_each_other,
+    on_loop,
+    screen_words,
+    settled_text,
+    shows,
+    until,
+)
 from test_procedure_goldens import compare, only_dialog
 from textual.pilot import Pilot
 from textual.widgets import Input
@@ -15,11 +23,11 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import PointRecord, Typed
 from solarcal.station.news import StatusRead
 from solarcal.station.procedure import Station
-from solarcal.tui.dialogs.ref_check import RefCheckDialog, TypedRefCheckDialog
+from solarcal.tui.dialogs.link import ClockDialog
+from solarcal.tui.dialogs.ref_check import TypedRefCheckDialog
 from solarcal.tui.dialogs.report import ReportDialog
 from solarcal.tui.dialogs.upload import UploadDialog
 from solarcal.tui.offset.spot import TypedOffsetDialog
-from solarcal.tui.widgets.footer import KeyButton
 
 SET = displayed(NOON)
 O1, O2 = SET[2:]
@@ -257,26 +265,17 @@ async def test_the_keys_of_a_dialog_stand_beside_each_other_whatever_it_offers(
 ) -> None:
     async with workstation_by_hand() as (app, pilot, _, _clock):
         dialogs = (
+            ClockDialog(),
             UploadDialog(),
             ReportDialog(tmp_path / "day.jsonl"),
             TypedOffsetDialog(),
             TypedRefCheckDialog(),
-            RefCheckDialog(switches=False),
         )
         for dialog in dialogs:
             await app.push_screen(dialog)
             await pilot.pause()
-            dialog.offer(*(key.action for key in dialog.KEYS if key.button))
-            await pilot.pause()
-            await pilot.pause()
-            places = [key.region for key in dialog.query(KeyButton) if key.display]
-            assert len(places) == len([k for k in dialog.KEYS if k.button]) + 2
-            places.sort(key=lambda place: place.x)
-            for left, right in itertools.pairwise(places):
-                assert left.right <= right.x, type(dialog)
-            inside = dialog.query_one("#dialog").content_region
-            assert places[0].x >= inside.x, type(dialog)
-            assert places[-1].right <= inside.right, type(dialog)
+            offered = [key.action for key in dialog.KEYS if key.button and key.action != "use"]
+            await keys_beside_each_other(pilot, dialog, offered)
             dialog.dismiss(None)
             await pilot.pause()
 

@@ -10,6 +10,7 @@ from procedure_bench import (
     LARGE,
     SMALL,
     bench,
+    keys_beside_each_other,
     on_loop,
     screen_text,
     screen_words,
@@ -122,6 +123,15 @@ async def test_a_reference_check_runs_and_shows_the_difference() -> None:
         await pilot.press("t")
         await until(pilot, lambda: len(app.screen_stack) == 1)
         assert station.poll().mode is Mode.TRACK
+
+
+@on_loop
+async def test_the_keys_of_a_unit_without_switches_stand_beside_each_other_too() -> None:
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        dialog = RefCheckDialog(switches=False)
+        await app.push_screen(dialog)
+        await keys_beside_each_other(pilot, dialog, ["start", "track"])
 
 
 @on_loop

@@ -32,7 +32,10 @@ async def test_too_few_points_offer_nothing_to_upload() -> None:
         await pilot.press("u")
         await shows(pilot, "0 accepted points")
         await pilot.press("y")
-        assert "Write, store" not in screen_words(app)
+        assert "Write and read" not in screen_words(app)
+        await pilot.press("f6")
+        await shows(pilot, "Set here")
+        assert len(app.screen_stack) == 2
     assert station.session.uploads == ()
 
 

@@ -174,7 +174,9 @@ class VoidDialog(Dialog):
         if not listed:
             self.offer()
             # After the first words of the dialog.
-            self.call_later(self.say, "Nothing is recorded yet: no record can be struck.")
+            self.call_later(
+                self.finish, "Nothing is recorded yet: no record can be struck.", "plain"
+            )
         elif not self._listed:
             self.offer("choose")
         self._listed = listed

@@ -114,6 +114,7 @@ class Dialog(StationModal[None]):
         super().__init__()
         self._lost = False
         self._finished = False
+        self._submitted: type[Done[Any]] | None = None
         self._offered = {key.action for key in self.KEYS}
         self._blinking: Timer | None = None
         self._early_key = ""
@@ -168,7 +169,7 @@ class Dialog(StationModal[None]):
 
     def finished(self) -> bool:
         """Whether there is nothing left here that a key of another step could interrupt."""
-        return self._finished and not self.under_way()
+        return self._finished
 
     def leave_saying(self, sentence: str, severity: SeverityLevel = "information") -> None:
         """Leave; the screen below shows the sentence on its line."""
@@ -296,7 +297,7 @@ class Dialog(StationModal[None]):
         moves: bool = False,
         needs_unit: bool = True,
     ) -> None:
-        self._finished = False
+        self._finished, self._submitted = False, kind
         self.worker.submit(kind, step, moves=moves, needs_unit=needs_unit)
 
     def show_state(self, state: StationState) -> None:
@@ -342,11 +343,11 @@ class Dialog(StationModal[None]):
             self._say_lost(self.workstation.state)
         else:
             self.say(str(failed.error), "error")
-        if failed.kind is not None:
+        if failed.kind is not None and failed.kind is self._submitted:
             # A refusal may send to another step: that one's key leads on to it.
             self._finished = self.workstation.state.attempt is None
-            if failed.kind in self.AGAIN:
-                self.offer(*self.AGAIN[failed.kind])
+        if failed.kind is not None and failed.kind in self.AGAIN:
+            self.offer(*self.AGAIN[failed.kind])
 
 
 def reason_field(label: str) -> Field:

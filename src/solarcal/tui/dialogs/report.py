@@ -105,7 +105,7 @@ class ReportDialog(Dialog):
 
     def _not_written(self, error: SolarcalError) -> None:
         self._offer(self._proof())
-        self.say(str(error), "error")
+        self.finish(str(error), "error")
 
     def _written(self, found: "Issued") -> None:
         self._offer(self._proof())

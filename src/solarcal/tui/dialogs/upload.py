@@ -46,7 +46,7 @@ class UploadDialog(Dialog):
 
     HEADING = "Upload coefficients"
     KEYS: ClassVar[tuple[DialogKey, ...]] = (
-        DialogKey("upload", "Write, store, read back", "y", "y"),
+        DialogKey("upload", "Write and read back", "y", "y"),
         DialogKey("again", "Again", "a", "a"),
         DialogKey("rollback", "Roll back", "b", "b"),
         DialogKey("track", "Track", "t", "t"),
@@ -176,9 +176,9 @@ class UploadDialog(Dialog):
         self._show_table()
         proposal = self._proposal
         if proposal is None:
-            self.say(too_few_points(session), "warning")
+            self.finish(too_few_points(session), "warning")
         elif proposal.against:
-            self.say(f"REFUSED: {'; '.join(proposal.against)}. Only with a reason.", "warning")
+            self.finish(f"REFUSED: {'; '.join(proposal.against)}. Only with a reason.", "warning")
         else:
             self.say(
                 "Key in P1..P6 with O = 0, store, and type them back. Upload?"

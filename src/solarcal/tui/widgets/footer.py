@@ -195,6 +195,7 @@ class KeyButton(Static):
         super().__init__(Content(words), id=id)
         self.cells = len(words) + (4 if stop else 5)
         self.border_title = shown
+        self.styles.min_width = len(shown) + 6
         self.runs = action
         self.set_class(stop, "-stop")
 
