@@ -3,7 +3,8 @@ change since the last point and their history; why the verdict is so; what prove
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 
 from textual.content import Content
 
@@ -21,7 +22,6 @@ from solarcal.session.view import SessionView
 from solarcal.station.next_step import NextStep, countdown_text
 from solarcal.station.state import LinkState, StationState
 from solarcal.station.uploading import sign_off
-from solarcal.stopping_rule import percent
 from solarcal.tui.widgets.lines import HeadLine, Part, Words
 from solarcal.tui.widgets.text_lines import TextLines
 from solarcal.units import rms
@@ -119,9 +119,12 @@ class VerdictWords:
         return [("■ ", f"bold {self.tone}".strip()), (self.word, "bold"), f"  {rest}"]
 
     def fitted(self, width: int, rows: int) -> list[Content]:
-        """In so many rows; a reason that has no room is not cut, but said to be in its pane."""
-        for reason in (self.reason, IN_ITS_PANE, "[3]", "") if self.reason else ("",):
-            lines = Content.assemble(*self.parts(reason)).wrap(width)
+        """In so many rows; a reason that has no room is not cut, but said to be in its pane, and
+        the word alone leaves more of it."""
+        reasons = (self.reason, IN_ITS_PANE, "[3]", "") if self.reason else ("",)
+        word_alone = replace(self, word=f"{self.word.split(':')[0].rstrip('.')}.")
+        for words, reason in product((self, word_alone), reasons):
+            lines = Content.assemble(*words.parts(reason)).wrap(width)
             if len(lines) <= rows:
                 return lines
         last = lines[rows - 1].truncate(width - 1).append("…")
@@ -150,16 +153,12 @@ def verdict_words(
     verdict = judgement.verdict
     expected = judgement.forecast
     rule, p95 = expected.rule, expected.rule.within_deg(expected.year_p95_deg)
-    sure = percent(expected.probability_within_tolerance, rule.probability)
     # The forecast stands first already: where it decides, what follows it is not the reason.
     forecast_reason = sure_sentence(expected)
     others = [reason for reason in verdict.reasons if reason != forecast_reason]
     decides = verdict.state == "continue" and not expected.sure
     first = IN_ITS_PANE if decides and others else next(iter(others), "")
-    summary = (
-        f"{sure} sure of {rule.tolerance_deg:g} deg, {100 * rule.probability:g} % needed. "
-        f"Year 95 %: {p95} deg."
-    )
+    summary = f"{expected.sure_words} of {rule.tolerance_deg:g} deg. Year 95 %: {p95} deg."
     return VerdictWords(f"{STATE_WORDS[verdict.state]}.", summary, TONES[verdict.state], first)
 
 
