@@ -190,7 +190,7 @@ def test_an_upload_must_be_better_than_what_is_in_force():
     with pytest.raises(ProcedureRefused, match="no improvement beyond its uncertainty"):
         refuse_doubtful(again, None)
     assert f"better with a probability of {100.0 * again.better:.0f} %" in again.against[0]
-    assert f"{again.held.year_p95_deg:.3f} deg as it is" in again.against[0]
+    assert f"{again.held.year_p95_deg:.3f} deg with the P and O it holds now" in again.against[0]
     assert refuse_doubtful(again, "the owner asked for it") == "the owner asked for it"
 
 
