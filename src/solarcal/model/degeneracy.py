@@ -59,7 +59,7 @@ def _said(chances: "_Chances", normal: FloatArray, r: FloatArray, pair: tuple[in
     names = labels((solution.model_terms[i] for i in pair), solution.geometry.name)
     value = float(r[pair])
     shown = correlation_text(value)
-    sentence = f"{names[0]} and {names[1]} cannot be separated with these points, r = {shown}"
+    sentence = f"{names[0]} and {names[1]} can hardly be separated with these points (r = {shown})"
     cure = _cure(chances, normal, pair)
     return Finding(
         kind="degeneracy",
