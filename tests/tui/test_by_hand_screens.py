@@ -179,7 +179,7 @@ async def test_coefficients_are_keyed_in_and_typed_back() -> None:
         await pilot.press("f8")
         await shows(pilot, "type them back. Upload?")
         await pilot.press("y")
-        await shows(pilot, "not DONE", "once more")
+        await shows(pilot, "not DONE", "once more", "Against it")
         await pilot.press("y")
         await shows(pilot, "Key in the coefficients", "O2 key in")
         compare("by-hand-key-in", SMALL, only_dialog(await settled_text(pilot)))

@@ -91,13 +91,13 @@ def test_a_whole_calibration_by_the_manuals_keys_goes_on_after_a_power_cut(tmp_p
         terminal.press(F8)
         terminal.shows("in sigmas", f"{POINTS} points")
         terminal.press("y")
-        terminal.shows_one_of("Type the reason", "once more", "read back EQUAL")
+        terminal.shows_one_of("Type the reason", "Against it", "read back EQUAL")
         if "Type the reason" in terminal.words():
             # Four points may be no better than none beyond their uncertainty: not without a reason.
             terminal.press(*"trial", ENTER)
-            terminal.shows_one_of("once more", "read back EQUAL")
+            terminal.shows_one_of("Against it", "read back EQUAL")
         # Four points are not done: asked a second time, in other words.
-        if "once more" in terminal.words():
+        if "Against it" in terminal.words():
             terminal.press("y")
         terminal.shows("read back EQUAL")
         terminal.press("t")

@@ -64,7 +64,7 @@ async def test_a_key_that_bounces_does_not_confirm_what_it_has_not_shown_yet() -
         await pilot.press("f8")
         await shows(pilot, "Upload?")
         at_once(pilot, "y", "y", "y")
-        await shows(pilot, "not DONE", "once more")
+        await shows(pilot, "not DONE", "once more", "Against it")
         await idle(app)
         assert station.session.uploads == ()
         await pilot.press("y")

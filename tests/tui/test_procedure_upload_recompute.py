@@ -54,7 +54,7 @@ async def test_after_a_rollback_the_upload_is_offered_on_the_same_terms_as_befor
         before = dialog._proposal
         assert before is not None
         await pilot.press("y")
-        await shows(pilot, "once more")
+        await shows(pilot, "once more", "Against it")
         await pilot.press("y")
         await shows(pilot, "read back EQUAL")
         await until(pilot, lambda: dialog._proposal is not before)
@@ -86,7 +86,7 @@ async def test_an_upload_is_read_back_and_rolled_back_and_each_is_recorded(
         await shows(pilot, "in force", "in sigmas", "5 points", "Upload?", "better (P 100 %)")
         await pilot.press("y")
         # Few points are not done: asked a second time, with the reason of the verdict.
-        await shows(pilot, "not DONE: ", "% sure (95 % needed)", "once more")
+        await shows(pilot, "not DONE. Press", "Against it", "% sure (95 % needed)", "once more")
         await pilot.press("y")
         await shows(pilot, "read back EQUAL", "the new ones are in force already")
         uploaded = station.session.uploads[-1].new_coefficients
@@ -117,7 +117,7 @@ async def test_a_read_back_that_differs_is_cried_out(monkeypatch: pytest.MonkeyP
         await shows(pilot, "Upload?")
         await pilot.press("y")
         # Few points are not done: asked a second time, in other words.
-        await shows(pilot, "not DONE", "once more")
+        await shows(pilot, "not DONE", "once more", "Against it")
         await pilot.press("y")
         await shows(pilot, "READ BACK DIFFERS", "Roll back")
     assert [u.verified for u in station.session.uploads] == [False]
@@ -131,7 +131,7 @@ async def test_a_link_lost_while_uploading_is_said_and_the_unit_read_anew() -> N
         await pilot.press("f8")
         await shows(pilot, "Upload?")
         await pilot.press("y")
-        await shows(pilot, "once more")
+        await shows(pilot, "once more", "Against it")
         cable.pulled = True
         await pilot.press("y")
         await shows(pilot, "LINK LOST")
@@ -140,7 +140,7 @@ async def test_a_link_lost_while_uploading_is_said_and_the_unit_read_anew() -> N
         await shows(pilot, "Upload?")
         await pilot.press("y")
         # Few points are not done: asked a second time, in other words.
-        await shows(pilot, "not DONE", "once more")
+        await shows(pilot, "not DONE", "once more", "Against it")
         await pilot.press("y")
         await shows(pilot, "read back EQUAL")
 

@@ -144,7 +144,7 @@ async def test_sun_offset_point_and_upload_by_the_keys() -> None:
         await pilot.press("u")
         await shows(pilot, "Upload?")
         await pilot.press("y")
-        await shows(pilot, "once more")
+        await shows(pilot, "once more", "Against it")
         await pilot.press("y")
         await shows(pilot, "read back EQUAL")
         await pilot.press("t")

@@ -29,7 +29,7 @@ from solarcal.unit.tracker import Emulation
 from tools.pictures.screen_svg import screen_svg
 
 SMALL, LARGE = (80, 24), (140, 45)
-SCENARIO, SEED = "tijeras-azel", 11
+SCENARIO, SEED = "tijeras-azel", 1
 OPERATOR = "J. Example"
 TURNS, TURN_S = 1500, 0.02
 """How long something is waited for before a picture is given up."""

@@ -247,8 +247,8 @@ def _sure(proposal: UploadOffer) -> str:
     verdict = proposal.judgement.verdict
     state = STATE_WORDS[verdict.state].split(":")[0]
     return (
-        f"The verdict is {state}, not DONE: {verdict.reasons[0]}. Press y once more to write the "
-        "coefficients now."
+        f"The verdict is {state}, not DONE. Press y once more to write the coefficients now. "
+        f"Against it: {verdict.reasons[0]}."
     )
 
 

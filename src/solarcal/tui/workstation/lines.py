@@ -158,7 +158,8 @@ def verdict_words(
     others = [reason for reason in verdict.reasons if reason != forecast_reason]
     decides = verdict.state == "continue" and not expected.sure
     first = IN_ITS_PANE if decides and others else next(iter(others), "")
-    summary = f"{expected.sure_words} of {rule.tolerance_deg:g} deg. Year 95 %: {p95} deg."
+    sure = expected.sure_words
+    summary = f"{sure[0].upper()}{sure[1:]} of {rule.tolerance_deg:g} deg. Year 95 %: {p95} deg."
     return VerdictWords(f"{STATE_WORDS[verdict.state]}.", summary, TONES[verdict.state], first)
 
 
