@@ -42,6 +42,20 @@ class Action:
         )
 
 
+@dataclass(frozen=True, slots=True)
+class DialogKey:
+    """One command of a dialog. ``action`` is the screen's; the first key is shown."""
+
+    action: str
+    label: str
+    keys: str
+    shown: str
+    button: bool = True
+
+    def binding(self) -> Binding:
+        return Binding(self.keys, self.action, self.label, show=False)
+
+
 ACTIONS: tuple[Action, ...] = (
     Action("help", "Help", ("f1", "question_mark"), "F1 ?", "The procedure and the keys"),
     Action("link", "Link", ("f2", "l", "L"), "F2 l", "The line to the unit: connect, reconnect"),

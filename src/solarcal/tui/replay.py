@@ -16,7 +16,8 @@ from solarcal.station.saved_sessions import Replay
 from solarcal.station.state import LiveView, StationState
 from solarcal.timescale import format_utc, parse_utc
 from solarcal.tui.base import Told
-from solarcal.tui.dialogs.dialog import Dialog, DialogKey
+from solarcal.tui.dialogs.dialog import Dialog
+from solarcal.tui.keys import DialogKey
 from solarcal.tui.point.opened import PointScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import Field, HeadLine, LogLine, Words

@@ -19,7 +19,8 @@ from solarcal.station.typed.forms import (
     looked_again,
 )
 from solarcal.timescale import second_of_day
-from solarcal.tui.dialogs.dialog import Dialog, DialogKey
+from solarcal.tui.dialogs.dialog import Dialog
+from solarcal.tui.keys import DialogKey
 from solarcal.tui.widgets.lines import Field, Words
 
 CLOCK_EVERY_S = 0.2

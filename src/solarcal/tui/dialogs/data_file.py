@@ -18,7 +18,8 @@ from solarcal.session.view import live_records
 from solarcal.station.guards import GuardRefused, demand_clear_of_limits
 from solarcal.station.news import Done, FileInitialised, NoteWritten, RecordVoided, StepFailed
 from solarcal.station.state import StationState
-from solarcal.tui.dialogs.dialog import Dialog, DialogKey, reason_field
+from solarcal.tui.dialogs.dialog import Dialog, reason_field
+from solarcal.tui.keys import DialogKey
 from solarcal.tui.widgets.lines import Field, Words
 
 

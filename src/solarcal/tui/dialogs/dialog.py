@@ -1,11 +1,9 @@
 """What the dialogs of the procedure share: a frame, a message line, keys as large targets."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
 from textual.app import ComposeResult
-from textual.binding import Binding
 from textual.containers import Horizontal, Vertical
 from textual.content import Content
 from textual.events import Key
@@ -20,24 +18,9 @@ from solarcal.station.procedure import Station
 from solarcal.station.state import LinkState, StationState
 from solarcal.station.worker import StationWorker
 from solarcal.tui.base import StationModal, Workstation, is_typed
-from solarcal.tui.keys import shown_key
+from solarcal.tui.keys import DialogKey, shown_key
 from solarcal.tui.widgets.footer import KeyButton
 from solarcal.tui.widgets.lines import Field, Words
-
-
-@dataclass(frozen=True, slots=True)
-class DialogKey:
-    """One command of a dialog. ``action`` is the screen's; the first key is shown."""
-
-    action: str
-    label: str
-    keys: str
-    shown: str
-    button: bool = True
-
-    def binding(self) -> Binding:
-        return Binding(self.keys, self.action, self.label, show=False)
-
 
 Tone = Literal["plain", "good", "warning", "error"]
 

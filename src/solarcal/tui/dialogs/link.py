@@ -15,8 +15,9 @@ from solarcal.station.news import ClockAdjusted, Done, Progress, Reconnected, St
 from solarcal.station.state import LinkState, StationState
 from solarcal.timescale import SECONDS_PER_SUN_DEG, format_utc, second_of_day
 from solarcal.tui.base import Workstation, is_typed
-from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
+from solarcal.tui.dialogs.dialog import Dialog, open_dialog
 from solarcal.tui.dialogs.paced import PacedDialog
+from solarcal.tui.keys import DialogKey
 from solarcal.tui.widgets.lines import Field, Words
 from solarcal.tui.widgets.text_lines import TextLines
 from solarcal.unit.tracker import Capabilities

@@ -14,8 +14,9 @@ from solarcal.station.news import Done, ReferenceChecked, Tracking
 from solarcal.station.question_evidence import counts_missed, found_words
 from solarcal.station.state import Activity, StationState
 from solarcal.tui.base import Workstation, is_typed
-from solarcal.tui.dialogs.dialog import Dialog, DialogKey, Tone, open_dialog
+from solarcal.tui.dialogs.dialog import Dialog, Tone, open_dialog
 from solarcal.tui.dialogs.paced import DriveWatch, progress_bar
+from solarcal.tui.keys import DialogKey
 from solarcal.tui.widgets.lines import Words
 from solarcal.unit.tracker import Mode, Status
 

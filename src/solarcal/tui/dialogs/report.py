@@ -23,7 +23,8 @@ from solarcal.station.news import FitReady
 from solarcal.station.state import StationState
 from solarcal.station.uploading import SignOff, forecast_with, sign_off
 from solarcal.tui.base import StationScreen, Workstation
-from solarcal.tui.dialogs.dialog import Dialog, DialogKey, open_dialog
+from solarcal.tui.dialogs.dialog import Dialog, open_dialog
+from solarcal.tui.keys import DialogKey
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, NoticeLine, Words
 from solarcal.tui.widgets.plot import AnsiPlot, fine_characters, shades_differ

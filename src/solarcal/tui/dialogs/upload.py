@@ -32,7 +32,8 @@ from solarcal.station.uploading import (
 )
 from solarcal.stopping_rule import percent
 from solarcal.tui.base import is_typed
-from solarcal.tui.dialogs.dialog import Dialog, DialogKey, reason_field
+from solarcal.tui.dialogs.dialog import Dialog, reason_field
+from solarcal.tui.keys import DialogKey
 from solarcal.tui.widgets.lines import Field
 from solarcal.tui.widgets.text_lines import TextLines
 from solarcal.units import rms

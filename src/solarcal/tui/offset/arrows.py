@@ -5,7 +5,7 @@ import math
 from textual.content import Content
 
 from solarcal.station.jogging import STEPS_DEG
-from solarcal.tui.dialogs.dialog import DialogKey
+from solarcal.tui.keys import DialogKey
 from solarcal.unit.tracker import Spot
 
 FIRST_STEP_DEG = 0.02

@@ -24,8 +24,9 @@ from solarcal.station.news import (
 )
 from solarcal.station.procedure import Station
 from solarcal.tui.base import Workstation, is_typed
-from solarcal.tui.dialogs.dialog import DialogKey, open_dialog
+from solarcal.tui.dialogs.dialog import open_dialog
 from solarcal.tui.dialogs.paced import DriveWatch, PacedDialog
+from solarcal.tui.keys import DialogKey
 from solarcal.tui.offset import words
 from solarcal.tui.offset.arrows import ARROW_KEYS, ArrowSteps
 from solarcal.tui.offset.spot import (

@@ -19,7 +19,8 @@ from solarcal.station.jogging import JogView
 from solarcal.station.news import Done, OffsetSet
 from solarcal.station.state import StationState
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
-from solarcal.tui.dialogs.dialog import Dialog, DialogKey
+from solarcal.tui.dialogs.dialog import Dialog
+from solarcal.tui.keys import DialogKey
 from solarcal.tui.offset.words import big_numbers
 from solarcal.tui.widgets.lines import Field, Words
 from solarcal.unit.tracker import Spot

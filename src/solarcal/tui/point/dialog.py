@@ -34,9 +34,10 @@ from solarcal.station.question_evidence import Fact, question_evidence
 from solarcal.station.state import QUESTIONS, Activity, Attempt, StationState
 from solarcal.station.uploading import sign_off
 from solarcal.tui.base import is_typed
-from solarcal.tui.dialogs.dialog import DialogKey, reason_field
+from solarcal.tui.dialogs.dialog import reason_field
 from solarcal.tui.dialogs.paced import PacedDialog, progress_bar
 from solarcal.tui.dialogs.report import open_comparison
+from solarcal.tui.keys import DialogKey
 from solarcal.tui.widgets.lines import Field, Words
 from solarcal.unit.tracker import Spot
 
