@@ -57,6 +57,18 @@ def test_counts_missed_since_the_check_before_are_said() -> None:
     assert "counts were missed" in facts(station, 0)[1].sentence
 
 
+def test_the_first_check_after_a_restart_misses_no_counts_the_next_one_may() -> None:
+    station, emulator = emulated_station()
+    emulator.reboot()
+    station.poll()
+    station.ref_check()
+    said = facts(station, 0)[1].sentence
+    assert said.endswith("; any number is normal after a restart.")
+    emulator.lose_counts(1, 40)
+    station.ref_check()
+    assert "counts were missed" in facts(station, 0)[1].sentence
+
+
 def test_a_check_that_was_stopped_before_the_first_one_misses_no_counts() -> None:
     station, _ = emulated_station()
     first = msgspec.structs.replace(

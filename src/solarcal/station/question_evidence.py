@@ -3,11 +3,10 @@
 Facts, not answers. The technician answers; a fact that speaks for NO is marked.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from solarcal.model.evidence.clocks import CLOCK_TOLERANCE_S
-from solarcal.model.evidence.read_outs import FEWEST_COUNTS
+from solarcal.model.evidence.read_outs import FEWEST_COUNTS, restarted_before
 from solarcal.model.parameter_checks import CORRECTION_LIMIT_DEG
 from solarcal.session.records import RefCheck
 from solarcal.session.view import SessionView
@@ -16,6 +15,8 @@ from solarcal.station.state import LiveView
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.timescale import parse_utc, second_of_day
 from solarcal.unit.tracker import Mode, Spot, Status
+
+NORMAL_AFTER_RESTART = "; any number is normal after a restart."
 
 WATCH_S = 60.0
 """The manual has it watched for a minute before a point."""
@@ -50,15 +51,15 @@ def question_evidence(
     return (_reference, _offset, _tracking)[number](session, live, spot)
 
 
-def counts_missed(checks: Sequence[RefCheck], check: RefCheck) -> bool:
+def counts_missed(session: SessionView, check: RefCheck) -> bool:
     """Whether a check found more counts than the play of a switch explains.
 
-    The first complete one of a session finds whatever the register held before it. Without
-    switches, or where they are not shown, counts prove nothing.
+    The first complete one of a session, or since a restart, finds whatever the register held.
+    Without switches, or where they are not shown, counts prove nothing.
     """
-    if check.difference_counts is None or not check.at_switches:
+    if not check.difference_counts or not check.at_switches or restarted_before(session, check):
         return False
-    before = any(other.complete and other.seq < check.seq for other in checks)
+    before = any(other.complete and other.seq < check.seq for other in session.ref_checks)
     return before and max(abs(found) for found in check.difference_counts) >= FEWEST_COUNTS
 
 
@@ -88,15 +89,14 @@ def _reference(session: SessionView, live: LiveView, spot: Spot | None) -> tuple
                 Fact(f"The last check (no. {last.number}, {when}) did NOT end.", against=True)
             )
         else:
-            missed = counts_missed(session.ref_checks, last)
             facts.append(Fact(f"Check no. {last.number} at {when}: complete."))
-            facts.append(Fact(_counts_found(last, missed=missed)))
+            facts.append(Fact(_counts_found(session, last)))
     if status is not None and not status.referenced and live.capabilities.has_link:
         facts.append(Fact("The unit reports: NOT referenced since power-up.", against=True))
     return tuple(facts)
 
 
-def _counts_found(check: RefCheck, *, missed: bool) -> str:
+def _counts_found(session: SessionView, check: RefCheck) -> str:
     if check.difference_counts is None:
         return "The unit does not show the counts found at the switches."
     d1, d2 = check.difference_counts
@@ -105,9 +105,10 @@ def _counts_found(check: RefCheck, *, missed: bool) -> str:
             f"No switches: the read-outs stood {d1:+d}, {d2:+d} counts from the reference "
             "position. Did both axes stand at their marks there?"
         )
-    return f"Counts found at the switches: axis 1 {d1:+d}, axis 2 {d2:+d}" + (
-        ": counts were missed before it." if missed else "."
-    )
+    found = f"Counts found at the switches: axis 1 {d1:+d}, axis 2 {d2:+d}"
+    if counts_missed(session, check):
+        return f"{found}: counts were missed before it."
+    return f"{found}{NORMAL_AFTER_RESTART if restarted_before(session, check) else '.'}"
 
 
 def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fact, ...]:

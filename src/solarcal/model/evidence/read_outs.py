@@ -274,6 +274,13 @@ def play_of_a_switch(counts: int, reading_deg: float) -> bool:
     return abs(counts) < FEWEST_COUNTS or abs(reading_deg) <= SMALLEST_LOSS_DEG
 
 
+def restarted_before(session: SessionView, check: RefCheck) -> bool:
+    """Whether the unit has restarted since the complete check before: its counters began anew."""
+    checks = session.ref_checks
+    since = max((c.seq for c in checks if c.complete and c.seq < check.seq), default=-1)
+    return any(since < r.seq < check.seq for r in session.restarts)
+
+
 def losses(session: SessionView) -> tuple[tuple[RefCheck, int, Loss], ...]:
     """What each complete check but the first found missing on an axis: check, counts, loss.
 
@@ -283,9 +290,7 @@ def losses(session: SessionView) -> tuple[tuple[RefCheck, int, Loss], ...]:
     found = []
     complete = [check for check in session.ref_checks if check.complete and check.at_switches]
     for before, check in pairwise(complete):
-        # A restart between them explains the difference: the counter began anew.
-        restarted = any(before.seq < r.seq < check.seq for r in session.restarts)
-        if check.difference_counts is None or restarted:
+        if check.difference_counts is None or restarted_before(session, check):
             continue
         labels = tuple(p.seq for p in session.accepted if before.seq < p.seq < check.seq)
         unit = session.header.unit

@@ -1,17 +1,19 @@
 """Reference check: drive to the switches, or have it done at the unit and type the counts."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
 from textual.widget import Widget
 from textual.widgets import Static
 
+from solarcal.model.evidence.read_outs import restarted_before
 from solarcal.report.blocks import text_of
 from solarcal.report.tables import ref_checks_table
 from solarcal.session.records import RefCheck
+from solarcal.session.view import SessionView
 from solarcal.station.news import Done, ReferenceChecked, Tracking
-from solarcal.station.question_evidence import counts_missed, found_words
+from solarcal.station.question_evidence import NORMAL_AFTER_RESTART, counts_missed, found_words
 from solarcal.station.state import Activity, StationState
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import Dialog, Tone, open_dialog
@@ -41,9 +43,8 @@ class _CheckTeller(Dialog):
             )
 
     def tell(self, check: RefCheck) -> None:
-        session = self.workstation.state.session
-        words = ref_check_words(check, session.ref_checks if session is not None else ())
-        (self.finish if check.complete else self.say)(*words)
+        if (session := self.workstation.state.session) is not None:
+            (self.finish if check.complete else self.say)(*ref_check_words(check, session))
 
 
 class RefCheckDialog(_CheckTeller):
@@ -140,12 +141,12 @@ class RefCheckDialog(_CheckTeller):
                 self.dismiss(None)
 
 
-def ref_check_words(check: RefCheck, checks: Sequence[RefCheck]) -> tuple[str, Tone]:
+def ref_check_words(check: RefCheck, session: SessionView) -> tuple[str, Tone]:
     """What a check that has ended says among those of its session, and in which tone."""
     found = check.difference_counts or (0, 0)
     if not check.complete:
         return f"Check no. {check.number} did NOT end. Start it again.", "error"
-    if counts_missed(checks, check):
+    if counts_missed(session, check):
         return (
             f"Check no. {check.number}: counts found {found[0]:+d} and {found[1]:+d}, 0 expected: "
             "counts were missed since the previous check; points in between are doubtful.",
@@ -158,7 +159,8 @@ def ref_check_words(check: RefCheck, checks: Sequence[RefCheck]) -> tuple[str, T
             "not, correct the rotator's zero and begin again.",
             "good",
         )
-    return f"Check no. {check.number} complete, recorded: {found_words(check)}.", "good"
+    normal = NORMAL_AFTER_RESTART if restarted_before(session, check) else "."
+    return f"Check no. {check.number} complete, recorded: {found_words(check)}{normal}", "good"
 
 
 def _motion(sense: int) -> str:
