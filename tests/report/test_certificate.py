@@ -170,7 +170,10 @@ TWO = (check_of(14, 0.05), check_of(15, 0.06))
         ([upload_of(13), check_of(14, 0.05)], False, "1 check point"),
         ([upload_of(13), check_of(14, 0.05)], False, "2 are needed"),
         ([upload_of(13), *TWO], True, "2 check points"),
-        ([upload_of(13), check_of(14, 0.05), check_of(15, 0.12)], False, "1 of 2 check points"),
+        ([upload_of(13), check_of(14, 0.05), check_of(15, 0.2)], False, "1 of 2 check points"),
+        ([upload_of(13), check_of(14, 0.05), check_of(15, 0.11)], True, "and the noise of a"),
+        ([upload_of(13), *TWO, upload_of(16)], True, "2 check points"),
+        ([upload_of(13), *TWO, upload_of(16, new_offsets=Offsets(0.1, 0.0))], False, "no check"),
         ([upload_of(13), check_of(14, 0.12, "rejected"), *TWO[1:]], False, "1 check"),
         ([check_of(13, 0.05), upload_of(14)], False, "no check point"),
         ([upload_of(13), *TWO, upload_of(16, rollback=True)], False, "rolled back"),
@@ -185,7 +188,7 @@ TWO = (check_of(14, 0.05), check_of(15, 0.06))
                 Void(seq=17, utc="2026-06-22T03:00:00.000Z", voids=16, reason="cloud"),
             ],
             True,
-            "2 check points",
+            "; 1 beyond it, up to 0.200 deg, rejected or struck out",
         ),
     ],
 )
@@ -219,9 +222,11 @@ def test_check_points_beyond_the_tolerance_are_evidence_against_the_verdict(tmp_
     verdict = judged.analysis.verdict
     assert verdict.state == "continue"
     assert verdict.reasons[0].startswith("1 of 2 check points after the upload: beyond")
-    # The next upload has its own check points.
-    path = write_session(tmp_path / "again.jsonl", *beyond, upload_of(16))
-    assert analyse_files(read_files([path], {})).analysis.verdict.state == "done"
+    # The same numbers written once more prove nothing else; other ones have checks of their own.
+    for name, new, state in (("same", TRUTH, "continue"), ("other", Coefficients(P1=0.4), "done")):
+        again = upload_of(16, new_coefficients=new)
+        path = write_session(tmp_path / f"{name}.jsonl", *beyond, again)
+        assert analyse_files(read_files([path], {})).analysis.verdict.state == state
 
 
 def test_as_found_is_the_year_with_what_the_unit_held(judged):

@@ -23,6 +23,7 @@ from solarcal.session.points import (
 from solarcal.session.records import Answers, Header, PointRecord, Record, Void
 from solarcal.session.view import SessionView, read_session, view_session
 from solarcal.site import Site, Weather
+from solarcal.stopping_rule import DEFAULT_UNMODELLED
 from solarcal.timescale import parse_utc
 
 
@@ -222,3 +223,7 @@ def test_a_file_given_twice_and_no_file_at_all() -> None:
 )
 def test_what_the_ideal_angles_of_a_session_leave_out(changes: dict, kind: str) -> None:
     assert ideal_kind(msgspec.structs.replace(HEADER, **changes)) == kind
+
+
+def test_an_import_is_judged_with_the_widths_of_its_day():
+    assert imported_header(table(), 0.0).rule.unmodelled == DEFAULT_UNMODELLED

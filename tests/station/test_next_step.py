@@ -143,7 +143,7 @@ def test_after_the_upload_two_check_points_prove_it():
     few = station.session.accepted[:3]
     early = analyse_session(replace(station.session, points=few))
     step = next_step(station.state, judgement=early)
-    assert step.action == "upload"
+    assert step.action == "sun_offset"
     assert "(95 % needed): take more points" in step.sentence
 
 
@@ -160,7 +160,7 @@ def test_check_points_beyond_the_tolerance_do_not_prove_it():
     session = station.session
     checks = tuple(msgspec.structs.replace(c, sky_error_deg=0.3) for c in session.checks)
     step = next_step(replace(station.state, session=replace(session, checks=checks)))
-    assert step.action == "upload"
+    assert step.action == "sun_offset"
     assert "NOT signed off" in step.sentence
     for beyond in (1, 2):
         some = (*checks[:beyond], *session.checks[beyond:])

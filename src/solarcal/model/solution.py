@@ -161,6 +161,11 @@ class Solution:
         spare = self.n_points - len(self.model_terms)
         return float(np.sqrt(np.sum(self.sky_deg**2) / spare)) if spare > 0 else None
 
+    @property
+    def noise_deg(self) -> float:
+        """Noise of one point on sky, per axis, as far as the residuals tell."""
+        return float((self.population_sd_deg or 0.0) / np.sqrt(2.0))
+
     @cached_property
     def message(self) -> str | None:
         """'Parameters still unrealistic', or None."""

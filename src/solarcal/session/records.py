@@ -237,6 +237,10 @@ class _Upload(_Record, frozen=True, kw_only=True):
     forced: str = ""
     rollback: bool = False
 
+    @property
+    def writes(self) -> tuple[Coefficients, Offsets]:
+        return self.new_coefficients, self.new_offsets
+
 
 class UploadBegun(_Upload, frozen=True, kw_only=True, tag="upload_begun"):
     """Written before the first write of an upload.

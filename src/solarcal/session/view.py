@@ -111,8 +111,15 @@ class SessionView:
         return newest.points == len(accepted) and newest.seq > accepted[-1].seq
 
     def checks_after(self, upload: UploadRecord) -> list[CheckRecord]:
-        """The check points stored since an upload."""
-        return [c for c in self.checks if c.status == "accepted" and c.seq > upload.seq]
+        """The check points stored since an upload; the same numbers written once more leave those
+        that stand before them their meaning."""
+        since = upload.seq
+        for earlier in reversed(self.uploads):
+            if earlier.seq < since:
+                if not (earlier.verified and earlier.writes == upload.writes):
+                    break
+                since = earlier.seq
+        return [c for c in self.checks if c.status == "accepted" and c.seq > since]
 
     @property
     def holds_upload(self) -> bool:

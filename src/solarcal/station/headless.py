@@ -10,7 +10,7 @@ import msgspec
 from solarcal.decimals import Six
 from solarcal.errors import ConfigurationError, LinkError, ProcedureRefused
 from solarcal.model.evidence.sun_path import branch_warning
-from solarcal.model.evidence.unit_state import check_evidence
+from solarcal.model.evidence.unit_state import check_evidence, held_evidence
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.model.solution import Solution
 from solarcal.session.journal import Journal
@@ -48,7 +48,8 @@ class Calibration:
 
     @property
     def completed(self) -> bool:
-        """The read-back was exact, and no check point is beyond the tolerance."""
+        """The read-back was exact, the unit still holds it, and no check point is beyond the
+        tolerance."""
         return not self.failure
 
     @property
@@ -58,7 +59,11 @@ class Calibration:
             return self.refused
         if self.upload is None or not self.upload.verified:
             return "the values read back differ from those written"
-        return "; ".join(finding.sentence for finding in check_evidence(self.session))
+        against = (
+            *held_evidence(self.session),
+            *check_evidence(self.session, self.solution.noise_deg),
+        )
+        return "; ".join(finding.sentence for finding in against)
 
     def truth_document(self) -> dict[str, float | None]:
         """The contract's ``truth``: the world's P1..P6 and the TRUE error before and after."""

@@ -210,9 +210,10 @@ def _after_upload(session: SessionView, judgement: Analysis | None) -> NextStep:
     if len(since) >= CHECK_POINTS:
         proof = sign_off([session], judgement)
         if not proof.signed_off:
+            action = "upload" if proof.reason.endswith("upload again") else "sun_offset"
             return NextStep(
                 f"NOT signed off: {proof.reason}. Take more points and upload again, or roll back.",
-                "upload",
+                action,
             )
         return NextStep("Signed off: calibrated and proven. Write the report.", "report")
     offset = session.fresh_sun_offset

@@ -11,15 +11,17 @@ import numpy as np
 from solarcal.decimals import counted
 from solarcal.errors import InputFileError, LinkError, ProcedureRefused
 from solarcal.model.analysis import Analysis
+from solarcal.model.evidence.unit_state import check_limit_deg
 from solarcal.model.fit import FEWEST_POINTS
 from solarcal.model.forecast import Forecast
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients, Offsets
-from solarcal.session.records import CheckRecord, UnitRecord, UploadRecord
+from solarcal.session.records import CheckRecord, Header, UnitRecord, UploadRecord
 from solarcal.session.view import SessionView, read_session
 from solarcal.station.analysing import analyse_session
 from solarcal.station.procedure import Station
 from solarcal.station.state import newest_upload
+from solarcal.stopping_rule import StoppingRule
 from solarcal.unit.tracker import UnitIdentity
 from solarcal.units import rms
 
@@ -234,20 +236,36 @@ def sign_off(views: Sequence[SessionView], judgement: Analysis | None) -> SignOf
     checks = tuple(
         check
         for view in views
-        for check in view.checks
+        for check in (view.checks_after(newest) if newest in view.uploads else view.checks)
         if check.status == "accepted"
         and check.sky_error_deg is not None
-        and (check.seq > newest.seq if newest in view.uploads else check.utc > newest.utc)
+        and (newest in view.uploads or check.utc > newest.utc)
     )
     left = np.array([check.sky_error_deg for check in checks], dtype=np.float64)
     rule = views[-1].header.rule if judgement is None else judgement.forecast.rule
-    beyond = int((left > rule.tolerance_deg).sum())
-    against = _against(newest, left, beyond, judgement)
+    noise_deg = 0.0 if judgement is None else judgement.solution.noise_deg
+    limit_deg = check_limit_deg(rule.tolerance_deg, noise_deg)
+    beyond = int((left > limit_deg).sum())
     if not all(view.holds_upload for view in views):
         against = "the unit does not hold what was uploaded; upload again"
+    else:
+        against = _against(newest, views[-1].header, left, beyond, judgement)
+    reason = against or f"{_those(left)}: all {_within(left, rule)}"
+    aside = [
+        record
+        for view in views
+        for record in view.records
+        if isinstance(record, CheckRecord)
+        and record.utc > newest.utc
+        and record.seq not in [check.seq for check in checks]
+        and (record.sky_error_deg or 0.0) > limit_deg
+    ]
+    if aside:
+        worst_deg = max(record.sky_error_deg or 0.0 for record in aside)
+        reason += f"; {len(aside)} beyond it, up to {worst_deg:.3f} deg, rejected or struck out"
     return SignOff(
         not against,
-        against or f"{_those(left)}: all within the tolerance, the worst {left.max():.3f} deg",
+        reason,
         beyond > 0 or left.size >= CHECK_POINTS,
         uploads,
         checks,
@@ -263,8 +281,18 @@ def _those(left_deg: Errors) -> str:
     return f"{counted(left_deg.size, 'check point')} after the upload"
 
 
+def _within(left_deg: Errors, rule: StoppingRule) -> str:
+    worst_deg = float(left_deg.max())
+    noise = " and the noise of a reading" if worst_deg > rule.tolerance_deg else ""
+    return f"within the tolerance{noise}, the worst {worst_deg:.3f} deg"
+
+
 def _against(
-    newest: UploadRecord, left_deg: Errors, beyond: int, judgement: Analysis | None
+    newest: UploadRecord,
+    header: Header,
+    left_deg: Errors,
+    beyond: int,
+    judgement: Analysis | None,
 ) -> str:
     """Why it is not signed off, or nothing."""
     if newest.rollback:
@@ -273,19 +301,25 @@ def _against(
         return "the unit did not read back what was uploaded"
     if not left_deg.size:
         return "no check point was taken after the upload"
-    those, worst = _those(left_deg), f"the worst {left_deg.max():.3f} deg"
     if beyond:
-        return f"{beyond} of {those}: beyond the tolerance, {worst}"
-    within = f"{counted(left_deg.size, 'check point')} within the tolerance, {worst}"
+        worst = f"the worst {left_deg.max():.3f} deg"
+        return f"{beyond} of {_those(left_deg)}: beyond the tolerance, {worst}"
+    within = f"{counted(left_deg.size, 'check point')} {_within(left_deg, header.rule)}"
     if left_deg.size < CHECK_POINTS:
         return f"{within}; {CHECK_POINTS} are needed"
     if judgement is None:
         return f"{within}, but there is no verdict on the points"
-    uploaded = forecast_with(judgement, newest.new_coefficients, newest.new_offsets)
-    if not uploaded.sure:
+    expected = judgement.forecast
+    unit = header.unit
+    fitted = judgement.solution.coefficients().rounded(unit.tilt_decimals, unit.scale_decimals)
+    if newest.writes != (fitted, Offsets()):
+        expected = forecast_with(judgement, *newest.writes)
+    if not expected.sure:
         cure = "upload again" if judgement.forecast.sure else "take more points"
-        return f"{within}, but the year is {uploaded.sure_words}: {cure}"
-    return "" if judgement.verdict.state == "done" else f"{within}, but the verdict is not DONE"
+        return f"{within}, but the year is {expected.sure_words}: {cure}"
+    if judgement.verdict.state != "done":
+        return f"{within}, but the verdict is not DONE: {judgement.verdict.reasons[0]}"
+    return ""
 
 
 def held(coefficients: Coefficients, offsets: Offsets) -> Coefficients:

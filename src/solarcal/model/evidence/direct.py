@@ -91,7 +91,12 @@ class Evidence:
         if self.table is not None:
             claimed = not self.sessions or any(s.header.unit.imported for s in self.sessions)
             stamps = stamp_evidence(self.table, context, tolerance_deg, kind_claimed=claimed)
-        seen = (f for session in self.sessions for f in direct_findings(session, dating, used))
+        noise_deg = 0.0 if solution is None else solution.noise_deg
+        seen = (
+            finding
+            for session in self.sessions
+            for finding in direct_findings(session, dating, used, noise_deg)
+        )
         return (*stamps, *sides, *dict.fromkeys(seen), *self.between)
 
 
@@ -107,10 +112,12 @@ def direct_findings(
     session: SessionView,
     solution: "MechanismSolution | None" = None,
     used: AbstractSet[tuple[int, float]] | None = None,
+    noise_deg: float = 0.0,
 ) -> tuple[Finding, ...]:
     """Clocks, counts, site and Sun, read-outs; a fit of the points dates missed counts.
 
     ``used``: label and AX2 of the points whose read-outs count; None: all accepted ones.
+    ``noise_deg``: of one check point, per axis on sky.
     """
     if session.header.unit.imported:
         return ()
@@ -123,7 +130,7 @@ def direct_findings(
         *count_evidence(session, solution),
         *unit_evidence(session),
         *held_evidence(session),
-        *check_evidence(session),
+        *check_evidence(session, noise_deg),
         *read_out_evidence(points),
         *offset_evidence(session, points),
         *point_contradictions(session.header.unit, points),

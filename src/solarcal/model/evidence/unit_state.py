@@ -176,17 +176,27 @@ def held_evidence(session: SessionView) -> tuple[Finding, ...]:
     )
 
 
-def check_evidence(session: SessionView) -> tuple[Finding, ...]:
-    """Check points beyond the tolerance: with what was uploaded the unit does not point.
+CHECK_NOISE = 1.645
+"""A check point whose true error is the tolerance reads more than so many sigmas of its noise above
+it once in twenty times."""
+
+
+def check_limit_deg(tolerance_deg: float, noise_deg: float) -> float:
+    """Up to here a check point does not contradict the tolerance; ``noise_deg`` of one point."""
+    return tolerance_deg + CHECK_NOISE * noise_deg
+
+
+def check_evidence(session: SessionView, noise_deg: float) -> tuple[Finding, ...]:
+    """Check points beyond the tolerance and their noise: with what was uploaded the unit does not
+    point.
 
     A data point taken since is judged by its own residual, and the next upload by its own checks.
     """
     if not session.uploads:
         return ()
-    newest = session.uploads[-1].seq
-    if session.accepted:
-        newest = max(newest, session.accepted[-1].seq)
-    limit_deg = session.header.tolerance_deg
+    newest = session.accepted[-1].seq if session.accepted else -1
+    tolerance_deg = session.header.tolerance_deg
+    limit_deg = check_limit_deg(tolerance_deg, noise_deg)
     since = [c for c in session.checks_after(session.uploads[-1]) if c.seq > newest]
     beyond = [c for c in since if c.sky_error_deg is not None and c.sky_error_deg > limit_deg]
     if not beyond:
@@ -197,8 +207,8 @@ def check_evidence(session: SessionView) -> tuple[Finding, ...]:
             kind="not_proven",
             subject="check points",
             sentence=f"{len(beyond)} of {counted(len(since), 'check point')} after the upload: "
-            f"beyond the tolerance of {limit_deg:g} deg, the worst {worst:.3f} deg; do a reference "
-            "check, take more points and upload again",
+            f"beyond the tolerance of {tolerance_deg:g} deg, the worst {worst:.3f} deg; do a "
+            "reference check, take more points and upload again",
             number=worst,
             direct=True,
             labels=tuple(check.seq for check in beyond),

@@ -35,6 +35,7 @@ from solarcal.session.records import (
 )
 from solarcal.session.view import SessionView, read_session, view_session
 from solarcal.site import Site
+from solarcal.stopping_rule import DEFAULT_UNMODELLED
 from solarcal.timescale import format_utc
 from solarcal.units import FloatArray
 
@@ -291,6 +292,7 @@ def imported_header(table: PointTable, utc_s: float) -> Header:
         geometry=table.geometry,
         ax1_centre_deg=centre,
         sun_model=table.ideal,
+        unmodelled=DEFAULT_UNMODELLED,
         unknown=tuple(name for name, value in given.items() if value is None),
     )
 
