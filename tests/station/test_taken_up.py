@@ -2,6 +2,7 @@
 
 from functools import partial
 
+import msgspec
 import pytest
 
 from direct_line import OrderedLine
@@ -11,12 +12,13 @@ from solarcal.emulator.line_faults import LineFaults
 from solarcal.emulator.scenario import load_scenario
 from solarcal.errors import LinkError, ProcedureRefused
 from solarcal.session.journal import Journal
-from solarcal.session.records import LinkLost, LinkRestored, PointRecord
+from solarcal.session.records import LinkLost, LinkRestored, PointRecord, RefCheck
 from solarcal.session.view import read_session
 from solarcal.station import headless
 from solarcal.station.headless import GIVE_UP_S
 from solarcal.station.technician import Schedule
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
+from solarcal.unit.tracker import Mode
 
 SCHEDULE = Schedule(points=5, every_min=30.0, checks=1)
 calibrate = partial(headless.calibrate, force="two hours are too few to be sure")
@@ -73,6 +75,58 @@ def test_an_ended_calibration_is_taken_up_where_it_stood(tmp_path):
     assert len(accepted(path)) == 5
     assert [record.seq for record in after] == list(range(1, len(after) + 1))
     assert done.truth_after.day_rms_deg < 0.5 * done.truth_before.day_rms_deg
+
+
+def left_in_a_reference_check(emulator):
+    """A program was killed while the unit looked for its switches; 40 counts were missed before."""
+    emulator.lose_counts(1, 40)
+    unit = SolarTrakUnit(OrderedLine(emulator).connect)
+    unit.open()
+    unit.start_ref_check()
+    unit.emulation.advance(2.0)
+    assert unit.status().mode is Mode.REF
+    unit.close()
+
+
+WAITED_FOR = "the unit is in a reference check already; its end is waited for"
+
+
+def test_a_calibration_killed_in_a_reference_check_waits_for_its_end_and_goes_on(tmp_path):
+    path, emulator, said = tmp_path / "day.jsonl", emulated(), []
+    interrupted_after(2, path, emulator)
+    before = read_session(path).records
+    left_in_a_reference_check(emulator)
+    calibrate(
+        SolarTrakUnit(OrderedLine(emulator).connect), Journal.memory, SCHEDULE,
+        resume=path, say=said.append,
+    )  # fmt: skip
+    assert said.count(WAITED_FOR) == 1
+    assert len(accepted(path)) == 5
+    # The check that was under way is the evidence: a second one would find none of the 40 counts.
+    check = next(r for r in read_session(path).records[len(before) :] if isinstance(r, RefCheck))
+    assert check.complete
+    assert abs(abs(check.difference_counts[0]) - 40) < 10
+
+
+def test_a_new_calibration_of_a_unit_in_a_reference_check_waits_for_its_end(tmp_path):
+    path, emulator, said = tmp_path / "day.jsonl", emulated(), []
+    left_in_a_reference_check(emulator)
+    unit = SolarTrakUnit(OrderedLine(emulator).connect)
+    calibrate(unit, lambda header: Journal.create(path, header), SCHEDULE, say=said.append)
+    assert said.count(WAITED_FOR) == 1
+    assert len(accepted(path)) == 5
+
+
+def test_a_reference_check_that_never_ends_is_stopped_after_an_hour(tmp_path):
+    emulator = emulated()
+    left_in_a_reference_check(emulator)
+    unit = SolarTrakUnit(OrderedLine(emulator).connect)
+    status = unit.status
+    unit.status = lambda: msgspec.structs.replace(status(), mode=Mode.REF)
+    with pytest.raises(ProcedureRefused, match="did not end within an hour and was stopped"):
+        calibrate(unit, lambda h: Journal.create(tmp_path / "day.jsonl", h), SCHEDULE)
+    unit.open()
+    assert status().mode is Mode.STOP
 
 
 def test_a_finished_session_and_another_unit_are_refused(tmp_path):

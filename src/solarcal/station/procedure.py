@@ -89,13 +89,14 @@ class Station(PointSteps):
         """Run a reference check to its end and record the counts found at the switches.
 
         It is a command to move: a unit that was stopped is let go for it. Without a reference
-        there is no other way out of a STOP, for such a unit does not track.
+        there is no other way out of a STOP, for such a unit does not track. A check that the unit
+        is in already is waited for instead: a second one would find none of its counts.
         """
         self._demand_idle("a reference check")
         self._become(activity=Activity.REF_CHECK)
         try:
-            self._let_go()
-            self.tracker.start_ref_check()
+            if self._let_go() is not Mode.REF:
+                self.tracker.start_ref_check()
             waited = 0.0
             while self.poll().mode is Mode.REF:
                 if waited >= REF_CHECK_LIMIT_S:
@@ -129,15 +130,16 @@ class Station(PointSteps):
         checks = self.session.ref_checks
         return of_unit if not checks else max(of_unit, checks[-1].number + 1)
 
-    def _let_go(self) -> None:
-        """End the STOP of a moment ago; one that comes meanwhile stands."""
+    def _let_go(self) -> Mode:
+        """End the STOP of a moment ago; one that comes meanwhile stands. The mode found."""
         stops = self._stops
-        if self.poll().mode is not Mode.STOP:
-            return
+        if (found := self.poll().mode) is not Mode.STOP:
+            return found
         self.tracker.set_mode(Mode.MANUAL)
         if self._stops != stops:
             self.tracker.stop()
             raise ProcedureRefused("not begun: STOP was pressed")
+        return found
 
     def set_sun_offset(self) -> SunOffset:
         """Take the axes' present stand as on the Sun: the unit sets O accordingly."""

@@ -305,6 +305,8 @@ class AutomaticTechnician:
             return None
 
     def _check_reference(self) -> None:
+        if self.station.poll().mode is Mode.REF:
+            self._say("the unit is in a reference check already; its end is waited for")
         for _ in range(MAX_TRIES):
             record = self.station.ref_check()
             self._say(f"reference check {record.number}: {found_words(record)}")
