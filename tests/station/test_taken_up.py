@@ -117,6 +117,30 @@ def test_a_new_calibration_of_a_unit_in_a_reference_check_waits_for_its_end(tmp_
     assert len(accepted(path)) == 5
 
 
+def test_what_a_reference_check_finds_is_kept_where_the_line_is_lost_in_it(tmp_path):
+    path, emulator = tmp_path / "day.jsonl", emulated()
+    line = OrderedLine(emulator)
+    unit, started = SolarTrakUnit(line.connect), 0
+    start = unit.start_ref_check
+
+    def start_ref_check():
+        nonlocal started
+        started += 1
+        if started == 2:
+            emulator.lose_counts(1, 40)
+            start()
+            line.hang_up(2)
+        else:
+            start()
+
+    unit.start_ref_check = start_ref_check
+    calibrate(unit, lambda h: Journal.create(path, h), SCHEDULE, pauses=Pauses())
+    records = read_session(path).records
+    lost = next(i for i, r in enumerate(records) if isinstance(r, LinkLost))
+    check = next(r for r in records[lost:] if isinstance(r, RefCheck))
+    assert abs(abs(check.difference_counts[0]) - 40) < 10
+
+
 def test_a_reference_check_that_never_ends_is_stopped_after_an_hour(tmp_path):
     emulator = emulated()
     left_in_a_reference_check(emulator)

@@ -273,9 +273,9 @@ class AutomaticTechnician:
     def _settle(self) -> None:
         """What a technician does first: let a reference check end, then track."""
         try:
-            while (status := self.station.poll()).mode is Mode.REF:
-                self.station.clock.wait(10.0)
-            if status.referenced and centring.sun_up(self.station):
+            if (status := self.station.poll()).mode is Mode.REF:
+                self._check_reference()
+            elif status.referenced and centring.sun_up(self.station):
                 self.station.track()
         except LinkError as error:
             # The step itself meets it again.
