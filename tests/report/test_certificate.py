@@ -53,8 +53,8 @@ def upload_of(seq: int, **changes) -> UploadRecord:
 def check_of(seq: int, sky_deg: float, status: str = "accepted") -> CheckRecord:
     return CheckRecord(
         seq=seq,
-        utc="2026-06-22T02:30:00.000Z",
-        read_utc="2026-06-22T02:29:30.000Z",
+        utc=f"2026-06-22T{seq % 10 + 2:02d}:30:00.000Z",
+        read_utc=f"2026-06-22T{seq % 10 + 2:02d}:29:30.000Z",
         status=status,  # type: ignore[arg-type]
         answers=YES,
         ideal_deg=(-60.0, 40.0),
@@ -173,6 +173,7 @@ TWO = (check_of(14, 0.05), check_of(15, 0.06))
         ([upload_of(13), check_of(14, 0.05), check_of(15, 0.2)], False, "1 of 2 check points"),
         ([upload_of(13), check_of(14, 0.05), check_of(15, 0.11)], True, "and the noise of a"),
         ([upload_of(13), *TWO, upload_of(16)], True, "2 check points"),
+        ([upload_of(13), TWO[0], msgspec.structs.replace(TWO[0], seq=15)], False, "one direction"),
         ([upload_of(13), *TWO, upload_of(16, new_offsets=Offsets(0.1, 0.0))], False, "no check"),
         ([upload_of(13), check_of(14, 0.12, "rejected"), *TWO[1:]], False, "1 check"),
         ([check_of(13, 0.05), upload_of(14)], False, "no check point"),

@@ -207,8 +207,8 @@ def _after_upload(session: SessionView, judgement: Analysis | None) -> NextStep:
     if upload.rollback:
         return NextStep("Rolled back: the unit is as it was. Upload again when ready.", "upload")
     since = session.checks_after(upload)
-    if len(since) >= CHECK_POINTS:
-        proof = sign_off([session], judgement)
+    proof = sign_off([session], judgement)
+    if len(since) >= CHECK_POINTS and proof.proven:
         if not proof.signed_off:
             action = "upload" if proof.reason.endswith("upload again") else "sun_offset"
             return NextStep(
@@ -217,7 +217,7 @@ def _after_upload(session: SessionView, judgement: Analysis | None) -> NextStep:
             )
         return NextStep("Signed off: calibrated and proven. Write the report.", "report")
     offset = session.fresh_sun_offset
-    number = f"check point {len(since) + 1} of {CHECK_POINTS}"
+    number = f"check point {len(since) + 1} of {max(CHECK_POINTS, len(since) + 1)}"
     if offset is not None:
         return NextStep(f"Take {number}: the same questions, never fitted.", "take_point")
     due_utc_s = parse_utc(since[-1].utc) + POINT_INTERVAL_S if since else None

@@ -22,6 +22,7 @@ from solarcal.station.analysing import analyse_session
 from solarcal.station.procedure import Station
 from solarcal.station.state import newest_upload
 from solarcal.stopping_rule import StoppingRule
+from solarcal.timescale import parse_utc
 from solarcal.unit.tracker import UnitIdentity
 from solarcal.units import rms
 
@@ -186,6 +187,8 @@ def too_few_points(session: SessionView) -> str:
 
 CHECK_POINTS = 2
 """Within the tolerance, after the upload: the proof that the manual asks for."""
+CHECKS_APART_S = 600.0
+"""Between the first and the last of them: in less the Sun stands where it stood."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,7 +201,8 @@ class SignOff:
         within the tolerance, the verdict is ``done``, and what was uploaded is as sure over the
         year as the stopping rule asks.
     reason : the sentence that says so, or why not.
-    proven : whether the check points have decided: there are enough of them, or one is beyond.
+    proven : whether the check points have decided: there are enough of them, ``CHECKS_APART_S``
+        apart, or one is beyond.
     uploads : every live upload and rollback, oldest first.
     checks : accepted check points after the newest upload.
     sky_rms_deg, sky_max_deg : of these; None without any.
@@ -246,10 +250,12 @@ def sign_off(views: Sequence[SessionView], judgement: Analysis | None) -> SignOf
     noise_deg = 0.0 if judgement is None else judgement.solution.noise_deg
     limit_deg = check_limit_deg(rule.tolerance_deg, noise_deg)
     beyond = int((left > limit_deg).sum())
+    times_s = [parse_utc(check.utc) for check in checks]
+    apart_s = max(times_s, default=0.0) - min(times_s, default=0.0)
     if not all(view.holds_upload for view in views):
         against = "the unit does not hold what was uploaded; upload again"
     else:
-        against = _against(newest, views[-1].header, left, beyond, judgement)
+        against = _against(newest, views[-1].header, left, apart_s, beyond, judgement)
     reason = against or f"{_those(left)}: all {_within(left, rule)}"
     aside = [
         record
@@ -266,7 +272,7 @@ def sign_off(views: Sequence[SessionView], judgement: Analysis | None) -> SignOf
     return SignOff(
         not against,
         reason,
-        beyond > 0 or left.size >= CHECK_POINTS,
+        beyond > 0 or (left.size >= CHECK_POINTS and apart_s >= CHECKS_APART_S),
         uploads,
         checks,
         rms(left) if left.size else None,
@@ -291,6 +297,7 @@ def _against(
     newest: UploadRecord,
     header: Header,
     left_deg: Errors,
+    apart_s: float,
     beyond: int,
     judgement: Analysis | None,
 ) -> str:
@@ -307,6 +314,8 @@ def _against(
     within = f"{counted(left_deg.size, 'check point')} {_within(left_deg, header.rule)}"
     if left_deg.size < CHECK_POINTS:
         return f"{within}; {CHECK_POINTS} are needed"
+    if apart_s < CHECKS_APART_S:
+        return f"{within}, but all in one direction: take another one half an hour later"
     if judgement is None:
         return f"{within}, but there is no verdict on the points"
     expected = judgement.forecast

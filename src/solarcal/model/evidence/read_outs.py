@@ -192,12 +192,14 @@ class Moment:
 class Loss:
     """Axis 1 or 2 reads ``reading_deg`` too much after an unknown moment between two checks.
 
-    ``labels``: the points taken between them, in time.
+    ``labels``: the points taken between them, in time; ``struck``: points after these, before the
+    second check, are struck out.
     """
 
     axis: int
     reading_deg: float
     labels: tuple[int, ...]
+    struck: bool = False
 
 
 def undo_losses(
@@ -220,7 +222,9 @@ def undo_losses(
         points = trials[best]
         label = points.labels[between[best]] if best < len(between) else None
         worse = np.delete(squares, best) - squares[best]
-        when.append(Moment(label, bool((worse > CLEARLY_WORSE * fits[best].noise ** 2).all())))
+        clearly = bool((worse > CLEARLY_WORSE * fits[best].noise ** 2).all())
+        # Whoever struck the last points has said when: those kept need only fit it best.
+        when.append(Moment(label, clearly or (label is None and loss.struck)))
     return points, tuple(when)
 
 
@@ -293,13 +297,19 @@ def losses(session: SessionView) -> tuple[tuple[RefCheck, int, Loss], ...]:
         if check.difference_counts is None or restarted_before(session, check):
             continue
         labels = tuple(p.seq for p in session.accepted if before.seq < p.seq < check.seq)
+        last = max(labels, default=before.seq)
+        struck = any(
+            isinstance(r, PointRecord) and r.status == "accepted"
+            for r in session.records
+            if last < r.seq < check.seq
+        )
         unit = session.header.unit
         drives = ((unit.drive1, unit.reference1_deg), (unit.drive2, unit.reference2_deg))
         axes = zip(drives, check.difference_counts, strict=True)
         for axis, ((drive, reference), counts) in enumerate(axes, start=1):
             angle = float(reading_deg(drive, reference, counts)) - reference
             if not play_of_a_switch(counts, angle):
-                found.append((check, counts, Loss(axis, angle, labels)))
+                found.append((check, counts, Loss(axis, angle, labels, struck)))
     return tuple(found)
 
 
