@@ -24,6 +24,7 @@ from solarcal.mount.mechanism import Linearised
 from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule, Unmodelled, percent
 from solarcal.units import FloatArray, wrap_deg
 
+CROSS_AXIS_WORDS = ("collimation", "axes not square")
 SHARE_WITHIN = 0.95
 """Of the year's moments: within the tolerance means that this share of them is."""
 _MOST_DEG = 180.0
@@ -60,11 +61,12 @@ class SkyErrors:
 
 @dataclass(frozen=True, slots=True)
 class LargeCrossAxis:
-    """The draws with a collimation or squareness error above ``above_deg``.
+    """The draws in which an error, ``what``, is above ``above_deg``.
 
     They are ``share`` of the posterior, and ``within``, a part of them, is within the tolerance.
     """
 
+    what: str
     above_deg: float
     share: float
     within: float
@@ -89,8 +91,8 @@ class Forecast:
     rule : the tolerance, and how sure one must be of it.
     probability_within_tolerance : posterior probability that this tracker's own 95th percentile
         over the grid is within the tolerance: what ``done`` is decided on.
-    large_cross_axis : what a large collimation or squareness error would make of that probability;
-        None where the posterior holds none.
+    large_cross_axis : what a large collimation, and axes far from square, would make of that
+        probability, each where the posterior holds it.
     posterior : what is known of the mechanism, for a ``robust`` fit with what may be there beside
         it.
     errors : cross and along error of each draw at each moment of ``grid``.
@@ -106,7 +108,7 @@ class Forecast:
     sample_rms_deg: FloatArray
     rule: StoppingRule
     probability_within_tolerance: float
-    large_cross_axis: LargeCrossAxis | None
+    large_cross_axis: tuple[LargeCrossAxis, ...]
     posterior: MechanismPosterior = field(repr=False)
     errors: "SkyErrors" = field(repr=False)
     grid: SunGrid = field(repr=False)
@@ -261,14 +263,15 @@ def _within(
 
 def _with_large_cross_axis(
     drawn: FloatArray, within: NDArray[np.bool_], unmodelled: Unmodelled
-) -> LargeCrossAxis | None:
-    if drawn.shape[1] == len(COEFFICIENT_NAMES):
-        return None
+) -> tuple[LargeCrossAxis, ...]:
     above_deg = 0.5 * unmodelled.large_cross_axis_deg
-    large = (np.abs(drawn[:, CROSS_AXIS]) > above_deg).any(axis=1)
-    if not large.any():
-        return None
-    return LargeCrossAxis(above_deg, float(np.mean(large)), float(np.mean(within[large])))
+    found = []
+    for what, amounts in zip(CROSS_AXIS_WORDS, drawn.T[CROSS_AXIS], strict=False):
+        large = np.abs(amounts) > above_deg
+        if large.any():
+            share = float(np.mean(large))
+            found.append(LargeCrossAxis(what, above_deg, share, float(np.mean(within[large]))))
+    return tuple(found)
 
 
 def thinning(moments: int, wanted: int) -> int:

@@ -157,12 +157,11 @@ def sure_sentence(expected: Forecast) -> str:
 
 def _large_cross_axis(expected: Forecast) -> list[str]:
     """What the probability does not say: it is smaller where such an error is really there."""
-    large = expected.large_cross_axis
-    if large is None or large.share < LEAST_SHARE or large.within > STILL_SURE:
-        return []
     return [
-        f"not excluded: collimation, or axes not square, above {large.above_deg:g} deg "
-        f"({100 * large.share:.0f} %); with it only about {10 * round(10 * large.within)} % sure"
+        f"not excluded: {large.what} above {large.above_deg:g} deg ({100 * large.share:.0f} %); "
+        f"with it only about {10 * round(10 * large.within)} % sure"
+        for large in expected.large_cross_axis
+        if large.share >= LEAST_SHARE and large.within <= STILL_SURE
     ]
 
 
