@@ -111,8 +111,7 @@ class MechanismSolution(Solution):
 
     def beside_shifts(self, columns: FloatArray, point_weights: FloatArray) -> FloatArray:
         """Columns (2 n, q) less what shifts between sessions explain of them, weights (n,)."""
-        if self.shift_slopes is None:
-            return columns
+        assert self.shift_slopes is not None
         weighted = self.shift_slopes.T * np.repeat(point_weights, 2)
         normal = weighted @ self.shift_slopes + np.eye(len(weighted))
         explained = linalg.solve(normal, weighted @ columns, assume_a="pos")

@@ -138,8 +138,9 @@ def _pulls(
     fitted shifts, where W r says the same with and without them.
     """
     BW = B.T * np.repeat(point_weights, 2)
-    beside_A, beside_B = (solution.beside_shifts(of, point_weights) for of in (A, B))
-    return BW @ beside_A, BW @ beside_B, BW @ residuals
+    if solution.shift_slopes is not None:
+        A, B = (solution.beside_shifts(of, point_weights) for of in (A, B))
+    return BW @ A, BW @ B, BW @ residuals
 
 
 def _without_negative(information: FloatArray) -> FloatArray:
