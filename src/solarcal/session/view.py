@@ -95,6 +95,11 @@ class SessionView:
     def accepted(self) -> tuple[PointRecord, ...]:
         return tuple(p for p in self.points if p.status == "accepted")
 
+    @cached_property
+    def offset_at(self) -> dict[str, SunOffset]:
+        """The Set Sun Offsets by the instant of their read-outs."""
+        return {offset.instant: offset for offset in self.sun_offsets}
+
     @property
     def newest_evidence(self) -> int:
         """Sequence number of the newest record that a judgement may rest on; -1 without any."""
@@ -249,7 +254,7 @@ def contradictions(view: SessionView, name: str) -> Iterator[str]:
     """Points that are not used for want of an offset, and records in which a number does not agree
     with the others it can be had from."""
     header, records = view.header, view.records
-    offsets = {r.instant: r for r in records if isinstance(r, SunOffset)}
+    offsets = view.offset_at
     found = [record for record in records if isinstance(record, PointRecord)]
     taken = {r.seq for r in records if getattr(r, "status", "") == "accepted"}
     for what, attempts in (("point", view.points), ("check point", view.checks)):

@@ -106,16 +106,16 @@ def offset_disagreements(
 def offset_evidence(session: SessionView, points: Sequence[PointRecord]) -> tuple[Finding, ...]:
     """Points whose O contradicts their read-outs, whose error is neither, or whose numbers are not
     those of their Set Sun Offset."""
-    unit = session.header.unit
-    disagreements = {} if unit.typed else offset_disagreements(unit, points)
-    offsets = {offset.instant: offset for offset in session.sun_offsets}
+    unit, offsets = session.header.unit, session.offset_at
+    typed = unit.typed
+    disagreements = {} if typed else offset_disagreements(unit, points)
     found = []
     for point in points:
         said = list(disagreements.get(point.seq, ()))
         offset = offsets.get(point.read_utc or "")
         if point.basis == "sun_offset" and offset is not None:
             said += _unlike_its_offset(point, offset)
-        if not unit.typed and point.reading_deg and point.ideal_deg and point.error_deg:
+        if not typed and point.reading_deg and point.ideal_deg and point.error_deg:
             for axis in (0, 1):
                 read = point.reading_deg[axis] - point.ideal_deg[axis]
                 read -= 360.0 * round(read / 360.0)

@@ -86,11 +86,10 @@ def _angles(
 
 def _limits(unit: UnitRecord, points: Sequence[PointRecord]) -> Iterator[Finding]:
     allowed = unit.update_range_deg + OFFSET_TOLERANCE_DEG
-    beyond = [
-        p
-        for p in points
-        if p.reading_deg and float(unit.limits.distance_deg(*p.reading_deg)) < -allowed
-    ]
+    whole = [p for p in points if p.reading_deg]
+    read_deg = np.array([p.reading_deg for p in whole], dtype=np.float64).reshape(-1, 2).T
+    outside = unit.limits.distance_deg(*read_deg) < -allowed
+    beyond = [whole[at] for at in np.flatnonzero(outside).tolist()]
     if beyond:
         labels = tuple(p.seq for p in beyond)
         where = unit.limits.beyond(*(beyond[0].reading_deg or (0.0, 0.0)))
@@ -196,7 +195,7 @@ def _uploads(session: SessionView) -> Iterator[Finding]:
 
 def _checks(session: SessionView) -> Iterator[Finding]:
     """Errors of a check point against its sky error, its Set Sun Offset and its answers."""
-    offsets = {offset.instant: offset for offset in session.sun_offsets}
+    offsets = session.offset_at
     for check in session.checks:
         error = check.error_deg
         if check.status != "accepted" or error is None or check.ideal_deg is None:
