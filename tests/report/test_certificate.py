@@ -146,8 +146,19 @@ def test_svg_is_well_formed_and_names_what_it_refers_to(judged):
 
 
 @pytest.mark.parametrize("ending", WRITERS)
+def test_what_was_struck_out_stands_on_the_certificate_with_its_reason(tmp_path, ending):
+    void = Void(seq=14, utc="2026-06-22T05:00:00.000Z", voids=13, reason="I did not like it")
+    path = write_session(tmp_path / "s.jsonl", check_of(13, 0.45), void)
+    seen = read_by_eye(ending, texts(analyse_files(read_files([path], {})))[ending])
+    assert "struck out" in seen
+    for said in ("13", "check point accepted: 0.4500 deg left on the sky", "I did not like it"):
+        assert said in seen
+
+
+@pytest.mark.parametrize("ending", WRITERS)
 def test_what_a_file_says_never_becomes_markup(tmp_path, ending):
-    path = write_session(tmp_path / "s.jsonl", upload_of(13, forced=NASTY), operator=NASTY)
+    void = Void(seq=14, utc="2026-06-22T05:00:00.000Z", voids=2, reason=NASTY)
+    path = write_session(tmp_path / "s.jsonl", upload_of(13, forced=NASTY), void, operator=NASTY)
     text = texts(analyse_files(read_files([path], {})))[ending]
     assert "\x1b" not in text
     if ending in (".html", ".svg"):

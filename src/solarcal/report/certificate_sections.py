@@ -1,6 +1,7 @@
 """What the sections of a certificate say, in the order they stand."""
 
 from solarcal.decimals import counted
+from solarcal.errors import one_line
 from solarcal.model.analysis import Analysis
 from solarcal.report.blocks import Block, Facts, Figure, Section, Sentences, Table, number
 from solarcal.report.forecast_map import forecast_map
@@ -14,6 +15,7 @@ from solarcal.report.judgement import (
 )
 from solarcal.report.plots import error_plot, residual_plot
 from solarcal.report.scales import Sheet
+from solarcal.report.session_report import record_words
 from solarcal.report.svg_figures import error_figure, forecast_figure, residual_figure
 from solarcal.report.tables import checks_table, file_points_table, old_and_new_table
 from solarcal.session.points import PointTable
@@ -141,9 +143,18 @@ def forecast_section(judgement: Analysis, tolerance_deg: float) -> Section:
 
 
 def evidence_section(judged: FileAnalysis) -> tuple[Section, ...]:
-    """What clocks, reference checks and the readers of the files say; empty without any."""
+    """What clocks, reference checks and the readers of the files say, and which records were struck
+    out; empty without any."""
     said = (*(finding.sentence for finding in judged.findings), *judged.warnings)
-    return (Section("Evidence", (Sentences(said),)),) if said else ()
+    struck = tuple(
+        (str(record.seq), one_line(record_words(record)), void.reason)
+        for session in judged.sessions
+        for record, void in session.struck_out
+    )
+    blocks: list[Block] = [Sentences(said)] if said else []
+    if struck:
+        blocks.append(Table(("struck out", "record", "reason"), struck, "><<"))
+    return (Section("Evidence", tuple(blocks)),) if blocks else ()
 
 
 def after_section(judged: FileAnalysis, after: SignOff) -> Section:

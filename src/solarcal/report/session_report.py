@@ -194,10 +194,11 @@ def fit_text(judged: FileAnalysis, *, plot: bool) -> str:
 
 def record_line(record: Record) -> str:
     """One record in one line, as the log and a replay tell it."""
-    return f"{second_of_day(record.utc)}  {record.seq:>4}  {one_line(_what(record))}"
+    return f"{second_of_day(record.utc)}  {record.seq:>4}  {one_line(record_words(record))}"
 
 
-def _what(record: Record) -> str:
+def record_words(record: Record) -> str:
+    """What a record says, without its time and number."""
     match record:
         case Initialised():
             return f"data file initialised, {from_limit(record.distance_to_limits_deg, 1)}"

@@ -101,6 +101,12 @@ class SessionView:
         return {offset.instant: offset for offset in self.sun_offsets}
 
     @property
+    def struck_out(self) -> tuple[tuple[Record, Void], ...]:
+        """The records that do not count, each with the one that strikes it."""
+        by = {r.voids: r for r in live_records(self.records) if isinstance(r, Void)}
+        return tuple((record, by[record.seq]) for record in self.records if record.seq in by)
+
+    @property
     def newest_evidence(self) -> int:
         """Sequence number of the newest record that a judgement may rest on; -1 without any."""
         bearing = (r.seq for r in reversed(self.records) if not isinstance(r, _NO_EVIDENCE))
