@@ -5,6 +5,7 @@ import io
 import re
 import xml.etree.ElementTree as ET
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -211,6 +212,16 @@ def test_signed_off_means_proven_after_the_newest_upload(tmp_path, records, sign
     assert after.signed_off is signed_off
     assert said in after.reason
     assert not sign_off(judged.sessions, None).signed_off
+
+
+@pytest.mark.parametrize(("short", "signed_off"), [(0.005, True), (0.02, False)])
+def test_what_the_units_decimals_take_of_a_year_just_sure_is_no_reason_against(
+    judged, short, signed_off, monkeypatch
+):
+    """A probability is known from its draws to about a hundredth."""
+    stored = replace(judged.analysis.forecast, probability_within_tolerance=0.95 - short)
+    monkeypatch.setattr("solarcal.station.uploading.forecast_with", lambda *given: stored)
+    assert sign_off(judged.sessions, judged.analysis).signed_off is signed_off
 
 
 def test_points_that_do_not_make_the_year_sure_are_not_signed_off(tmp_path):

@@ -16,7 +16,7 @@ from solarcal.model.fit import FEWEST_POINTS
 from solarcal.model.forecast import Forecast
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients, Offsets
-from solarcal.session.records import CheckRecord, Header, UnitRecord, UploadRecord
+from solarcal.session.records import CheckRecord, UnitRecord, UploadRecord
 from solarcal.session.view import SessionView, read_session
 from solarcal.station.analysing import analyse_session
 from solarcal.station.procedure import Station
@@ -187,6 +187,9 @@ def too_few_points(session: SessionView) -> str:
 
 CHECK_POINTS = 2
 """Within the tolerance, after the upload: the proof that the manual asks for."""
+DRAWN = 0.01
+"""To so much a probability is known from its draws: what the unit's decimals take of one that was
+just enough is no reason to upload again."""
 CHECKS_APART_S = 600.0
 """Between the first and the last of them: in less the Sun stands where it stood."""
 
@@ -255,7 +258,7 @@ def sign_off(views: Sequence[SessionView], judgement: Analysis | None) -> SignOf
     if not all(view.holds_upload for view in views):
         against = "the unit does not hold what was uploaded; upload again"
     else:
-        against = _against(newest, views[-1].header, left, apart_s, beyond, judgement)
+        against = _against(newest, rule, left, apart_s, beyond, judgement)
     reason = against or f"{_those(left)}: all {_within(left, rule)}"
     aside = [
         record
@@ -295,7 +298,7 @@ def _within(left_deg: Errors, rule: StoppingRule) -> str:
 
 def _against(
     newest: UploadRecord,
-    header: Header,
+    rule: StoppingRule,
     left_deg: Errors,
     apart_s: float,
     beyond: int,
@@ -311,19 +314,15 @@ def _against(
     if beyond:
         worst = f"the worst {left_deg.max():.3f} deg"
         return f"{beyond} of {_those(left_deg)}: beyond the tolerance, {worst}"
-    within = f"{counted(left_deg.size, 'check point')} {_within(left_deg, header.rule)}"
+    within = f"{counted(left_deg.size, 'check point')} {_within(left_deg, rule)}"
     if left_deg.size < CHECK_POINTS:
         return f"{within}; {CHECK_POINTS} are needed"
     if apart_s < CHECKS_APART_S:
         return f"{within}, but all in one direction: take another one half an hour later"
     if judgement is None:
         return f"{within}, but there is no verdict on the points"
-    expected = judgement.forecast
-    unit = header.unit
-    fitted = judgement.solution.coefficients().rounded(unit.tilt_decimals, unit.scale_decimals)
-    if newest.writes != (fitted, Offsets()):
-        expected = forecast_with(judgement, *newest.writes)
-    if not expected.sure:
+    expected = forecast_with(judgement, *newest.writes)
+    if expected.probability_within_tolerance < expected.rule.probability - DRAWN:
         cure = "upload again" if judgement.forecast.sure else "take more points"
         return f"{within}, but the year is {expected.sure_words}: {cure}"
     if judgement.verdict.state != "done":
