@@ -32,7 +32,8 @@ from solarcal.report.svg_figures import forecast_figure
 from solarcal.session.journal import Journal
 from solarcal.session.records import CheckRecord, UploadRecord, Void
 from solarcal.station.analysing import FileAnalysis, analyse_files, read_files
-from solarcal.station.uploading import forecast_with, sign_off
+from solarcal.station.sign_off import sign_off
+from solarcal.station.uploading import forecast_with
 
 NASTY = '<script>alert("x")</script> | `a` \x1b[31m & "q"'
 
@@ -203,6 +204,11 @@ TWO = (check_of(14, 0.05), check_of(15, 0.06))
             True,
             "; 1 beyond it, up to 0.200 deg, rejected or struck out",
         ),
+        (
+            [upload_of(13), *TWO, check_of(16, 0.3, "rejected"), upload_of(17)],
+            True,
+            "; 1 beyond it, up to 0.300 deg, rejected or struck out",
+        ),
     ],
 )
 def test_signed_off_means_proven_after_the_newest_upload(tmp_path, records, signed_off, said):
@@ -220,7 +226,7 @@ def test_what_the_units_decimals_take_of_a_year_just_sure_is_no_reason_against(
 ):
     """A probability is known from its draws to about a hundredth."""
     stored = replace(judged.analysis.forecast, probability_within_tolerance=0.95 - short)
-    monkeypatch.setattr("solarcal.station.uploading.forecast_with", lambda *given: stored)
+    monkeypatch.setattr("solarcal.station.sign_off.forecast_with", lambda *given: stored)
     assert sign_off(judged.sessions, judged.analysis).signed_off is signed_off
 
 

@@ -20,8 +20,8 @@ from solarcal.session.view import read_session, view_session
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.next_step import next_step
 from solarcal.station.procedure import Station
+from solarcal.station.sign_off import sign_off
 from solarcal.station.state import newest_upload
-from solarcal.station.uploading import sign_off
 from solarcal.unit.frames import Code
 
 

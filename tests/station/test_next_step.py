@@ -15,10 +15,10 @@ from solarcal.station.clocks import EmulatedClock
 from solarcal.station.next_step import NextStep, countdown_text, next_step
 from solarcal.station.planning import HALF_HOUR_S, Fitter, PlanOptions, analyse_with_options
 from solarcal.station.procedure import Station
+from solarcal.station.sign_off import sign_off
 from solarcal.station.state import Activity, LinkState, StationState
 from solarcal.station.sun_path import sun_now
 from solarcal.station.technician import AutomaticTechnician, Schedule
-from solarcal.station.uploading import sign_off
 from solarcal.timescale import parse_utc
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 

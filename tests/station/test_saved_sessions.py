@@ -19,7 +19,8 @@ from solarcal.station.clocks import clock_beside
 from solarcal.station.fitting import sky_context, solve
 from solarcal.station.procedure import Station
 from solarcal.station.saved_sessions import Replay, SavedSession, finished, look_into
-from solarcal.station.uploading import find_upload, sign_off
+from solarcal.station.sign_off import sign_off
+from solarcal.station.uploading import find_upload
 from solarcal.timescale import parse_utc
 from solarcal.unit.tracker import UnitIdentity
 

@@ -38,7 +38,7 @@ from solarcal.session.interchange import FillIn
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header
 from solarcal.station.analysing import FileAnalysis, Judging, UnitFiles, analyse_files, read_files
-from solarcal.station.uploading import SignOff, sign_off
+from solarcal.station.sign_off import SignOff, sign_off
 from solarcal.timescale import format_utc
 
 WRITERS: dict[str, Callable[[Certificate], str]] = {

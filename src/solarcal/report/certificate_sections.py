@@ -22,7 +22,8 @@ from solarcal.session.points import PointTable
 from solarcal.session.records import Header, UploadRecord
 from solarcal.station.analysing import FileAnalysis
 from solarcal.station.curves import table_plot_data
-from solarcal.station.uploading import SignOff, forecast_with
+from solarcal.station.sign_off import SignOff
+from solarcal.station.uploading import forecast_with
 
 TEXT_SHEET = Sheet(78, 22, colour=False)
 MAP_SHEET = Sheet(78, 36, colour=False)

@@ -57,7 +57,7 @@ from solarcal.session.view import SessionView
 from solarcal.station.analysing import FileAnalysis, analyse_session
 from solarcal.station.curves import session_plot_data, table_plot_data
 from solarcal.station.question_evidence import found_words
-from solarcal.station.uploading import sign_off
+from solarcal.station.sign_off import sign_off
 from solarcal.timescale import second_of_day
 
 if TYPE_CHECKING:

@@ -121,15 +121,20 @@ class SessionView:
         newest = self.fits[-1]
         return newest.points == len(accepted) and newest.seq > accepted[-1].seq
 
-    def checks_after(self, upload: UploadRecord) -> list[CheckRecord]:
-        """The check points stored since an upload; the same numbers written once more leave those
-        that stand before them their meaning."""
+    def written_since(self, upload: UploadRecord) -> int:
+        """The record since which the unit has had what an upload wrote: the same numbers written
+        once more leave the check points before them their meaning."""
         since = upload.seq
         for earlier in reversed(self.uploads):
             if earlier.seq < since:
                 if not (earlier.verified and earlier.writes == upload.writes):
                     break
                 since = earlier.seq
+        return since
+
+    def checks_after(self, upload: UploadRecord) -> list[CheckRecord]:
+        """The check points stored since the unit has had what an upload wrote."""
+        since = self.written_since(upload)
         return [c for c in self.checks if c.status == "accepted" and c.seq > since]
 
     @property

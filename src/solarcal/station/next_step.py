@@ -9,8 +9,8 @@ from solarcal.model.analysis import Analysis
 from solarcal.model.evidence.clocks import CLOCK_TOLERANCE_S
 from solarcal.session.view import SessionView
 from solarcal.station import guards
+from solarcal.station.sign_off import CHECK_POINTS, sign_off
 from solarcal.station.state import Activity, LinkState, StationState
-from solarcal.station.uploading import CHECK_POINTS, sign_off
 from solarcal.timescale import SECONDS_PER_SUN_DEG, parse_utc
 from solarcal.unit.tracker import Mode
 
@@ -210,10 +210,11 @@ def _after_upload(session: SessionView, judgement: Analysis | None) -> NextStep:
     proof = sign_off([session], judgement)
     if len(since) >= CHECK_POINTS and proof.proven:
         if not proof.signed_off:
-            action = "upload" if proof.reason.endswith("upload again") else "sun_offset"
+            if judgement is not None and judgement.verdict.state == "done":
+                return NextStep(f"NOT signed off: {proof.reason}, or roll back.", "upload")
             return NextStep(
                 f"NOT signed off: {proof.reason}. Take more points and upload again, or roll back.",
-                action,
+                "sun_offset",
             )
         return NextStep("Signed off: calibrated and proven. Write the report.", "report")
     offset = session.fresh_sun_offset

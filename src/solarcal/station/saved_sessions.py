@@ -87,7 +87,7 @@ def look_into(path: Path) -> SavedSession:
     return SavedSession(
         path,
         last.utc,
-        len(view_session(header, session.records).accepted),
+        len(session.accepted),
         isinstance(last, Closed) or imported,
         unit=(header.unit.model, header.unit.serial, header.geometry),
         typed=header.unit.typed,

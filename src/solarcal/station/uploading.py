@@ -1,7 +1,7 @@
-"""Coefficients of a saved session into its unit, back out again, and the proof that they hold."""
+"""Coefficients of a saved session into its unit, and back out again."""
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -11,20 +11,16 @@ import numpy as np
 from solarcal.decimals import counted
 from solarcal.errors import InputFileError, LinkError, ProcedureRefused
 from solarcal.model.analysis import Analysis
-from solarcal.model.evidence.unit_state import check_limit_deg
 from solarcal.model.fit import FEWEST_POINTS
 from solarcal.model.forecast import Forecast
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients, Offsets
-from solarcal.session.records import CheckRecord, UnitRecord, UploadRecord
+from solarcal.session.records import UnitRecord
 from solarcal.session.view import SessionView, read_session
 from solarcal.station.analysing import analyse_session
 from solarcal.station.procedure import Station
 from solarcal.station.state import newest_upload
-from solarcal.stopping_rule import StoppingRule
-from solarcal.timescale import parse_utc
 from solarcal.unit.tracker import UnitIdentity
-from solarcal.units import rms
 
 BETTER_PROBABILITY = 0.95
 """With which the new coefficients must be better than those in force."""
@@ -183,151 +179,6 @@ def too_few_points(session: SessionView) -> str:
     """Why there is nothing to upload yet."""
     n = len(session.accepted)
     return f"{counted(n, 'accepted point')}: {FEWEST_POINTS} are needed."
-
-
-CHECK_POINTS = 2
-"""Within the tolerance, after the upload: the proof that the manual asks for."""
-DRAWN = 0.01
-"""To so much a probability is known from its draws: what the unit's decimals take of one that was
-just enough is no reason to upload again."""
-CHECKS_APART_S = 600.0
-"""Between the first and the last of them: in less the Sun stands where it stood."""
-
-
-@dataclass(frozen=True, slots=True)
-class SignOff:
-    """What the uploads and check points of some sessions come to.
-
-    Attributes
-    ----------
-    signed_off : the newest upload reads back equal, ``CHECK_POINTS`` after it and no fewer are all
-        within the tolerance, the verdict is ``done``, and what was uploaded is as sure over the
-        year as the stopping rule asks.
-    reason : the sentence that says so, or why not.
-    proven : whether the check points have decided: there are enough of them, ``CHECKS_APART_S``
-        apart, or one is beyond.
-    uploads : every live upload and rollback, oldest first.
-    checks : accepted check points after the newest upload.
-    sky_rms_deg, sky_max_deg : of these; None without any.
-    """
-
-    signed_off: bool
-    reason: str
-    proven: bool = False
-    uploads: tuple[UploadRecord, ...] = ()
-    checks: tuple[CheckRecord, ...] = ()
-    sky_rms_deg: float | None = None
-    sky_max_deg: float | None = None
-
-    @property
-    def newest(self) -> UploadRecord | None:
-        return self.uploads[-1] if self.uploads else None
-
-    @property
-    def sentence(self) -> str:
-        return f"{'SIGNED OFF' if self.signed_off else 'Not signed off'}: {self.reason}."
-
-
-def sign_off(views: Sequence[SessionView], judgement: Analysis | None) -> SignOff:
-    """Judge uploads and check points of sessions of one unit, one of them perhaps still running.
-
-    Without the judgement of their points nothing is signed off.
-    """
-    # Within a file its order counts; between files only the laptop's time is left.
-    told = (view for view in views if view.uploads or view.checks)
-    views = sorted(told, key=lambda view: view.uploads[-1].utc if view.uploads else "")
-    uploads = tuple(upload for view in views for upload in view.uploads)
-    if not uploads:
-        return SignOff(False, "nothing was uploaded")
-    newest = uploads[-1]
-    checks = tuple(
-        check
-        for view in views
-        for check in (view.checks_after(newest) if newest in view.uploads else view.checks)
-        if check.status == "accepted"
-        and check.sky_error_deg is not None
-        and (newest in view.uploads or check.utc > newest.utc)
-    )
-    left = np.array([check.sky_error_deg for check in checks], dtype=np.float64)
-    rule = views[-1].header.rule if judgement is None else judgement.forecast.rule
-    noise_deg = 0.0 if judgement is None else judgement.solution.noise_deg
-    limit_deg = check_limit_deg(rule.tolerance_deg, noise_deg)
-    beyond = int((left > limit_deg).sum())
-    times_s = [parse_utc(check.utc) for check in checks]
-    apart_s = max(times_s, default=0.0) - min(times_s, default=0.0)
-    if not all(view.holds_upload for view in views):
-        against = "the unit does not hold what was uploaded; upload again"
-    else:
-        against = _against(newest, rule, left, apart_s, beyond, judgement)
-    reason = against or f"{_those(left)}: all {_within(left, rule)}"
-    aside = [
-        record
-        for view in views
-        for record in view.records
-        if isinstance(record, CheckRecord)
-        and record.utc > newest.utc
-        and record.seq not in [check.seq for check in checks]
-        and (record.sky_error_deg or 0.0) > limit_deg
-    ]
-    if aside:
-        worst_deg = max(record.sky_error_deg or 0.0 for record in aside)
-        reason += f"; {len(aside)} beyond it, up to {worst_deg:.3f} deg, rejected or struck out"
-    return SignOff(
-        not against,
-        reason,
-        beyond > 0 or (left.size >= CHECK_POINTS and apart_s >= CHECKS_APART_S),
-        uploads,
-        checks,
-        rms(left) if left.size else None,
-        float(left.max()) if left.size else None,
-    )
-
-
-Errors = np.ndarray[tuple[int], np.dtype[np.float64]]
-
-
-def _those(left_deg: Errors) -> str:
-    return f"{counted(left_deg.size, 'check point')} after the upload"
-
-
-def _within(left_deg: Errors, rule: StoppingRule) -> str:
-    worst_deg = float(left_deg.max())
-    noise = " and the noise of a reading" if worst_deg > rule.tolerance_deg else ""
-    return f"within the tolerance{noise}, the worst {worst_deg:.3f} deg"
-
-
-def _against(
-    newest: UploadRecord,
-    rule: StoppingRule,
-    left_deg: Errors,
-    apart_s: float,
-    beyond: int,
-    judgement: Analysis | None,
-) -> str:
-    """Why it is not signed off, or nothing."""
-    if newest.rollback:
-        return "the newest upload was rolled back"
-    if not newest.verified:
-        return "the unit did not read back what was uploaded"
-    if not left_deg.size:
-        return "no check point was taken after the upload"
-    if beyond:
-        worst = f"the worst {left_deg.max():.3f} deg"
-        return f"{beyond} of {_those(left_deg)}: beyond the tolerance, {worst}"
-    within = f"{counted(left_deg.size, 'check point')} {_within(left_deg, rule)}"
-    if left_deg.size < CHECK_POINTS:
-        return f"{within}; {CHECK_POINTS} are needed"
-    if apart_s < CHECKS_APART_S:
-        return f"{within}, but all in one direction: take another one half an hour later"
-    if judgement is None:
-        return f"{within}, but there is no verdict on the points"
-    expected = forecast_with(judgement, *newest.writes)
-    if expected.probability_within_tolerance < expected.rule.probability - DRAWN:
-        cure = "upload again" if judgement.forecast.sure else "take more points"
-        return f"{within}, but the year is {expected.sure_words}: {cure}"
-    if judgement.verdict.state != "done":
-        return f"{within}, but the verdict is not DONE: {judgement.verdict.reasons[0]}"
-    return ""
 
 
 def held(coefficients: Coefficients, offsets: Offsets) -> Coefficients:

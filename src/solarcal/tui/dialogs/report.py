@@ -20,8 +20,9 @@ from solarcal.session.records import UploadRecord
 from solarcal.session.view import SessionView
 from solarcal.station.curves import before_and_after
 from solarcal.station.news import FitReady
+from solarcal.station.sign_off import SignOff, sign_off
 from solarcal.station.state import StationState
-from solarcal.station.uploading import SignOff, forecast_with, sign_off
+from solarcal.station.uploading import forecast_with
 from solarcal.tui.base import StationScreen, Workstation
 from solarcal.tui.dialogs.dialog import Dialog, open_dialog
 from solarcal.tui.keys import DialogKey

@@ -23,13 +23,8 @@ from solarcal.station.news import (
     UploadProposed,
 )
 from solarcal.station.procedure import Station
-from solarcal.station.uploading import (
-    UploadOffer,
-    propose_upload,
-    refuse_doubtful,
-    sign_off,
-    too_few_points,
-)
+from solarcal.station.sign_off import sign_off
+from solarcal.station.uploading import UploadOffer, propose_upload, refuse_doubtful, too_few_points
 from solarcal.stopping_rule import percent
 from solarcal.tui.base import is_typed
 from solarcal.tui.dialogs.dialog import Dialog, reason_field

@@ -31,8 +31,8 @@ from solarcal.station.news import (
 from solarcal.station.point_judgement import PointJudgement, judge_check, judge_point
 from solarcal.station.procedure import Station
 from solarcal.station.question_evidence import Fact, question_evidence
+from solarcal.station.sign_off import sign_off
 from solarcal.station.state import QUESTIONS, Activity, Attempt, StationState
-from solarcal.station.uploading import sign_off
 from solarcal.tui.base import is_typed
 from solarcal.tui.dialogs.dialog import reason_field
 from solarcal.tui.dialogs.paced import PacedDialog, progress_bar

@@ -20,8 +20,8 @@ from solarcal.report.judgement import STATE_WORDS, formula_residuals_deg, shim_s
 from solarcal.report.tables import checks_table, clocks_table, ref_checks_table, upload_table
 from solarcal.session.view import SessionView
 from solarcal.station.next_step import NextStep, countdown_text
+from solarcal.station.sign_off import sign_off
 from solarcal.station.state import LinkState, StationState
-from solarcal.station.uploading import sign_off
 from solarcal.tui.widgets.lines import HeadLine, Part, Words
 from solarcal.tui.widgets.text_lines import TextLines
 from solarcal.units import rms
