@@ -87,7 +87,6 @@ class Choice(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     baudrate: int = 9600
     scenario: str = ""
     settings: tuple[str, ...] = ()
-    start_utc: str = ""
     seed: int = 0
     noise_deg: float | None = None
     speed: float | None = None

@@ -16,14 +16,15 @@ from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink, UnitOnALine, serve_here
 from solarcal.errors import ConfigurationError
 from solarcal.profiles import MountDescription, Profile
+from solarcal.session.view import read_session
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.connect import open_tracker
 from solarcal.station.opening import OpenLine, open_line
-from solarcal.station.software_controller.coefficient_store import MemoryStore
+from solarcal.station.saved_sessions import emulated_again
+from solarcal.station.software_controller.coefficient_store import MemoryStore, StoredCorrection
 from solarcal.station.software_controller.motion import ThreadPace
 from solarcal.station.software_controller.rotator_tracker import RotatorTracker
 from solarcal.station.typed.forms import Display
-from solarcal.timescale import parse_utc
 from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, demand_driver
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.link import Link
@@ -44,7 +45,6 @@ def emulated_unit(
     driver: str = DEFAULT_DRIVER,
     *,
     settings: tuple[str, ...] = (),
-    start_utc_s: float | None = None,
     seed: int = 0,
     noise_deg: float | None = None,
     speed: float = 0.0,
@@ -57,7 +57,7 @@ def emulated_unit(
         No such scenario or setting, or a driver that has no emulated unit.
     """
 
-    loaded = load_scenario(scenario, list(settings))
+    loaded = load_scenario(scenario, settings)
     kind = demand_driver(driver)
     if not kind.has_line:
         raise ConfigurationError(
@@ -65,15 +65,11 @@ def emulated_unit(
             f"{' or '.join(name for name, one in DRIVERS.items() if one.rotator)}"
         )
     if kind.rotator is not None:
-        rotator = EmulatedRotator(
-            loaded, start_utc_s=start_utc_s, seed=seed, noise_deg=noise_deg, speed=speed
-        )
+        rotator = EmulatedRotator(loaded, seed=seed, noise_deg=noise_deg, speed=speed)
         rotator.protocol = ROTATOR_PROTOCOLS[driver]()
         on_line = kind.rotator(_InProcess(rotator, "emulated"))
         return EmulatedUnit(_rotator_tracker(rotator, on_line), rotator.noise_deg)
-    emulator = Emulator(
-        loaded, start_utc_s=start_utc_s, seed=seed, noise_deg=noise_deg, speed=speed
-    )
+    emulator = Emulator(loaded, seed=seed, noise_deg=noise_deg, speed=speed)
     return EmulatedUnit(SolarTrakUnit(lambda: InProcessLink(emulator)), emulator.noise_deg)
 
 
@@ -92,7 +88,9 @@ class _InProcess:
 def _rotator_tracker(rotator: EmulatedRotator, on_line: Rotator) -> RotatorTracker:
     """The station in the place of a rotator's controller; P and O are kept in memory."""
     unit, site = rotator.scenario.unit, rotator.scenario.site
-    world, store = RotatorWorld(rotator), MemoryStore()
+    world = RotatorWorld(rotator)
+    coefficients, offsets = unit.memory()
+    store = MemoryStore(StoredCorrection(coefficients=coefficients, offsets=offsets))
     tracker = RotatorTracker(
         on_line,
         unit.serial,
@@ -128,13 +126,14 @@ def open_choice(
     ``display``: who reads the display of a unit without a line. Nothing stays open after an error.
     """
     with contextlib.ExitStack() as resources:
-        start_utc_s = parse_utc(choice.start_utc) if choice.start_utc else None
+        settings = choice.settings
+        if choice.scenario and choice.session:
+            settings = (*settings, *emulated_again(read_session(choice.session)))
         if choice.scenario and demand_driver(choice.driver).rotator is not None:
             tracker = emulated_unit(
                 choice.scenario,
                 choice.driver,
-                settings=choice.settings,
-                start_utc_s=start_utc_s,
+                settings=settings,
                 seed=choice.seed,
                 noise_deg=choice.noise_deg,
                 speed=1.0,
@@ -144,8 +143,7 @@ def open_choice(
             if choice.scenario:
                 # In a thread of this process, on a line like any other.
                 emulator = Emulator(
-                    load_scenario(choice.scenario, list(choice.settings)),
-                    start_utc_s=start_utc_s,
+                    load_scenario(choice.scenario, settings),
                     seed=choice.seed,
                     noise_deg=choice.noise_deg,
                     speed=1.0 if choice.speed is None else choice.speed,

@@ -8,9 +8,13 @@ import sys
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from solarcal.cli import run_command
+from solarcal.session.view import read_session
+from solarcal.sun import sun_position
+from solarcal.timescale import parse_utc
 
 
 @pytest.mark.parametrize(
@@ -202,6 +206,18 @@ def test_a_rotator_is_emulated_on_the_screen_of_run_too(monkeypatch):
     assert opened[0].driver == "rotctld"
 
 
+def test_a_start_on_a_date_is_that_morning_at_the_site(capsys, tmp_path):
+    session = tmp_path / "winter.jsonl"
+    words = ["calibrate", "--start", "2026-12-21", "--points", "3", "-o", str(session)]
+    assert run_command(words) == 0
+    header = read_session(session).header
+    # 12 deg up, some minutes after the 10 deg of the next test.
+    assert header.utc.startswith("2026-12-21T15:2")
+    sun = sun_position("solartrak", np.array([parse_utc(header.utc)]), header.site)
+    assert 12.0 <= float(sun.elevation_deg[0]) < 12.2
+    assert "waiting for the morning" not in capsys.readouterr().err
+
+
 def test_a_calibration_begun_at_night_waits_for_the_morning(capsys, tmp_path):
     session = tmp_path / "winter.jsonl"
     words = ["calibrate", "--start", "2026-12-21T08:00Z", "--points", "3", "-o", str(session)]
@@ -215,7 +231,10 @@ def test_a_calibration_begun_at_night_waits_for_the_morning(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--start", "1950-01-01"], "no Sun for 1950-01-01T00:00:00Z: the models hold from 1960"),
+        (
+            ["--start", "1950-01-01"],
+            "start 1950-01-01: no Sun for 1950-01-01T07:00:00Z: the models hold from 1960",
+        ),
         (["--noise-deg", "1e300"], "truth.noise_deg: 1e+300 is more than 10"),
     ],
 )

@@ -7,16 +7,20 @@ import pytest
 
 from direct_line import OrderedLine
 from solarcal.cli import run_command
+from solarcal.config import Choice
+from solarcal.emulated_units import open_choice
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.line_faults import LineFaults
 from solarcal.emulator.scenario import load_scenario
 from solarcal.errors import LinkError, ProcedureRefused
+from solarcal.profiles import Profile
 from solarcal.session.journal import Journal
 from solarcal.session.records import LinkLost, LinkRestored, PointRecord, RefCheck
 from solarcal.session.view import read_session
 from solarcal.station import headless
 from solarcal.station.headless import GIVE_UP_S
 from solarcal.station.technician import Schedule
+from solarcal.timescale import parse_utc
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.tracker import Mode
 
@@ -75,6 +79,27 @@ def test_an_ended_calibration_is_taken_up_where_it_stood(tmp_path):
     assert len(accepted(path)) == 5
     assert [record.seq for record in after] == list(range(1, len(after) + 1))
     assert done.truth_after.day_rms_deg < 0.5 * done.truth_before.day_rms_deg
+
+
+@pytest.mark.parametrize("driver", ["solartrak", "rotctld"])
+def test_an_emulated_unit_that_takes_over_holds_what_was_uploaded(tmp_path, driver):
+    path = tmp_path / "day.jsonl"
+    day = ["--points", "3", "--every", "20", "--force", "short", "-o", str(path)]
+    assert run_command(["calibrate", "--scenario", "tijeras-azel", "--driver", driver, *day]) == 0
+    *killed, closed = path.read_text().splitlines(keepends=True)
+    assert '"type":"closed"' in closed
+    path.write_text("".join(killed))
+    last = read_session(path)
+    choice = Choice(scenario="tijeras-azel", driver=driver, session=str(path), speed=0.0)
+    line = open_choice(choice, Profile())
+    try:
+        held, written = line.station.tracker.stored(), last.uploads[-1]
+        assert held.coefficients == held.permanent_coefficients == written.new_coefficients
+        assert held.offsets == written.new_offsets
+        assert line.station.session.holds_upload
+        assert line.station.clock.utc_s() >= parse_utc(last.records[-1].utc) - 1.0
+    finally:
+        line.close()
 
 
 def left_in_a_reference_check(emulator):

@@ -410,7 +410,9 @@ async def test_the_profiles_driver_is_chosen_already():
 
 
 async def test_an_emulated_rotator_is_opened_like_any_unit():
-    start = Choice(scenario="tijeras-azel", driver="rotctld", start_utc="2026-06-03T16:00:00Z")
+    start = Choice(
+        scenario="tijeras-azel", driver="rotctld", settings=("start=2026-06-03T16:00:00Z",)
+    )
     app = SolarcalApp(start=start)
     async with app.run_test(size=(80, 24)) as pilot:
         await shows(pilot, "Emulated Rotator 0001 azel", "LINK OK")

@@ -35,7 +35,6 @@ from solarcal.config import file_stem
 from solarcal.decimals import number_option, whole_option
 from solarcal.errors import ConfigurationError
 from solarcal.profiles import Profile
-from solarcal.timescale import parse_utc
 from solarcal.unit.drivers import DEFAULT_DRIVER
 
 if TYPE_CHECKING:
@@ -67,7 +66,11 @@ def add_emulator_arguments(parser: argparse.ArgumentParser) -> None:
     """Options that shape an emulated tracker; the same for every command that makes one."""
     emulator = parser.add_argument_group("emulator")
     add_set_option(emulator, "truth.lean_deg=0.1")
-    emulator.add_argument("--start", metavar="ISO", help="first instant; default: the scenario's")
+    emulator.add_argument(
+        "--start",
+        metavar="ISO",
+        help="first instant, or a date: that morning there; default: the scenario's",
+    )
     add_seed_option(emulator)
     emulator.add_argument(
         "--noise-deg",
@@ -118,8 +121,10 @@ def add_schedule_arguments(parser: argparse.ArgumentParser) -> None:
     add_force_option(parser)
 
 
-def start_utc_s(args: argparse.Namespace) -> float | None:
-    return parse_utc(args.start) if args.start else None
+def scenario_settings(args: argparse.Namespace) -> tuple[str, ...]:
+    """The keys of the scenario that are changed; ``--start`` is one of them."""
+    start = [f"start={args.start}"] if args.start else []
+    return (*args.settings, *start)
 
 
 def run_calibration(
@@ -182,8 +187,7 @@ def emulated_tracker(args: argparse.Namespace) -> "Iterator[tuple[Tracker, str, 
     emulated = emulated_unit(
         args.scenario or DEFAULT_SCENARIO,
         args.driver or DEFAULT_DRIVER,
-        settings=tuple(args.settings),
-        start_utc_s=start_utc_s(args),
+        settings=scenario_settings(args),
         seed=args.seed or 0,
         speed=getattr(args, "speed", None) or 0.0,
         noise_deg=args.noise_deg,
@@ -215,6 +219,7 @@ def _start_where_it_broke_off(args: argparse.Namespace) -> None:
     Refuses what would write the file anew, or go on with it by another rule than its own.
     """
     from solarcal.session.view import read_session
+    from solarcal.station.saved_sessions import emulated_again
 
     if args.output:
         raise ConfigurationError("--resume FILE goes on in that file; leave -o away")
@@ -225,8 +230,8 @@ def _start_where_it_broke_off(args: argparse.Namespace) -> None:
     if args.last_coefficients is not None:
         raise ConfigurationError("--last-coefficients: a continued session has its own")
     session = read_session(args.resume)
-    if not asks_for_unit(args) and not args.start:
-        args.start = (session.records[-1] if session.records else session.header).utc
+    if not asks_for_unit(args):
+        args.settings = [*args.settings, *emulated_again(session)]
 
 
 def run(args: argparse.Namespace) -> int:

@@ -82,6 +82,7 @@ def add_emulate_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run_emulate(args: argparse.Namespace) -> int:
     """Serve until interrupted or terminated."""
+    from solarcal.cli.calibrate import scenario_settings
     from solarcal.emulator.line_faults import FaultyLine, line_faults
     from solarcal.emulator.scenario import load_scenario
     from solarcal.emulator.server import exposure, serve_pty, serve_tcp, tcp_address
@@ -93,7 +94,7 @@ def run_emulate(args: argparse.Namespace) -> int:
             "a pseudo-terminal cannot hang up and come back; give --tcp with hung_up"
         )
     lights = [f"truth.light={args.target}"] if args.target else []
-    scenario = load_scenario(args.scenario, [*args.settings, *lights])
+    scenario = load_scenario(args.scenario, [*scenario_settings(args), *lights])
     rotator = None
     line: UnitOnALine
     if DRIVERS[args.driver].rotator is not None:
@@ -128,12 +129,10 @@ def run_emulate(args: argparse.Namespace) -> int:
 
 def emulator_of(args: argparse.Namespace, scenario: "Scenario") -> "Emulator":
     """The emulated controller that these options ask for."""
-    from solarcal.cli.calibrate import start_utc_s
     from solarcal.emulator.emulation import Emulator
 
     return Emulator(
         scenario,
-        start_utc_s=start_utc_s(args),
         seed=args.seed or 0,
         noise_deg=args.noise_deg,
         speed=args.speed or 0.0,
@@ -142,14 +141,12 @@ def emulator_of(args: argparse.Namespace, scenario: "Scenario") -> "Emulator":
 
 def _rotator(args: argparse.Namespace, scenario: "Scenario") -> "EmulatedRotator":
     """It begins now: its client goes by the real clock and the real Sun."""
-    from solarcal.cli.calibrate import start_utc_s
     from solarcal.emulator.rotator import EmulatedRotator
     from solarcal.emulator.rotator_protocols import ROTATOR_PROTOCOLS
 
-    start_s = start_utc_s(args)
     rotator = EmulatedRotator(
         scenario,
-        start_utc_s=SystemClock().utc_s() if start_s is None else start_s,
+        start_utc_s=scenario.start_utc_s() if args.start else SystemClock().utc_s(),
         seed=args.seed or 0,
         noise_deg=args.noise_deg,
         speed=1.0 if args.speed is None else args.speed,

@@ -18,6 +18,7 @@ from solarcal.cli.calibrate import (
     emulated_tracker,
     print_calibration,
     run_calibration,
+    scenario_settings,
 )
 from solarcal.cli.fit import add_last_option, last_coefficients
 from solarcal.cli.process import (
@@ -213,8 +214,7 @@ def run_demo(args: argparse.Namespace) -> int:
             Choice(
                 scenario=args.scenario,
                 driver=args.driver,
-                settings=tuple(args.settings),
-                start_utc=args.start or "",
+                settings=scenario_settings(args),
                 seed=args.seed or 0,
                 noise_deg=args.noise_deg,
                 speed=args.speed,
@@ -237,7 +237,7 @@ def demo_headless(args: argparse.Namespace) -> int:
         with emulated_tracker(args) as (tracker, name, noise_deg):
             say(f"emulated rotator in the world of '{args.scenario}'; a day passes in seconds")
             return print_calibration(args, run_calibration(args, tracker, name, noise_deg))
-    emulator = emulator_of(args, load_scenario(args.scenario, args.settings))
+    emulator = emulator_of(args, load_scenario(args.scenario, scenario_settings(args)))
     with serve_here(emulator) as url:
         kind = "TCP" if url.startswith("socket://") else "a serial line"
         say(f"emulated tracker '{args.scenario}' on {kind}; a day passes in seconds")

@@ -1,5 +1,6 @@
 """Scenarios: a tracker with its hidden truth, as TOML, every key settable with ``key=value``."""
 
+from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -118,7 +119,7 @@ class Scenario(msgspec.Struct, frozen=True, kw_only=True):
             truth.heliostat(unit.heliostat()),
         )
 
-    def with_settings(self, settings: list[str]) -> "Scenario":
+    def with_settings(self, settings: Sequence[str]) -> "Scenario":
         """The scenario with ``key=value`` applied in order; see ``load_scenario``."""
         document = msgspec.to_builtins(self)
         for setting in settings:
@@ -137,7 +138,7 @@ def built_in(folder: resources.abc.Traversable) -> list[str]:
     return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
 
 
-def load_scenario(name_or_path: str | Path, settings: list[str] | None = None) -> Scenario:
+def load_scenario(name_or_path: str | Path, settings: Sequence[str] = ()) -> Scenario:
     """A built-in scenario by its name or one from a TOML file, with settings applied.
 
     ``settings`` are ``key=value`` with dotted keys (``truth.lean_deg=0.1``) and TOML values, where
@@ -151,7 +152,7 @@ def load_scenario(name_or_path: str | Path, settings: list[str] | None = None) -
     """
     document = _document(str(name_or_path), extended=())
     scenario = _build(document, f"scenario {name_or_path}")
-    return scenario.with_settings(list(settings)) if settings else scenario
+    return scenario.with_settings(settings) if settings else scenario
 
 
 def _document(name_or_path: str, extended: tuple[str, ...]) -> dict[str, Any]:

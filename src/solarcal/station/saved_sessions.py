@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
+from msgspec.structs import astuple
 
 from solarcal.config import Choice, sessions_dir
 from solarcal.decimals import counted
@@ -95,15 +96,25 @@ def look_into(path: Path) -> SavedSession:
 
 
 def continuing(saved: SavedSession, remembered: Choice | None) -> Choice | None:
-    """How to go on with a session: the line it was taken on, if that is known.
-
-    An emulator of this process died with it: another one of the same truth takes over at the time
-    the session broke off.
-    """
+    """How to go on with a session: the line it was taken on, if that is known."""
     if remembered is None:
         return Choice(driver="typed", session=str(saved.path)) if saved.typed else None
-    start = saved.last_utc if remembered.scenario else ""
-    return msgspec.structs.replace(remembered, session=str(saved.path), start_utc=start)
+    return msgspec.structs.replace(remembered, session=str(saved.path))
+
+
+def emulated_again(session: SessionView) -> tuple[str, ...]:
+    """Settings of its scenario with which another emulated unit takes over a session.
+
+    The one it was taken with died with its process. The other begins when the session broke off,
+    with what was stored last in its permanent memory.
+    """
+    last = session.records[-1] if session.records else session.header
+    settings = [f"start={last.utc}"]
+    for upload in session.uploads:
+        if upload.verified:
+            settings.append(f"unit.coefficients={[*astuple(upload.new_coefficients)]}")
+            settings.append(f"unit.offsets={[*astuple(upload.new_offsets)]}")
+    return tuple(settings)
 
 
 @dataclass(slots=True)

@@ -164,7 +164,7 @@ class LineApp(StationApp):
         """On which line each session was taken: after a crash it goes on there."""
         if self.line is None:
             return
-        plain = msgspec.structs.replace(self.line.choice, session="", start_utc="")
+        plain = msgspec.structs.replace(self.line.choice, session="")
         settings = msgspec.structs.replace(self.settings, last=plain)
         self.remember(settings.with_line(path, plain))
 

@@ -32,7 +32,7 @@ def menu_entries(settings: Settings) -> MenuEntries:
         if choice := continuing(session, settings.lines.get(session.path.name)):
             known.append((session.words(), choice))
         else:
-            asked = Choice(session=str(session.path), start_utc=session.last_utc)
+            asked = Choice(session=str(session.path))
             unknown.append((f"{session.words()}, on which line?", asked))
     replays = [
         (session.words(), Choice(replay=str(session.path))) for session in saved if session.points

@@ -123,12 +123,8 @@ class StartScreen(StationScreen):
 
     def _by_driver(self, entries: list[tuple[str, Choice]]) -> list[tuple[str, Choice]]:
         """With the session to go on with: an emulated tracker of the same truth takes over."""
-        session, since = self._continue.session, self._continue.start_utc
-        more = {"driver": self._driver, "session": session}
-        return [
-            (words, replace(choice, **more, start_utc=since if choice.scenario else ""))
-            for words, choice in entries
-        ]
+        more = {"driver": self._driver, "session": self._continue.session}
+        return [(words, replace(choice, **more)) for words, choice in entries]
 
     def _offer(self, offers: Any) -> None:
         choices = self.query_one(OptionList)

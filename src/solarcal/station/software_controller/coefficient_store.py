@@ -104,8 +104,8 @@ class UnitLock:
 class MemoryStore:
     """In this process only: for emulated units, and where something else keeps the record."""
 
-    def __init__(self) -> None:
-        self._correction = StoredCorrection()
+    def __init__(self, kept: StoredCorrection | None = None) -> None:
+        self._correction = kept or StoredCorrection()
 
     def load(self) -> StoredCorrection:
         return self._correction
