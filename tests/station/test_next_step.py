@@ -9,7 +9,9 @@ import pytest
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
+from solarcal.errors import ProcedureRefused
 from solarcal.session.journal import Journal
+from solarcal.station import guards
 from solarcal.station.analysing import analyse_session
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.next_step import NextStep, countdown_text, next_step
@@ -21,6 +23,7 @@ from solarcal.station.sun_path import sun_now
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.timescale import parse_utc
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
+from solarcal.unit.tracker import Mode
 
 
 def connected(*settings):
@@ -307,3 +310,25 @@ def test_both_suns_are_a_few_hundredths_apart_and_a_minute_of_clock_a_quarter_de
     assert far.apart_deg == pytest.approx(0.25, abs=0.1)
     assert near.azimuth_deg == pytest.approx(near.unit_azimuth_deg, abs=0.1)
     assert near.elevation_deg == pytest.approx(near.unit_elevation_deg, abs=0.1)
+
+
+def test_a_unit_that_waits_at_a_limit_is_not_told_to_track():
+    station = connected()
+    technician = AutomaticTechnician(station, station.tracker.emulation.spot, Schedule())
+    station.set_unit_clock()
+    station.ref_check()
+    technician.sight.centre()
+    station.set_sun_offset()
+    station.track()
+    station.initialise(confirmed=True)
+    state = station.state
+    for mode, told in (
+        (Mode.LIMIT, "The unit waits at an axis limit, the Sun is beyond it; go on when"),
+        (Mode.MANUAL, "The unit is in mode MANUAL: let it track"),
+    ):
+        status = msgspec.structs.replace(station.poll(), mode=mode)
+        seen = replace(state, live=replace(state.live, status=status))
+        assert next_step(seen).sentence.startswith(told)
+        with pytest.raises(ProcedureRefused) as refused:
+            guards.demand_tracking(station.session.header, status)
+        assert (mode is Mode.MANUAL) == ("set it to TRACK" in str(refused.value))

@@ -2,6 +2,7 @@
 
 import re
 
+import msgspec
 import pytest
 from procedure_bench import (
     bench,
@@ -281,15 +282,20 @@ async def test_a_field_of_the_calculator_that_is_empty_is_named(
 
 
 def test_the_spot_is_where_the_arrow_keys_have_to_go() -> None:
-    sight = Sunspot()
+    sight, status = Sunspot(), bench()[0].poll()
     sight.show(Spot(True, 0.4, -0.2), 30.0)
-    assert sight.words() == (
+    assert sight.words(status) == (
         "spot 0.200 right, 0.200 down (deg, sky)\n+-0.5 deg plate; press arrows towards it"
     )
     sight.show(Spot(False, 0.0, 0.0), 30.0)
-    assert sight.words() == (
-        "no spot on the plate: jog back or\npress t, which tracks the Sun again"
-    )
+    for mode, moving, told in (
+        (Mode.MANUAL, (0, 0), "no spot on the plate: jog back or\npress t, which tracks the Sun"),
+        (Mode.JOG, (1, 0), "no spot on the plate: jog back or\npress t, which tracks the Sun"),
+        (Mode.TRACK, (1, 0), "no spot on the plate yet:\nthe axes still drive to the Sun"),
+        (Mode.TRACK, (0, 0), "no spot on the plate: the unit tracks,\nbut points elsewhere; jog"),
+    ):
+        seen = msgspec.structs.replace(status, mode=mode, moving=moving)
+        assert sight.words(seen).startswith(told)
 
 
 def test_the_plate_grows_with_the_spots_distance() -> None:

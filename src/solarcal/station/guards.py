@@ -51,8 +51,13 @@ def demand_sun_high_enough(elevation_deg: float, step: str) -> None:
         )
 
 
+AT_LIMIT = "the unit waits at an axis limit, the Sun is beyond it; go on when it tracks again"
+
+
 def demand_tracking(header: Header, status: Status) -> None:
     """A point needs a unit that tracks and has reached its target."""
+    if status.mode is Mode.LIMIT:
+        raise ProcedureRefused(AT_LIMIT)
     if status.mode is not Mode.TRACK:
         raise ProcedureRefused(
             f"the unit is in mode {status.mode}, not tracking; set it to TRACK and watch it "

@@ -135,6 +135,8 @@ def _next_point(
     n = len(session.accepted)
     if session.fresh_sun_offset is not None:
         status = state.live.status
+        if status is not None and status.mode is Mode.LIMIT:
+            return NextStep(f"{guards.AT_LIMIT[0].upper()}{guards.AT_LIMIT[1:]}.")
         if status is not None and status.mode is not Mode.TRACK:
             return NextStep(
                 f"The unit is in mode {status.mode}: let it track (t in Set Sun Offset), and "

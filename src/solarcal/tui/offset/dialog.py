@@ -327,7 +327,7 @@ class SunOffsetDialog(PacedDialog):
         if self.emulated:
             sight = self.query_one(Sunspot)
             sight.show(view.spot, view.status.ideal2_deg)
-            spot = sight.words()
+            spot = sight.words(view.status)
         self.query_one("#axes", Words).update(
             words.jog_table(view, follows=self._jog.follows, words=spot)
         )

@@ -23,7 +23,7 @@ from solarcal.tui.dialogs.dialog import Dialog
 from solarcal.tui.keys import DialogKey
 from solarcal.tui.offset.words import big_numbers
 from solarcal.tui.widgets.lines import Field, Words
-from solarcal.unit.tracker import Spot
+from solarcal.unit.tracker import Mode, Spot, Status
 from solarcal.units import SUN_RADIUS_DEG
 
 HALF_WIDTHS_DEG = (0.5, 1.0, 2.0, 4.0)
@@ -61,10 +61,14 @@ class Sunspot(Widget):
             )
         self.refresh()
 
-    def words(self) -> str:
-        """The same without the picture."""
+    def words(self, status: Status) -> str:
+        """The same without the picture; without a spot, what brings it back."""
         if self._spot is None:
-            return "no spot on the plate: jog back or\npress t, which tracks the Sun again"
+            if status.mode is not Mode.TRACK:
+                return "no spot on the plate: jog back or\npress t, which tracks the Sun again"
+            if status.moving != (0, 0):
+                return "no spot on the plate yet:\nthe axes still drive to the Sun"
+            return "no spot on the plate: the unit tracks,\nbut points elsewhere; jog to the Sun"
         right, up = self._spot
         sides = [
             f"{abs(right):.3f} {'right' if right >= 0 else 'left'}",

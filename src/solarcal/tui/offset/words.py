@@ -93,7 +93,9 @@ def how_to_begin(app: Workstation, before: Offsets | None, is_set: bool, *, fiel
     ``fields``: whether there is a calculator."""
     sentences = ["Arrow keys jog: left/right axis 1, down/up axis 2. Nothing moves before one."]
     status = app.state.live.status
-    if status is None or status.mode is not Mode.TRACK:
+    if status is not None and status.mode is Mode.LIMIT:
+        sentences.insert(0, "The unit waits at an axis limit, the Sun is beyond it.")
+    elif status is None or status.mode is not Mode.TRACK:
         sentences.insert(0, "The unit does not track: press t, and it goes to its Sun.")
     if is_set:
         sentences.insert(0, f"The offset is set: {next_words(app)}")
