@@ -219,8 +219,9 @@ class _Planner:
             visit = self._second_visit(covariance, back_s, rule)
             when = f"come back around {format_utc(back_s, 0)[:10]}"
             if visit:
-                from_to = f"from {clock_utc(visit[0])} to {clock_utc(visit[-1])}"
-                when += f" for {_count(len(visit), '')} {from_to}"
+                last = f" to {clock_utc(visit[-1])}" if len(visit) > 1 else ""
+                first = f"{'from' if last else 'at'} {clock_utc(visit[0])}"
+                when += f" for {_count(len(visit), '')} {first}{last}"
         best = max(stop.probability for stop in (self.now, *stops))
         sentence = (
             f"the best of today is {percent(best, self.rule.probability)} probability of "

@@ -269,22 +269,26 @@ def _cause(cause: Cause, tolerance_deg: float) -> Finding:
     )
 
 
-def _small(angle_deg: float) -> str:
-    return f"{angle_deg:.3f} deg" if angle_deg >= 0.02 else f"{angle_deg * 3600.0:.1f} arcsec"
+def _small(angle_deg: float, beside_deg: float = 0.0) -> str:
+    """In arcseconds where it is small, and not said beside an angle in degrees."""
+    if max(angle_deg, beside_deg) >= 0.02:
+        return f"{angle_deg:.3f} deg"
+    return f"{angle_deg * 3600.0:.1f} arcsec"
 
 
 def _bad_point(bad: BadPoint, solution: MechanismSolution) -> Finding:
     label = solution.points.labels[bad.index]
     change = np.einsum("k,kag->ag", bad.step, solution.year.sky_slopes)
     moved = float(np.sqrt(np.mean(np.sum(change**2, axis=0))))
+    without = _small(bad.rms_without_deg, bad.rms_with_deg)
     return Finding(
         kind="bad_point",
         subject=f"point {label}",
         sentence=(
             f"point {label} differs by {_small(bad.sky_deg)} from what the others predict "
             f"({bad.sky_deg / bad.sigma_deg:.1f} sigma, studentised): without it the scatter falls "
-            f"from {_small(bad.rms_with_deg)} to {_small(bad.rms_without_deg)} and an unweighted "
-            f"fit changes by {moved:.3f} deg rms over the year; check what happened there"
+            f"from {_small(bad.rms_with_deg)} to {without} and an unweighted fit changes by "
+            f"{moved:.3f} deg rms over the year; check what happened there"
         ),
         number=bad.sky_deg,
         sigma=bad.sigma_deg,
