@@ -229,6 +229,16 @@ class TestRecommendation:
         assert len(visit) >= 2
         assert np.abs(visit - day.come_back_utc_s).max() < DAY_S / 2
 
+    @pytest.mark.parametrize("clear", [True, False])
+    def test_probability_enough_and_evidence_against_are_both_said(self, clear):
+        context, points = day_of("azel", 16, JUNE)
+        solution = fit_exact(points, context)
+        at = float(points.utc_s[-1]) + 4.0 * 3600.0
+        day = plan(solution.posterior, context, at, clear=clear, until_utc_s=at)
+        assert day.now.probability >= 0.95
+        assert day.sentence.startswith("no more points are needed") == clear
+        assert ("would be enough, but evidence speaks against the verdict" in day.sentence) != clear
+
     def test_points_are_planned_at_full_five_minutes_on_either_visit(self):
         """Also where the Sun's noon is at an odd minute."""
         context, points = day_of("tiltroll-ew", 12, day=1)

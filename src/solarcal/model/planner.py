@@ -222,11 +222,11 @@ class _Planner:
                 last = f" to {clock_utc(visit[-1])}" if len(visit) > 1 else ""
                 first = f"{'from' if last else 'at'} {clock_utc(visit[0])}"
                 when += f" for {_count(len(visit), '')} {first}{last}"
-        best = max(stop.probability for stop in (self.now, *stops))
-        sentence = (
-            f"the best of today is {percent(best, self.rule.probability)} probability of "
-            f"{self.rule.tolerance_deg:g} deg ({100 * self.rule.probability:g} % needed); {when}"
-        )
+        best, needed = max(stop.probability for stop in (self.now, *stops)), self.rule.probability
+        sure = f"{percent(best, needed)} probability of {self.rule.tolerance_deg:g} deg"
+        sentence = f"the best of today is {sure} ({100 * needed:g} % needed); {when}"
+        if best >= needed:
+            sentence = f"{sure} would be enough, but evidence speaks against the verdict; {when}"
         return self._concluded(stops, recommended, sentence, True, back_s, visit)
 
     def _second_visit(
