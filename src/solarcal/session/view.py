@@ -46,6 +46,8 @@ _SAME_DEG = 1e-4
 
 UNCLOSED = "was not closed: the session goes on, or its end is missing"
 
+_OBSERVED = (InForce, Restarted, UploadBegun, UploadRecord)
+
 _NO_EVIDENCE = (FitRecord, Note, Typed, LinkLost, LinkRestored, Closed)
 
 
@@ -310,18 +312,25 @@ def live_records(records: Sequence[Record]) -> tuple[Record, ...]:
 
 
 def refuse_void(header: Header, records: Sequence[Record], seq: int) -> None:
-    """Say no to a void that would strike nothing.
+    """Say no to a void that would strike nothing, or what the unit was seen to hold or to do.
 
     Raises
     ------
     SessionFileError
-        ``seq`` is the header's, no record's, or one that is void already.
+        ``seq`` is the header's, no record's, one that is void already, or of a kind that no person
+        took or typed.
     """
     if seq == header.seq:
         raise SessionFileError(f"record {seq} is the header, which cannot be voided")
     if all(record.seq != seq for record in records):
         last = records[-1].seq if records else header.seq
         raise SessionFileError(f"there is no record {seq} in this session (the last is {last})")
+    for record in records:
+        if record.seq == seq and isinstance(record, _OBSERVED):
+            raise SessionFileError(
+                f"record {seq} says what the unit was seen to hold or to do: it cannot be voided; "
+                "a note can explain it"
+            )
     live = live_records(records)
     if all(record.seq != seq for record in live):
         by = [r.seq for r in live if isinstance(r, Void) and r.voids == seq]
