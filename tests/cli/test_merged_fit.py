@@ -11,7 +11,7 @@ from solarcal.cli import run_command
 
 def calibrate(folder: Path, name: str, *options: str) -> Path:
     path = folder / f"{name}.jsonl"
-    argv = ["calibrate", "--points", "5", "--every", "30", "-o", str(path), *options]
+    argv = ["calibrate", "--points", "5", "--every", "90", "-o", str(path), *options]
     assert run_command(argv) == 0
     return path
 
