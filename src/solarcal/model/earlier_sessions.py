@@ -110,6 +110,7 @@ def merge_sessions(
         _moved(change, called[k], called[-1], shifts[k], sigmas[k]) for k in range(len(parts) - 1)
     )
     sentence = "; ".join(finding.sentence for finding in findings)
+    solution = replace(solution, session_shifts=dict(zip(called, shifts, strict=False)))
     return Merged(solution, change, shifts, sigmas, findings, sentence)
 
 

@@ -1,7 +1,8 @@
 """The answer of an exact fit: what to upload, and what is wrong with the mount."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -12,9 +13,9 @@ from solarcal.model.prior import MechanismPosterior, Prior
 from solarcal.model.sky_context import SkyContext, TruePoints
 from solarcal.model.solution import Solution
 from solarcal.mount.geometry import MountGeometry
-from solarcal.mount.mechanism import Linearised
+from solarcal.mount.mechanism import Linearised, Mechanism
 from solarcal.site import BoltCircle
-from solarcal.units import FloatArray
+from solarcal.units import FloatArray, wrap_deg
 
 OUTLIER_PROBABILITY = 0.5
 
@@ -80,6 +81,7 @@ class MechanismSolution(Solution):
     blunder_probability : (n,)
     slopes : (n, 2, 6), of the points' sky errors with respect to the mechanism.
     shift_slopes : (2 n, k), with respect to what moved between sessions, in units of its prior.
+    session_shifts : (4,) by the earlier session's name, P1..P4 less those of the last, degrees.
     """
 
     posterior: MechanismPosterior
@@ -93,6 +95,20 @@ class MechanismSolution(Solution):
     left_out: tuple[str, ...] = ()
     """Sentences about points that were not used."""
     shift_slopes: FloatArray | None = None
+    session_shifts: Mapping[str, FloatArray] = field(default_factory=dict)
+
+    def predict_of_deg(
+        self, sources: Sequence[str], ax1_deg: FloatArray, ax2_deg: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        e = np.stack(self.predict_deg(ax1_deg, ax2_deg))
+        if self.session_shifts:
+            now, of = self.posterior.mean, np.array(sources)
+            for source, shift in self.session_shifts.items():
+                at = (of == source) & np.isfinite(ax1_deg) & np.isfinite(ax2_deg)
+                here = self.geometry, ax1_deg[at], ax2_deg[at]
+                then = Mechanism.of(now + np.pad(shift, (0, 2))).errors_deg(*here)
+                e[:, at] += wrap_deg(np.stack(then) - np.stack(Mechanism.of(now).errors_deg(*here)))
+        return e[0], e[1]
 
     @cached_property
     def mechanism(self) -> MechanismSummary:

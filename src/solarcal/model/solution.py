@@ -1,5 +1,6 @@
 """What a fit found, and everything a table or a forecast asks of it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -253,6 +254,14 @@ class Solution:
         design, shape = self._design_at(ax1_deg, ax2_deg)
         e1, e2 = np.einsum("k,kan->an", self.values, design)
         return e1.reshape(shape), e2.reshape(shape)
+
+    def predict_of_deg(
+        self, sources: Sequence[str], ax1_deg: FloatArray, ax2_deg: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """``predict_deg`` at (n,) angles as the session was that each of them is from: where
+        something moved after an earlier one, with what it had then."""
+        del sources
+        return self.predict_deg(ax1_deg, ax2_deg)
 
     def predict_sigma_deg(
         self, ax1_deg: FloatArray | float, ax2_deg: FloatArray | float

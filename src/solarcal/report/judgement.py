@@ -94,15 +94,16 @@ def coefficients_table(solution: Solution) -> Table:
 
 
 def formula_residuals_deg(solution: Solution, points: Points | PointTable) -> FloatArray:
-    """What the controller's formula leaves of each point on the sky, (n,); NaN where not known."""
-    left = np.full(len(points), np.nan)
-    known = np.isfinite(points.ax2_deg) & np.isfinite(points.err2_deg)
-    if known.any():
-        ax2_deg = points.ax2_deg[known]
-        e1, e2 = solution.predict_deg(points.ax1_deg[known], ax2_deg)
-        cross = (points.err1_deg[known] - e1) * np.sin(ax2_deg * RAD_PER_DEG)
-        left[known] = np.hypot(cross, points.err2_deg[known] - e2)
-    return left
+    """What the controller's formula leaves of each point on the sky, (n,); NaN where not known.
+
+    Of an earlier session's points with what moved after it put back; those of a solution are.
+    """
+    if isinstance(points, PointTable):
+        e1, e2 = solution.predict_of_deg(points.sources, points.ax1_deg, points.ax2_deg)
+    else:
+        e1, e2 = solution.predict_deg(points.ax1_deg, points.ax2_deg)
+    cross = (points.err1_deg - e1) * np.sin(points.ax2_deg * RAD_PER_DEG)
+    return np.hypot(cross, points.err2_deg - e2)
 
 
 def fit_summary(solution: Solution) -> Blocks:

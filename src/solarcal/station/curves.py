@@ -163,14 +163,19 @@ def error_plot_data(
     numbers = {day: number for number, day in enumerate(days.tolist(), start=1)}
     residual1, residual2 = np.full(n, np.nan), np.full(n, np.nan)
     if solution is not None:
-        e1, e2 = solution.predict_deg(points.ax1_deg, points.ax2_deg)
+        e1, e2 = solution.predict_of_deg(points.sources, points.ax1_deg, points.ax2_deg)
         residual1, residual2 = points.err1_deg - e1, points.err2_deg - e2
     if site is not None and days.size:
         grids = [day_grid(day, site, sun) for day in days.tolist()]
-        model, path, outside_h = _curves(grids, geometry, site, solution, limits, sun, heliostat)
+        # Of a day, what the session held that its first point is from.
+        of_day = dict(zip(day_of_point.tolist()[::-1], points.sources[::-1], strict=True))
+        sources = [of_day.get(day, "") for day in days.tolist()]
+        model, path, outside_h = _curves(
+            grids, sources, geometry, site, solution, limits, sun, heliostat
+        )
     else:
         # Without a single time the Sun's path is unknown: show the model where the points are.
-        model = _dots(solution, (0,) * n, hours, points.ax1_deg, points.ax2_deg)
+        model = _dots(solution, (0,) * n, points.sources, hours, points.ax1_deg, points.ax2_deg)
         nothing = np.empty(0)
         path, outside_h = SunPath((), nothing, nothing, nothing, ()), ()
     return ErrorPlotData(
@@ -201,6 +206,7 @@ def error_plot_data(
 def _dots(
     solution: Solution | None,
     day: tuple[int, ...],
+    sources: Sequence[str],
     hours: FloatArray,
     ax1_deg: FloatArray,
     ax2_deg: FloatArray,
@@ -208,7 +214,7 @@ def _dots(
     if solution is None:
         nothing = np.empty(0)
         return ModelDots((), *(nothing,) * 7)
-    e1, e2 = solution.predict_deg(ax1_deg, ax2_deg)
+    e1, e2 = solution.predict_of_deg(sources, ax1_deg, ax2_deg)
     s1, s2 = np.full(len(hours), np.nan), np.full(len(hours), np.nan)
     if solution.covariance is not None:
         s1, s2 = solution.predict_sigma_deg(ax1_deg, ax2_deg)
@@ -217,6 +223,7 @@ def _dots(
 
 def _curves(
     grids: list[tuple[FloatArray, FloatArray]],
+    sources: Sequence[str],
     geometry: MountGeometry,
     site: Site,
     solution: Solution | None,
@@ -224,7 +231,10 @@ def _curves(
     sun: SunModel,
     heliostat: Heliostat | None,
 ) -> tuple[ModelDots, SunPath, tuple[tuple[float, float], ...]]:
-    """Ten-minute dots of all days, the Sun's path, and what the limits shut out."""
+    """Ten-minute dots of all days, the Sun's path, and what the limits shut out.
+
+    ``sources``: the session of each day.
+    """
     utc_s = np.concatenate([grid[0] for grid in grids])
     hours = np.concatenate([grid[1] for grid in grids])
     number = np.repeat(np.arange(1, len(grids) + 1), STEPS_PER_DAY)
@@ -251,7 +261,8 @@ def _curves(
         elevation_deg=place.elevation_deg[up],
         within_limits=tuple(within[up].tolist()),
     )
-    model = _dots(solution, tuple(number[shown].tolist()), hours[shown], ax1[shown], ax2[shown])
+    of = [sources[day - 1] for day in number[shown].tolist()]
+    model = _dots(solution, tuple(number[shown].tolist()), of, hours[shown], ax1[shown], ax2[shown])
     return model, path, _runs_h(outside)
 
 
