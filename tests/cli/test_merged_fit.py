@@ -1,12 +1,17 @@
 """`solarcal fit` of several files: two days of one unit are one fit, two units are refused."""
 
+import copy
 import json
+import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from solarcal.cli import run_command
+from solarcal.station.analysing import analyse_files, read_files
+from solarcal.station.curves import table_plot_data
 
 
 def calibrate(folder: Path, name: str, *options: str) -> Path:
@@ -104,3 +109,65 @@ def test_a_file_given_twice_is_refused(
     files: dict[str, Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert "given twice" in refusal(capsys, files["june"], files["june"])
+
+
+@pytest.fixture(scope="module")
+def moved(files: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Axis 1's zero is half a degree elsewhere in August."""
+    folder = tmp_path_factory.mktemp("moved")
+    path = folder / "august.jsonl"
+    options = ["--start", "2026-08-03", "--seed", "3", "--set", "truth.P2=0.15", "--force", "moved"]
+    argv = ["calibrate", "--points", "6", "--every", "80", "-o", str(path), *options]
+    assert run_command(argv) == 0
+    return path
+
+
+def test_what_is_left_of_a_point_is_counted_after_its_own_sessions_shift(
+    files: dict[str, Path], moved: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    capsys.readouterr()
+    assert run_command(["fit", str(files["june"]), str(moved)]) == 0
+    text = capsys.readouterr().out
+    assert "the zeros of axis 1 and 2 changed by" in " ".join(text.split())
+    rows = [line.split() for line in text.splitlines() if line.endswith(" accepted")]
+    assert len(rows) == 11
+    left = [float(row[-2]) for row in rows]
+    # As the line of the summary says; and as small as the noise, on both sides of the move.
+    (told,) = re.findall(r"as beside each point: rms [0-9.]+ deg, largest ([0-9.]+)", text)
+    assert max(left) == pytest.approx(float(told), abs=0.003)
+    assert max(left) < 0.08
+    both = analyse_files(read_files([files["june"], moved], {}))
+    shown = table_plot_data(both.table, both.solution)
+    assert np.abs(shown.points.residual2_deg).max() < 0.08
+    sine = np.sin(np.radians(shown.points.ax2_deg))
+    assert np.abs(shown.points.residual1_deg * sine).max() < 0.08
+    # The model's dots of each day pass its points.
+    points, dots = shown.points, shown.model
+    for at, day in enumerate(points.day):
+        hours = np.where(np.array(dots.day) == day, dots.solar_time_h, np.inf)
+        near = int(np.argmin(np.abs(hours - points.solar_time_h[at])))
+        across = dots.err1_deg[near] - points.err1_deg[at]
+        assert abs(across * np.sin(np.radians(points.ax2_deg[at]))) < 0.1
+
+
+def test_points_of_several_files_are_named_with_theirs(
+    files: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lost = tmp_path / "lost.jsonl"
+    options = ["--start", "2026-07-20", "--seed", "2", "--force", "short", "-o", str(lost)]
+    words = ["calibrate", "--scenario", "missed-counts", "--points", "8", "--every", "60"]
+    assert run_command([*words, *options]) == 0
+    alone, both = fit(capsys, lost), fit(capsys, files["june"], lost)
+    (one,) = [f for f in alone["findings"] if f["kind"] == "missed_counts"]
+    (other,) = [f for f in both["findings"] if f["kind"] == "missed_counts"]
+    assert one["sentence"].startswith("reference check 3 found")
+    assert other["sentence"].startswith(f"{lost}: reference check 3 found")
+    assert other["points"] == one["points"] or set(one["points"]) <= set(other["points"])
+    named = analyse_files(read_files([files["june"], lost], {})).solution.labels
+    assert str(named[0]) == f"5 of {files['june']}"
+    assert str(named[-1]).endswith(f" of {lost}")
+    assert copy.deepcopy(named) == named
+    # What every session says alike is said once, and without names.
+    clocks = [f["sentence"] for f in both["findings"] if "laptop's own clock" in f["sentence"]]
+    assert len(clocks) == 1
+    assert clocks[0].startswith("a constant error of the laptop's own clock")

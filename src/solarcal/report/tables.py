@@ -95,7 +95,7 @@ def _points(
         groups.append((source if merged else "", date))
         rows.append(
             (
-                str(shown.labels[row]),
+                f"{shown.labels[row]:d}",
                 clock_text(solar_h) if solar_h == solar_h else BLANK,
                 time,
                 number(ax1, 3),

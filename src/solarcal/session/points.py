@@ -34,6 +34,23 @@ a column without a number for every accepted point is None.
 """
 
 
+class PointLabel(int):
+    """The number of a point among several files: a sentence names its file with it."""
+
+    source: str
+
+    def __new__(cls, number: int, source: str) -> "PointLabel":
+        label = super().__new__(cls, number)
+        label.source = source
+        return label
+
+    def __getnewargs__(self) -> tuple[int, str]:
+        return int(self), self.source
+
+    def __str__(self) -> str:
+        return f"{int(self)} of {self.source}"
+
+
 # No slots: cached properties live in the instance's dictionary.
 @dataclass(frozen=True, eq=False)
 class PointTable:
@@ -238,6 +255,16 @@ def merge_tables(tables: Sequence[PointTable]) -> PointTable:
         longitude_deg=next((t.longitude_deg for t in tables if t.longitude_deg is not None), None),
         warnings=tuple(warnings),
         **columns,
+    )
+
+
+def labelled_by_file(tables: Sequence[PointTable]) -> tuple[PointTable, ...]:
+    """The tables of several files with labels that name theirs; one alone as it is."""
+    if len(tables) < 2:
+        return tuple(tables)
+    return tuple(
+        replace(table, labels=tuple(map(PointLabel, table.labels, table.sources)))
+        for table in tables
     )
 
 

@@ -30,7 +30,12 @@ from solarcal.session.interchange import (
     read_table,
 )
 from solarcal.session.interchange.paint import paint_table
-from solarcal.session.points import PointTable, merge_tables, require_one_unit
+from solarcal.session.points import (
+    PointTable,
+    labelled_by_file,
+    merge_tables,
+    require_one_unit,
+)
 from solarcal.session.records import Header
 from solarcal.session.view import SessionView, read_session
 from solarcal.site import BoltCircle
@@ -188,7 +193,7 @@ def read_files(paths: Sequence[str | Path], fill_in: FillIn) -> UnitFiles:
     loaded = load_all(files, fill_in)
     require_one_unit([table for table, _ in loaded])
     once = counted_once(loaded) if len(loaded) > 1 else loaded
-    tables = tuple(table for table, _ in once)
+    tables = labelled_by_file([table for table, _ in once])
     return UnitFiles(
         files,
         tables,

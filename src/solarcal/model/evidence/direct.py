@@ -5,7 +5,7 @@ And what it means for the verdict: a fit can be smooth and its points still wron
 
 from collections.abc import Iterable, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -27,7 +27,7 @@ from solarcal.model.evidence.sun_path import (
     stamp_evidence,
 )
 from solarcal.model.evidence.unit_state import check_evidence, held_evidence, unit_evidence
-from solarcal.model.finding import Finding
+from solarcal.model.finding import Finding, listed
 from solarcal.model.points import Points
 from solarcal.model.sky_context import SkyContext
 from solarcal.session.points import PointTable
@@ -92,12 +92,17 @@ class Evidence:
             claimed = not self.sessions or any(s.header.unit.imported for s in self.sessions)
             stamps = stamp_evidence(self.table, context, tolerance_deg, kind_claimed=claimed)
         noise_deg = 0.0 if solution is None else solution.noise_deg
+        found: dict[Finding, list[str]] = {}
+        for session in self.sessions:
+            for finding in direct_findings(session, dating, used, noise_deg):
+                found.setdefault(finding, []).append(session.path)
         seen = (
             finding
-            for session in self.sessions
-            for finding in direct_findings(session, dating, used, noise_deg)
+            if len(where) == len(self.sessions)
+            else replace(finding, sentence=f"{listed(where)}: {finding.sentence}")
+            for finding, where in found.items()
         )
-        return (*stamps, *sides, *dict.fromkeys(seen), *self.between)
+        return (*stamps, *sides, *seen, *self.between)
 
 
 NO_EVIDENCE = Evidence()
