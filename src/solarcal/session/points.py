@@ -44,8 +44,8 @@ class PointLabel(int):
         label.source = source
         return label
 
-    def __getnewargs__(self) -> tuple[int, str]:
-        return int(self), self.source
+    def __reduce__(self) -> tuple[type["PointLabel"], tuple[int, str]]:
+        return PointLabel, (int(self), self.source)
 
     def __str__(self) -> str:
         return f"{int(self)} of {self.source}"
