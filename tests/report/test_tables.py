@@ -212,16 +212,17 @@ def test_unrealistic_parameters_are_said_last(june_day, fit_points):
     assert "population SD not known yet" in text
 
 
-def test_reference_checks_show_the_change_since_the_one_before():
+def test_reference_checks_show_the_counts_missed_since_the_one_before():
+    """The register is zeroed at the switch: the next check finds what was missed since."""
     checks = [
         RefCheck(seq=2, utc=AT, number=1, complete=True, difference_counts=(3, -2)),
         RefCheck(seq=5, utc=AT, number=2, complete=False, difference_counts=(0, 0)),
         RefCheck(seq=9, utc=AT, number=3, complete=True, difference_counts=(4, 40)),
     ]
     rows = [line.split() for line in narrow(told(tables.ref_checks_table, checks)).split("\n")[2:]]
-    assert rows[0] == ["2", "15:00:00", "1", "complete", "+3", "-2", "-", "-"]
+    assert rows[0] == ["2", "15:00:00", "1", "complete", "+3", "-2"]
     assert rows[1][3:5] == ["NOT", "COMPLETE"]
-    assert rows[2][-2:] == ["+1", "+42"]
+    assert rows[2][-2:] == ["+4", "+40"]
 
 
 def test_checks_and_clocks_of_two_days_stand_below_their_dates():

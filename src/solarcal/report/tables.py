@@ -127,31 +127,19 @@ def _ended(check: RefCheck) -> str:
 
 
 def ref_checks_table(checks: Sequence[RefCheck]) -> Blocks:
-    """Counts found at the reference switches, and how far they moved since the check before."""
+    """Counts found at the reference switches: what was missed since the check before, or, at the
+    first one and after a restart, what the register held."""
     if not checks:
         return (Prose(("No reference check yet.",)),)
-    rows, previous = [], None
+    rows = []
     for check in checks:
         found = check.difference_counts
-        shown, moved = (BLANK, BLANK), (BLANK, BLANK)
-        if found is not None:
-            shown = (f"{found[0]:+d}", f"{found[1]:+d}")
-            if check.complete:
-                if previous is not None:
-                    moved = (f"{found[0] - previous[0]:+d}", f"{found[1] - previous[1]:+d}")
-                previous = found
+        shown = (BLANK, BLANK) if found is None else (f"{found[0]:+d}", f"{found[1]:+d}")
         rows.append(
-            (
-                str(check.seq),
-                second_of_day(check.utc),
-                str(check.number),
-                _ended(check),
-                *shown,
-                *moved,
-            )
+            (str(check.seq), second_of_day(check.utc), str(check.number), _ended(check), *shown)
         )
-    headings = ("no.", "UTC", "check", "result", "counts 1", "counts 2", "change 1", "change 2")
-    return (Table(headings, tuple(rows), ">>><>>>>", _days(checks)),)
+    headings = ("no.", "UTC", "check", "result", "counts 1", "counts 2")
+    return (Table(headings, tuple(rows), ">>><>>", _days(checks)),)
 
 
 def clocks_table(sets: Sequence[ClockSet]) -> Blocks:
