@@ -35,3 +35,12 @@ async def test_the_mark_of_what_follows_covers_no_words() -> None:
         await pilot.pause()
         assert screen_text(pilot.app).split("\n")[2].startswith("three")
         assert "▼ 1 more" in screen_text(pilot.app)
+
+
+@on_loop
+async def test_a_bullet_that_is_folded_hangs() -> None:
+    async with Pane().run_test(size=(20, 4)) as pilot:
+        pane = pilot.app.query_one(TextLines)
+        pane.show(["- a reason of more than one row"])
+        await pilot.pause()
+        assert pane.lines == ("- a reason of more", "  than one row")

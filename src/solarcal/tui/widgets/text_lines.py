@@ -154,13 +154,14 @@ def _all_folded(lines: Sequence[Line], width: int) -> tuple[Line, ...]:
 
 
 def _folded(line: Line, width: int) -> list[Line]:
-    """A line in as many rows as it needs, all indented as the first."""
+    """A line in as many rows as it needs, all indented as the first; those of a bullet hang."""
     if _length(line) <= width:
         return [line]
     content = Content(line) if isinstance(line, str) else line
-    indent = min(len(content.plain) - len(content.plain.lstrip()), width // 2)
-    rows = content[indent:].wrap(width - indent)
-    return [Content(" " * indent) + row for row in rows]
+    indent = min(len(content.plain) - len(content.plain.lstrip(" ")), width // 2)
+    hang = indent + 2 * content.plain[indent:].startswith("- ")
+    first, *rows = content[hang:].wrap(width - hang)
+    return [content[:hang] + first, *(Content(" " * hang) + row for row in rows)]
 
 
 class ChosenLines(TextLines):

@@ -23,7 +23,7 @@ from solarcal.station.next_step import NextStep, countdown_text
 from solarcal.station.sign_off import sign_off
 from solarcal.station.state import LinkState, StationState
 from solarcal.tui.widgets.lines import HeadLine, Part, Words
-from solarcal.tui.widgets.text_lines import TextLines
+from solarcal.tui.widgets.text_lines import ENDLESS, TextLines
 from solarcal.units import rms
 
 
@@ -279,13 +279,19 @@ def _in_force(session: SessionView) -> list[list[Part]]:
 
 def check_lines(session: SessionView) -> list[str]:
     """What proves the points: clocks, reference checks, uploads, check points, evidence."""
-    lines = ["Clock", *lines_of(*clocks_table(session.clock_sets))]
-    lines += ["", "Reference checks", *lines_of(*ref_checks_table(session.ref_checks))]
-    for upload in session.uploads:
-        lines += ["", "Upload", *lines_of(*upload_table(upload))]
+    sections = [
+        ("Clock", clocks_table(session.clock_sets)),
+        ("Reference checks", ref_checks_table(session.ref_checks)),
+        *(("Upload", upload_table(upload)) for upload in session.uploads),
+    ]
     if session.checks:
-        checks = checks_table(session.checks, session.header.tolerance_deg)
-        lines += ["", "Check points", *lines_of(*checks)]
+        sections.append(
+            ("Check points", checks_table(session.checks, session.header.tolerance_deg))
+        )
     if said := evidence_sentences(session):
-        lines += ["", "Evidence", *lines_of(Sentences(tuple(said)))]
-    return lines
+        sections.append(("Evidence", (Sentences(tuple(said)),)))
+    # The pane folds them to its width.
+    lines: list[str] = []
+    for title, blocks in sections:
+        lines += ["", title, *lines_of(*blocks, width=ENDLESS)]
+    return lines[1:]
