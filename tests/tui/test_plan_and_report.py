@@ -24,6 +24,7 @@ from procedure_bench import (
 from solarcal.config import sessions_dir
 from solarcal.errors import FitError
 from solarcal.model.verdict import Verdict
+from solarcal.report.judgement import plan_table
 from solarcal.station import planning
 from solarcal.station.fitting import solve
 from solarcal.station.news import StatusRead
@@ -76,7 +77,7 @@ async def test_the_plan_screen(four_points, size):
     async with workstation(four_points, size) as (app, pilot):
         await judged(app, pilot)
         await pilot.press("f4")
-        await shows(pilot, "more point", "points at, UTC", "CONTINUE", "now ", "STOP")
+        await shows(pilot, "more point", "stop, UTC", "CONTINUE", "now ", "STOP")
         await shows_golden(pilot, name_of("plan", size))
 
 
@@ -109,11 +110,46 @@ async def test_clouds_leaving_and_points_shape_the_plan_and_can_be_taken_back(fo
         await shows(pilot, "Point 5 of")
 
 
+async def test_screen_and_command_list_the_same_stops(four_points):
+    async with workstation(four_points, LARGE) as (app, pilot):
+        await judged(app, pilot)
+        await pilot.press("f4")
+        await shows(pilot, "stop, UTC")
+        lines = [line.split() for line in app.screen.query_one(HalfHours).lines]
+    rows = [
+        list(filter(None, " ".join(row).split())) for row in plan_table(app.judgement.plan).rows
+    ]
+    mark, *rest = lines[3]
+    assert mark == "▶"
+    # Beside the mark the screen has the unit's local time, and not of now.
+    assert [lines[2], rest[1:], *(line[1:] for line in lines[4:])] == rows
+    assert rows[-1][0] == "01:15", "the last stop is its own time, not the end of its half hour"
+
+
+async def test_no_word_of_a_reason_is_cut_at_the_edge(four_points):
+    async with workstation(four_points, SMALL) as (app, pilot):
+        await judged(app, pilot)
+        verdict = app.judgement.verdict
+        for words in range(76, 80):
+            reason = "x" * (words - 5) + " in 0.1 deg; expected: 95 % within 1.457 deg"
+            fit = replace(
+                app.fit,
+                judgement=replace(app.judgement, verdict=replace(verdict, reasons=(reason,))),
+            )
+            app.fit = fit
+            await pilot.press("f4")
+            await shows(pilot, "stop, UTC")
+            pane = app.screen.query_one("#reasons")
+            assert all(len(line) <= pane.content_size.width for line in pane.lines)
+            assert " ".join(" ".join(pane.lines[1:]).split()) == f"- {reason}"
+            await pilot.press("escape")
+
+
 async def test_a_click_chooses_a_half_hour(four_points):
     async with workstation(four_points) as (app, pilot):
         await judged(app, pilot)
         await pilot.press("p")
-        await shows(pilot, "points at, UTC")
+        await shows(pilot, "stop, UTC")
         await settled_text(pilot)
         hours = app.screen.query_one(HalfHours)
         first = hours.chosen_utc_s

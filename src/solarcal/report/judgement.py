@@ -268,24 +268,35 @@ def shims_blocks(base: BaseTilt | None, shims: Sequence[Shim]) -> Blocks:
     )
 
 
+PLAN_HEADINGS = ("stop, UTC", "points", "year rms", "95 %", "P", "")
+PLAN_ALIGNMENT = "<>>>><"
+
+
 def plan_table(plan: Plan) -> Table:
     """What stopping at each remaining half hour would give; the advised one is marked."""
-    rows = [_stop_row("now", plan.now, plan)]
-    rows += [_stop_row(time_of_day(stop.stop_utc_s), stop, plan) for stop in plan.stops]
-    return Table(("stop, UTC", "points", "year rms", "95 %", "P", ""), tuple(rows), "<>>>><")
+    rows = [plan_row(plan, "now", plan.now)]
+    rows += [plan_row(plan, time_of_day(stop.stop_utc_s), stop) for stop in plan.stops]
+    return Table(PLAN_HEADINGS, tuple(rows), PLAN_ALIGNMENT)
 
 
-def _stop_row(when: str, stop: PlannedStop, plan: Plan) -> tuple[str, ...]:
-    said = "done" if plan.reached_by(stop) else ""
-    if stop is plan.recommended:
-        said = f"<- advised{', ' + said if said else ''}"
+def plan_row(
+    plan: Plan, when: str, stop: PlannedStop | None, remarks: Sequence[str] = ()
+) -> tuple[str, ...]:
+    """Of stopping then: the points until then and their forecast; blank where no one stops.
+
+    The remarks stand before what the plan says of it.
+    """
+    if stop is None:
+        return (when, "", "", "", "", ", ".join(remarks))
+    advised = ["<- advised"] if stop is plan.recommended else []
+    done = ["done"] if plan.reached_by(stop) else []
     return (
         when,
         str(stop.points),
         number(stop.year_rms_deg, 3),
         number(stop.year_p95_deg, 3),
         number(stop.probability, 2),
-        said,
+        ", ".join([*remarks, *advised, *done]),
     )
 
 

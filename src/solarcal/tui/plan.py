@@ -12,9 +12,9 @@ from textual.events import Click
 
 from solarcal.decimals import counted
 from solarcal.model.analysis import Analysis
-from solarcal.model.plan import Plan, PlannedStop
-from solarcal.report.blocks import columns, number, wrapped
-from solarcal.report.judgement import STATE_WORDS
+from solarcal.model.plan import Plan
+from solarcal.report.blocks import columns, lines_of
+from solarcal.report.judgement import PLAN_ALIGNMENT, PLAN_HEADINGS, plan_row, verdict_blocks
 from solarcal.station.guards import MIN_ELEVATION_DEG
 from solarcal.station.news import FitReady
 from solarcal.station.planning import DEFAULT_OPTIONS, HALF_HOUR_S, PlanOptions
@@ -23,52 +23,27 @@ from solarcal.timescale import time_of_day
 from solarcal.tui.base import StationScreen, Workstation, show_once
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, NoticeLine, Words
-from solarcal.tui.widgets.text_lines import TextLines
+from solarcal.tui.widgets.text_lines import ENDLESS, TextLines
 
-HEADINGS = ("", "until", "local", "points at, UTC", "points", "rms", "95 %", "P", "")
-ALIGNMENT = "<<<<>>>><"
+HEADINGS = ("", "local", *PLAN_HEADINGS)
+ALIGNMENT = f"<<{PLAN_ALIGNMENT}"
 HEADING_ROWS = 2
 
 
 @dataclass(frozen=True, slots=True)
 class HalfHour:
-    """One row: what is planned in it, and what stopping at its end would give.
+    """One row: what stopping in it would give, and what was asked for it.
 
-    ``local``: the end by the unit's zone.
+    ``local``: the time of the row by the unit's zone.
     """
 
     begin_utc_s: float
     end_utc_s: float
     local: str
-    planned_utc_s: tuple[float, ...]
-    stop: PlannedStop | None
-    advised: bool
-    reaches: bool
-    struck: bool
-    leaving: bool
+    row: tuple[str, ...]
 
     def cells(self, chosen: bool) -> list[str]:
-        said = []
-        if self.struck:
-            said.append("x CLOUD")
-        if self.leaving:
-            said.append("LEAVE")
-        if self.advised:
-            said.append("<- advised")
-        if self.reaches:
-            said.append("reaches")
-        stop = self.stop
-        return [
-            "▶" if chosen else " ",
-            time_of_day(self.end_utc_s),
-            self.local,
-            " ".join(time_of_day(time) for time in self.planned_utc_s),
-            "" if stop is None else str(stop.points),
-            number(None if stop is None else stop.year_rms_deg, 3),
-            number(None if stop is None else stop.year_p95_deg, 3),
-            number(None if stop is None else stop.probability, 2),
-            ", ".join(said),
-        ]
+        return ["▶" if chosen else " ", self.local, *self.row]
 
 
 def half_hours(plan: Plan, plan_options: PlanOptions, zone_west_h: float) -> tuple[HalfHour, ...]:
@@ -86,20 +61,12 @@ def half_hours(plan: Plan, plan_options: PlanOptions, zone_west_h: float) -> tup
     for begin in (first + HALF_HOUR_S * k for k in range(count)):
         stop = stops.get(begin)
         end_utc_s = begin + HALF_HOUR_S
-        times = plan.recommended.times_utc_s
-        rows.append(
-            HalfHour(
-                begin_utc_s=begin,
-                end_utc_s=end_utc_s,
-                local=time_of_day(end_utc_s - 3600.0 * zone_west_h),
-                planned_utc_s=tuple(t for t in times if begin <= t < end_utc_s),
-                stop=stop,
-                advised=stop is not None and stop is plan.recommended,
-                reaches=stop is not None and plan.reached_by(stop),
-                struck=begin in plan_options.struck,
-                leaving=begin == leaving,
-            )
-        )
+        when_utc_s = end_utc_s if stop is None else stop.stop_utc_s
+        remarks = ["x CLOUD"] if begin in plan_options.struck else []
+        remarks += ["LEAVE"] if begin == leaving else []
+        local = time_of_day(when_utc_s - 3600.0 * zone_west_h)
+        row = plan_row(plan, time_of_day(when_utc_s), stop, remarks)
+        rows.append(HalfHour(begin, end_utc_s, local, row))
     return tuple(rows)
 
 
@@ -124,10 +91,10 @@ class HalfHours(TextLines):
     def chosen_end_utc_s(self) -> float:
         return self._hours[self._chosen].end_utc_s
 
-    def show_plan(self, hours: Sequence[HalfHour], now: PlannedStop) -> None:
+    def show_plan(self, hours: Sequence[HalfHour], plan: Plan) -> None:
         """Show these; the half hour chosen stays chosen where it is still there."""
         kept = self.chosen_utc_s
-        self._now = now
+        self._now = plan_row(plan, "now", plan.now)
         self._hours = tuple(hours)
         begins = [hour.begin_utc_s for hour in self._hours]
         self._chosen = begins.index(kept) if kept in begins else 0
@@ -139,10 +106,9 @@ class HalfHours(TextLines):
             self._show_rows()
 
     def _show_rows(self) -> None:
-        now = ["", "now", "", "", "0", number(self._now.year_rms_deg, 3)]
-        now += [number(self._now.year_p95_deg, 3), number(self._now.probability, 2), ""]
         rows = [hour.cells(index == self._chosen) for index, hour in enumerate(self._hours)]
-        self.show(columns(HEADINGS, [now, *rows], ALIGNMENT), pinned=HEADING_ROWS)
+        table = columns(HEADINGS, [["", "", *self._now], *rows], ALIGNMENT)
+        self.show(table, pinned=HEADING_ROWS)
         # The row of now comes before the half hours.
         self.keep_in_view(HEADING_ROWS + 1 + self._chosen)
 
@@ -182,7 +148,7 @@ class PlanScreen(StationScreen):
         yield HeadLine(id="title")
         yield Words("", id="advice", markup=False)
         yield HalfHours(id="hours")
-        yield TextLines(id="reasons")
+        yield TextLines(id="reasons", wrap=True)
         yield NoticeLine()
         yield ActionFooter(
             [
@@ -258,12 +224,11 @@ class PlanScreen(StationScreen):
         self.query_one("#advice", Words).update(advice(judgement, self.plan_options))
         zone_west_h = session.header.unit.zone_west_h
         self.query_one(HalfHours).show_plan(
-            half_hours(judgement.plan, self.plan_options, zone_west_h), judgement.plan.now
+            half_hours(judgement.plan, self.plan_options, zone_west_h), judgement.plan
         )
-        lines = [STATE_WORDS[judgement.verdict.state]]
-        for reason in judgement.verdict.reasons:
-            lines += wrapped(f"- {reason}", hang=2)
-        self.query_one("#reasons", TextLines).show(lines)
+        self.query_one("#reasons", TextLines).show(
+            lines_of(*verdict_blocks(judgement.verdict), width=ENDLESS)
+        )
 
     def _nothing_yet(self) -> str:
         fit = self.workstation.fit
