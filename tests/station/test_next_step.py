@@ -296,9 +296,12 @@ def test_in_the_middle_of_a_step_nothing_else_is_asked_for(activity):
     assert next_step(replace(station.state, activity=activity)).action is None
 
 
-def test_a_countdown_reads_like_a_clock():
-    assert countdown_text(725.0) == "12:05"
-    assert countdown_text(3725.0) == "1:02:05"
+def test_a_countdown_names_its_units_and_is_no_time_of_day():
+    assert countdown_text(0.2) == "1 s"
+    assert countdown_text(725.0) == "12 min 5 s"
+    assert countdown_text(3599.5) == "1 h 0 min"
+    assert countdown_text(3725.0) == "1 h 3 min"
+    assert countdown_text(7199.0) == "2 h 0 min"
     assert NextStep("x").countdown_s(5.0) is None
 
 

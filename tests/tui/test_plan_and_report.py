@@ -60,9 +60,7 @@ async def test_verdict_and_next_point_are_on_screen_in_every_pane(four_points, s
         await judged(app, pilot)
         for key in "12345":
             await pilot.press(key)
-            await shows(
-                pilot, "CONTINUE: more points", "Year 95 %:", "Point 5 of", "due in", "STOP"
-            )
+            await shows(pilot, "CONTINUE: more points", "Year 95 %:", "Point 5 of", "] in ", "STOP")
 
 
 async def test_the_forecast_of_the_year_is_one_of_the_plots(four_points):

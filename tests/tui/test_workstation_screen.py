@@ -256,7 +256,7 @@ async def test_emulated_time_is_skipped_to_the_next_point(station_and_cable):
     async with workstation(station, SMALL) as (app, pilot):
         await on_workstation(app, pilot)
         before = app.state.live.laptop_utc_s
-        await shows(pilot, "due in")
+        await shows(pilot, "] in ")
         await pilot.press("w")
         await shows(pilot, "due NOW")
         assert 0.0 < app.state.live.laptop_utc_s - before <= due

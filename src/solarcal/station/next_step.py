@@ -3,6 +3,7 @@
 A pure function of the state and the time, so that the screen, a replay and a test agree.
 """
 
+import math
 from dataclasses import dataclass
 
 from solarcal.model.analysis import Analysis
@@ -44,11 +45,13 @@ class NextStep:
 
 
 def countdown_text(seconds: float) -> str:
-    """A time to wait: ``12:05`` or ``1:02:05``."""
-    whole = int(seconds + 0.999)
-    hours, rest = divmod(whole, 3600)
-    minutes, left = divmod(rest, 60)
-    return f"{hours}:{minutes:02d}:{left:02d}" if hours else f"{minutes}:{left:02d}"
+    """A time to wait: ``40 s``, ``12 min 5 s`` or ``1 h 2 min``; never less than is left."""
+    whole = math.ceil(seconds)
+    if whole >= 3600:
+        hours, minutes = divmod(math.ceil(whole / 60), 60)
+        return f"{hours} h {minutes} min"
+    minutes, left = divmod(whole, 60)
+    return f"{minutes} min {left} s" if minutes else f"{left} s"
 
 
 def next_step(

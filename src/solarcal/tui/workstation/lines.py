@@ -80,7 +80,7 @@ class NextLines(Words):
             tail.append((f"[{key}]", "bold $footer-key-foreground"))
         left = step.countdown_s(utc_s)
         if left:
-            tail.append((f"due in {countdown_text(left)}", "$accent"))
+            tail.append((f"in {countdown_text(left)}", "$accent"))
         elif left is not None:
             tail.append(("due NOW", "bold reverse $accent"))
         # Not the size of this widget: before the first layout it has none.
