@@ -218,7 +218,21 @@ def test_a_point_that_is_not_fitted_has_no_residual(taken: SessionView) -> None:
     influence = point_influence(session, struck)
     assert influence.residual_deg is None
     assert influence.leverage is None
-    assert influence.with_it.solution.n_points == len(taken.accepted) - 1
+    # What it did to the fit stays what it was.
+    before = point_influence(taken, struck)
+    for now, then in ((influence.with_it, before.with_it), (influence.without, before.without)):
+        assert now.solution.n_points == then.solution.n_points
+        assert (now.solution.values == then.solution.values).all()
+        assert now.forecast.year_p95_deg == then.forecast.year_p95_deg
+
+
+def test_a_point_struck_out_with_its_offset_is_compared_as_well(taken: SessionView) -> None:
+    last = taken.accepted[-1]
+    offset = next(o for o in taken.sun_offsets if o.instant == last.read_utc)
+    void = Void(seq=taken.records[-1].seq + 1, utc=last.utc, voids=offset.seq, reason="cloud")
+    influence = point_influence(view_session(taken.header, (*taken.records, void)), last)
+    assert influence.with_it.solution.n_points == len(taken.accepted)
+    assert influence.without.solution.n_points == len(taken.accepted) - 1
 
 
 def test_the_evidence_of_a_point_is_what_came_last_before_it(taken: SessionView) -> None:

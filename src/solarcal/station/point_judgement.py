@@ -171,10 +171,10 @@ class PointInfluence:
 
     Attributes
     ----------
-    with_it, without : all accepted points and those without this one analysed, ``None`` where
+    with_it, without : all accepted points with and without this one analysed, ``None`` where
         they are too few.
     residual_deg : error minus what the coefficients fitted to all points correct, axis degrees,
-        ``None`` where the point is not fitted.
+        ``None`` where the point is not fitted or struck out.
     judged : the point against the fit of the OTHERS, in sigmas.
     leverage : share of an error of this point that the fit would follow, 0 to 1.
     trouble : why something is missing, in a sentence.
@@ -190,12 +190,15 @@ class PointInfluence:
 
 
 def point_influence(session: SessionView, point: PointRecord) -> PointInfluence:
-    """Fit and judge with and without a point; takes some tenths of a second."""
-    others = view_session(
-        session.header, tuple(record for record in session.records if record.seq != point.seq)
-    )
+    """Fit and judge with and without a point; takes some tenths of a second.
+
+    One that is struck out is in the fit with it all the same.
+    """
+    void = point_evidence(session, point).void
+    others = _without(session, point)
     try:
-        with_it, without = analyse_session(session), analyse_session(others)
+        with_it = analyse_session(session if void is None else _without(session, void))
+        without = analyse_session(others)
         judged = None
         if point.error_deg is not None and point.ideal_deg is not None:
             judged = judge_point(others, point)
@@ -203,7 +206,8 @@ def point_influence(session: SessionView, point: PointRecord) -> PointInfluence:
         return PointInfluence(point, trouble=str(error))
     residual = None
     if (
-        with_it is not None
+        void is None
+        and with_it is not None
         and point.seq in with_it.solution.labels
         and point.error_deg is not None
         and point.ideal_deg is not None
@@ -213,6 +217,11 @@ def point_influence(session: SessionView, point: PointRecord) -> PointInfluence:
         residual = (point.error_deg[0] - float(e1), point.error_deg[1] - float(e2))
     leverage = _leverage(point, residual, judged)
     return PointInfluence(point, with_it, without, residual, judged, leverage)
+
+
+def _without(session: SessionView, left_out: Record) -> SessionView:
+    kept = (record for record in session.records if record.seq != left_out.seq)
+    return view_session(session.header, tuple(kept))
 
 
 def _leverage(

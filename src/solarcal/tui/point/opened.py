@@ -195,7 +195,7 @@ def point_lines(
     """Everything about one point; ``influence`` is ``None`` while it is being computed."""
     lines: list[Line] = [_heading("Errors")]
     lines += _error_lines(point, influence)
-    lines += ["", _heading("Without it"), *_without_lines(point, influence), ""]
+    lines += ["", _heading("Without it"), *_without_lines(session, point, influence), ""]
     lines += [_heading("Evidence"), *_evidence_lines(session, point), "", _heading("Records")]
     lines += [record_line(record) for record in point_evidence(session, point).records]
     return lines
@@ -232,7 +232,9 @@ def _error_lines(point: PointRecord, influence: PointInfluence | None) -> Sequen
     return lines
 
 
-def _without_lines(point: PointRecord, influence: PointInfluence | None) -> Sequence[str]:
+def _without_lines(
+    session: SessionView, point: PointRecord, influence: PointInfluence | None
+) -> Sequence[str]:
     if point.status != "accepted":
         return [f"It is {point.status}: the fit does not use it."]
     if influence is None:
@@ -261,6 +263,8 @@ def _without_lines(point: PointRecord, influence: PointInfluence | None) -> Sequ
         f"Year, 95 % of the time within: {with_it.forecast.year_p95_deg:.3f} deg with it, "
         f"{without.forecast.year_p95_deg:.3f} deg without it."
     )
+    if point_evidence(session, point).void is not None:
+        lines.append("It is struck out: the fit in force is the one without it.")
     return lines
 
 
