@@ -158,6 +158,17 @@ def test_what_was_struck_out_stands_on_the_certificate_with_its_reason(tmp_path,
 
 
 @pytest.mark.parametrize("ending", WRITERS)
+def test_what_is_in_force_again_is_not_listed_as_struck_out(tmp_path, ending):
+    utc = "2026-06-22T05:00:00.000Z"
+    void = Void(seq=14, utc=utc, voids=13, reason="bird on plate")
+    again = Void(seq=15, utc=utc, voids=14, reason="it was none")
+    path = write_session(tmp_path / "s.jsonl", check_of(13, 0.45), void, again)
+    seen = read_by_eye(ending, texts(analyse_files(read_files([path], {})))[ending])
+    assert "struck out" not in seen
+    assert "bird on plate" not in seen
+
+
+@pytest.mark.parametrize("ending", WRITERS)
 def test_what_a_file_says_never_becomes_markup(tmp_path, ending):
     void = Void(seq=14, utc="2026-06-22T05:00:00.000Z", voids=2, reason=NASTY)
     path = write_session(tmp_path / "s.jsonl", upload_of(13, forced=NASTY), void, operator=NASTY)

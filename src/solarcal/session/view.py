@@ -104,9 +104,11 @@ class SessionView:
 
     @property
     def struck_out(self) -> tuple[tuple[Record, Void], ...]:
-        """The records that do not count, each with the one that strikes it."""
+        """The records that do not count, each with the one that strikes it; no void that is
+        struck itself: what it struck counts again."""
         by = {r.voids: r for r in live_records(self.records) if isinstance(r, Void)}
-        return tuple((record, by[record.seq]) for record in self.records if record.seq in by)
+        own = (record for record in self.records if not isinstance(record, Void))
+        return tuple((record, by[record.seq]) for record in own if record.seq in by)
 
     @property
     def newest_evidence(self) -> int:
