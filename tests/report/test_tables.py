@@ -15,9 +15,10 @@ from solarcal.mount.geometry import MountGeometry
 from solarcal.report import judgement, tables
 from solarcal.report.blocks import clock_text, columns, number, text_of
 from solarcal.report.session_report import record_line
-from solarcal.session.points import merge_tables
-from solarcal.session.records import Answers, CheckRecord, ClockSet, RefCheck, UploadRecord
+from solarcal.session.points import labelled_by_file, merge_tables
+from solarcal.session.records import Answers, CheckRecord, ClockSet, RefCheck, UploadRecord, Void
 from solarcal.session.view import read_session, view_session
+from solarcal.station.analysing import UnitFiles
 from solarcal.station.fitting import solve
 from solarcal.tui.workstation.lines import coefficient_lines
 from solarcal.units import rms
@@ -32,6 +33,10 @@ def told(table, *args, **kwargs):
     return text_of(*made) if isinstance(made, tuple) else text_of(made)
 
 
+def of_points(header, points, solution=None):
+    return tables.points_table(view_session(header, tuple(points)), solution)
+
+
 def narrow(text):
     assert max(map(len, text.split("\n"))) <= 80, text
     return text
@@ -39,7 +44,7 @@ def narrow(text):
 
 def test_points_with_time_angles_errors_residual_and_status(june_day, fit_points):
     header, points = june_day
-    text = narrow(told(tables.points_table, header, points, fit_points(header, points)))
+    text = narrow(told(of_points, header, points, fit_points(header, points)))
     lines = text.split("\n")
     assert lines[0].split() == [
         "no.", "solar", "UTC", "AX1", "AX2", "error", "1", "error", "2", "residual", "status",
@@ -67,14 +72,38 @@ def test_an_aborted_attempt_stays_in_the_table_with_its_reason(june_day):
         ideal_deg=None,
         error_deg=None,
     )
-    text = narrow(told(tables.points_table, header, [aborted, *points[1:]]))
+    text = narrow(told(of_points, header, [aborted, *points[1:]]))
     row = text.split("\n")[3].split()
     assert row[3:] == ["-", "-", "-", "-", "-", "aborted"]
     assert "Did you do a 'Set Sun Offset'? No" in text
 
 
+@pytest.mark.parametrize("files", [1, 2])
+def test_a_struck_point_stays_in_the_table_with_its_reason(june_day, fit_points, tmp_path, files):
+    header, points = june_day
+    last, struck = points[-1], points[4]
+    void = Void(seq=last.seq + 1, utc=last.utc, voids=struck.seq, reason="a bird on the plate")
+    session = view_session(header, (*points, void), "monday.jsonl")
+    solution = fit_points(header, session.accepted)
+    text = narrow(told(tables.points_table, session, solution))
+    later = [msgspec.structs.replace(p, utc=p.utc.replace("2026", "2027")) for p in points]
+    others = [view_session(header, tuple(later), "tuesday.jsonl")] * (files - 1)
+    sessions = (*others, session)
+    parts = labelled_by_file([one.table for one in sessions])
+    of_files = UnitFiles((), parts, merge_tables(parts), sessions)
+    listed = tables.listed_of_files(of_files)
+    assert text_of(*tables.file_points_table(listed)).count("accepted") == 12 * files - 1
+    for lines in (text.split("\n"), told(tables.file_points_table, listed).split("\n")[-15:]):
+        at = next(at for at, line in enumerate(lines) if line.endswith("struck"))
+        numbers = [line.split()[0] for line in (lines[at - 1], lines[at], lines[at + 2])]
+        assert numbers == [str(point.seq) for point in points[3:6]]
+        assert lines[at + 1].strip() == "a bird on the plate"
+        assert float(lines[at].split()[3]) == pytest.approx(struck.ideal_deg[0], abs=0.001)
+    assert struck.seq not in session.table.labels, "what is fitted and exported has it not"
+
+
 def test_no_points_is_a_sentence(june_day):
-    assert told(tables.points_table, june_day[0], []) == "No points yet."
+    assert told(of_points, june_day[0], []) == "No points yet."
     assert told(tables.ref_checks_table, []) == "No reference check yet."
     assert told(tables.checks_table, []) == "No check points."
     assert told(tables.clocks_table, []) == "The unit's clock was not set."
@@ -88,7 +117,7 @@ def test_a_points_file_gives_the_same_numbers_as_its_session(june_day, fit_point
         view_session(header, tuple(points), "made-up.jsonl").table,
         solution,
     )
-    from_session = told(tables.points_table, header, points, solution)
+    from_session = told(of_points, header, points, solution)
     assert [line.split() for line in narrow(from_file).split("\n")[2:]] == [
         line.split() for line in from_session.split("\n")[2:]
     ]
@@ -195,7 +224,7 @@ def test_the_residual_beside_the_points_is_named_where_the_mechanism_leaves_anot
     assert abs(left.max() - solution.sky_max_deg) > 0.001
     text = narrow(told(judgement.fit_summary, solution))
     assert f"residual of the formula, as beside each point: rms {rms(left):.4f} deg" in text
-    rows = told(tables.points_table, session.header, session.accepted, solution).split("\n")
+    rows = told(of_points, session.header, session.accepted, solution).split("\n")
     beside = [line.split()[-2] for line in rows if line.endswith("accepted")]
     assert max(beside) == f"{left.max():.3f}"
     # The pane of the coefficients stands beside that of the points.

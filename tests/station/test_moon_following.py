@@ -149,7 +149,7 @@ def test_the_command_writes_a_session_that_fit_reads(
     # Nothing compares the Moon's instants with the Sun; the tables show them all the same.
     stamps = [point.read_utc[11:16] for point in session.accepted]
     for blocks in (
-        points_table(session.header, session.points),
+        points_table(session),
         file_points_table(session.table),
         file_points_table(session.table.rows(range(len(stamps)))),
     ):

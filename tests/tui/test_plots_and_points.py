@@ -161,8 +161,15 @@ async def test_a_point_is_struck_out_and_restored_where_it_is_looked_at(tmp_path
         # The sentence needs more than a row, and has it.
         await shows(pilot, "Why is this point struck out?", "F12 or ^S stops.")
         await pilot.press(*"cloud", "enter")
-        await shows(pilot, "STRUCK OUT")
+        await shows(
+            pilot, "STRUCK OUT", "It is struck out: the fit in force is the one without it."
+        )
         assert len(station.session.accepted) == 2
+        # It stays in the table, and is opened from there.
+        await pilot.press("escape")
+        await shows(pilot, "struck", "cloud")
+        await pilot.press("enter")
+        await shows(pilot, "Point 3 of 3", "STRUCK OUT")
         await pilot.press("x", *"clear", "enter")
         await shows(pilot, "accepted")
         await until(pilot, lambda: len(station.session.accepted) == 3)

@@ -17,7 +17,12 @@ from solarcal.report.plots import error_plot, residual_plot
 from solarcal.report.scales import Sheet
 from solarcal.report.session_report import record_words
 from solarcal.report.svg_figures import error_figure, forecast_figure, residual_figure
-from solarcal.report.tables import checks_table, file_points_table, old_and_new_table
+from solarcal.report.tables import (
+    checks_table,
+    file_points_table,
+    listed_of_files,
+    old_and_new_table,
+)
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header, UploadRecord
 from solarcal.station.analysing import FileAnalysis
@@ -112,7 +117,7 @@ def points_section(judged: FileAnalysis) -> Section:
     return Section(
         "Points",
         (
-            *file_points_table(judged.table, judged.solution, most=None),
+            *file_points_table(listed_of_files(judged.files), judged.solution, most=None),
             Figure(
                 "Error of the axes at every point, and the model",
                 error_plot(data, TEXT_SHEET),

@@ -27,6 +27,7 @@ from solarcal.report.tables import (
     clocks_table,
     file_points_table,
     key_in_table,
+    listed_of_files,
     points_table,
     ref_checks_table,
     truth_table,
@@ -125,7 +126,7 @@ def session_text(session: SessionView, judgement: Analysis | None) -> str:
         heading(session),
         section_text("Clock", *clocks_table(session.clock_sets)),
         section_text("Reference checks", *ref_checks_table(session.ref_checks)),
-        section_text("Points", *points_table(session.header, session.points, solution)),
+        section_text("Points", *points_table(session, solution)),
     ]
     if judgement is not None and solution is not None:
         parts.append(section_text("Coefficients", coefficients_table(solution)))
@@ -177,7 +178,7 @@ def fit_text(judged: FileAnalysis, *, plot: bool) -> str:
     """A fit of files: points, coefficients, what the fit says of itself, forecast, verdict."""
     parts = [text_of(Sentences(judged.warnings))] if judged.warnings else []
     parts += [
-        section_text("Points", *file_points_table(judged.table, judged.solution)),
+        section_text("Points", *file_points_table(listed_of_files(judged.files), judged.solution)),
         section_text("Coefficients", coefficients_table(judged.solution)),
         section_text("Fit", *fit_summary(judged.solution)),
     ]

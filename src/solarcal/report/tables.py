@@ -13,15 +13,16 @@ from solarcal.model.terms import TERMS
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS, Coefficients
 from solarcal.report.blocks import BLANK, Blocks, Prose, Table, clock_text, columns, number
 from solarcal.report.judgement import formula_residuals_deg, meaning, values_table
-from solarcal.session.points import PointTable, table_of_points
+from solarcal.session.points import PointTable, merge_tables, table_of_points
 from solarcal.session.records import (
     CheckRecord,
     ClockSet,
-    Header,
     PointRecord,
     RefCheck,
     UploadRecord,
 )
+from solarcal.session.view import SessionView
+from solarcal.station.analysing import UnitFiles
 from solarcal.station.point_judgement import PointJudgement
 from solarcal.station.sun_path import SunModel
 from solarcal.sun.position import sun_known
@@ -41,18 +42,54 @@ def _days(records: Sequence[RefCheck] | Sequence[ClockSet]) -> tuple[tuple[str, 
     return tuple((date if len(set(dates)) > 1 else "",) for date in dates)
 
 
-def points_table(
-    header: Header, points: Sequence[PointRecord], solution: Solution | None = None
-) -> Blocks:
+STRUCK = "struck"
+"""Status of a point that is struck out, in a table that is shown and nowhere else."""
+
+
+def points_table(session: SessionView, solution: Solution | None = None) -> Blocks:
     """All attempts of a session; residuals on sky where there is a solution. Angles in degrees."""
-    table = table_of_points(header, points)
+    table = listed_points(session)
     # An attempt without angles has the time of its record; that of an import is the import's.
+    points = {r.seq: r for r in session.records if isinstance(r, PointRecord)}
     utc_s = [
         parse_utc(point.utc) if point.read_utc is None and point.ideal_deg is None else read_s
-        for point, read_s in zip(points, table.utc_s.tolist(), strict=True)
+        for point, read_s in zip(
+            (points[seq] for seq in table.labels), table.utc_s.tolist(), strict=True
+        )
     ]
     table = replace(table, utc_s=np.array(utc_s))
-    return _points(table, solution, SunModel.of_session(header), "no.", None)
+    return _points(table, solution, SunModel.of_session(session.header), "no.", None)
+
+
+def listed_points(session: SessionView) -> PointTable:
+    """The table of a session with the points struck out, each in its place with its reason."""
+    struck = {r.seq: (r, void) for r, void in session.struck_out if isinstance(r, PointRecord)}
+    points = [*session.points, *(point for point, _ in struck.values())]
+    points.sort(key=lambda point: point.seq)
+    table = table_of_points(session.header, points, session.path)
+    status, note = list(table.status), list(table.note)
+    for row, seq in enumerate(table.labels):
+        if seq in struck:
+            status[row], note[row] = STRUCK, struck[seq][1].reason
+    return replace(table, status=tuple(status), note=tuple(note))
+
+
+def listed_of_files(files: UnitFiles) -> PointTable:
+    """The table of files with the points struck out of their sessions, each in its place."""
+    sessions = {session.path: session for session in files.sessions}
+    return merge_tables(
+        [_with_struck(t, sessions.get(t.sources[0]) if len(t) else None) for t in files.tables]
+    )
+
+
+def _with_struck(table: PointTable, session: SessionView | None) -> PointTable:
+    if session is None:
+        return table
+    listed = listed_points(session)
+    # A row that another file has too is not in the table.
+    own = set(table.labels)
+    found = enumerate(zip(listed.labels, listed.status, strict=True))
+    return listed.rows([row for row, (n, status) in found if n in own or status == STRUCK])
 
 
 def file_points_table(

@@ -186,5 +186,5 @@ def _lines(found: Recomputed) -> list[str]:
             few = f"{len(found.session.accepted)} accepted points: too few for a fit."
             blocks.append(Prose((few,)))
         blocks.append(Prose(("",)))
-        blocks += points_table(found.session.header, found.session.points, found.solution)
+        blocks += points_table(found.session, found.solution)
     return [*lines, *lines_of(*blocks, width=ENDLESS)]

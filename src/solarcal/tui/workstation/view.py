@@ -184,7 +184,7 @@ class WorkstationView(Vertical):
         self._shown = shown
         self._version += 1
         self.query_one(CoefficientsPane).show_fit(session, self.solution, self._judgement)
-        points = points_table(session.header, session.points, self.solution)
+        points = points_table(session, self.solution)
         # A remark is folded to the pane, whatever its width.
         table = lines_of(*points, width=ENDLESS)
         # The table's heading and rule stay in view.
@@ -268,8 +268,8 @@ class WorkstationView(Vertical):
 
     def on_chosen_lines_opened(self, event: ChosenLines.Opened) -> None:
         event.stop()
-        for point in self._session.points if self._session is not None else ():
-            if point.seq == event.number:
+        for point in self._session.records if self._session is not None else ():
+            if point.seq == event.number and isinstance(point, PointRecord):
                 self.post_message(self.PointOpened(point))
 
     def on_explored_plot_point_opened(self, event: ExploredPlot.PointOpened) -> None:
