@@ -1,5 +1,7 @@
 """The unit's clock against the laptop's: offset, step and drift, without any fit of pointing."""
 
+import math
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -192,12 +194,31 @@ def _changes(
 
 
 def clock_sigma_s(session: SessionView) -> float:
-    """How well the laptop's clock was known, one sigma, seconds.
+    """How well the laptop's clock was known when the points were taken, one sigma, seconds.
 
-    As entered with the newest time signal; before any, what the session was begun with.
+    By the time signal, what it was found to be off included: the points were taken with that. What
+    the session was begun with where no signal says more.
     """
-    told = [c.tick_sigma_s for c in session.clock_sets if c.tick_sigma_s is not None]
-    return told[-1] if told else session.header.rule.unmodelled.clock_s
+    signal = _time_signal(session)
+    return session.header.rule.unmodelled.clock_s if signal is None else math.hypot(*signal)
+
+
+def _time_signal(session: SessionView) -> tuple[float, float] | None:
+    """The worst time signal minus laptop, and its sigma, seconds, that the points were taken with.
+
+    Each point was taken between two signals, or after the last: the clock was as at either, for it
+    may have been corrected in between. Without a point it is the newest.
+    """
+    signals = [
+        (c.seq, c.tick_minus_laptop_s, 0.5 if c.tick_sigma_s is None else c.tick_sigma_s)
+        for c in session.clock_sets
+        if c.tick_minus_laptop_s is not None
+    ]
+    if not signals:
+        return None
+    places = {bisect_left(signals, (point.seq,)) for point in session.accepted} or {len(signals)}
+    beside = {at for place in places for at in (place - 1, place) if 0 <= at < len(signals)}
+    return max((signals[at][1:] for at in beside), key=lambda one: abs(one[0]))
 
 
 def laptop_finding(
@@ -221,16 +242,18 @@ def laptop_finding(
             direct=True,
         )
     sigma = 0.5 if sigma_s is None else sigma_s
+    off_deg = abs(tick_minus_laptop_s) / SECONDS_PER_SUN_DEG
     slow = abs(tick_minus_laptop_s) > max(OFFSET_LIMIT_S, _DRIFT_SIGMAS * sigma)
     return Finding(
         kind="laptop_clock",
         subject="laptop clock",
         sentence=(
             f"the time signal was {tick_minus_laptop_s:+z.1f} +- {sigma:.1f} s from the laptop's "
-            f"clock: {abs(tick_minus_laptop_s) / SECONDS_PER_SUN_DEG:.3f} deg of Sun are in the "
-            "coefficients; correct the laptop's clock and begin again"
+            f"clock when points were taken: {off_deg:.3f} deg of Sun are in the coefficients; "
+            "correct the laptop's clock and begin again"
             if slow
-            else f"the laptop's clock is right by a time signal within {sigma:.1f} s"
+            else "an error of the laptop's own clock below the time signal's: the signal was "
+            f"{tick_minus_laptop_s:+z.1f} +- {sigma:.1f} s from it"
         ),
         certainty="found" if slow else "not_determinable",
         number=tick_minus_laptop_s,
@@ -255,12 +278,5 @@ def laptop_evidence(session: SessionView) -> tuple[Finding, ...]:
     """The laptop's own clock, as far as a time signal was entered."""
     if not session.accepted:
         return ()
-    ticks = [c for c in session.clock_sets if c.tick_minus_laptop_s is not None]
-    newest = ticks[-1] if ticks else None
-    return (
-        laptop_finding(
-            newest.tick_minus_laptop_s if newest else None,
-            newest.tick_sigma_s if newest else None,
-            session.header.rule.unmodelled.clock_s,
-        ),
-    )
+    tick_s, sigma_s = _time_signal(session) or (None, None)
+    return (laptop_finding(tick_s, sigma_s, session.header.rule.unmodelled.clock_s),)

@@ -212,7 +212,7 @@ def weigh(evidence: Iterable[Finding], used: AbstractSet[int], tolerance_deg: fl
                 waiting.append(finding.sentence)
             case "unit_sun" if number > tolerance_deg:
                 wrong.append(finding.sentence)
-            case "laptop_clock" if number > tolerance_deg * SECONDS_PER_SUN_DEG:
+            case "laptop_clock" if number > 0.5 * tolerance_deg * SECONDS_PER_SUN_DEG:
                 wrong.append(finding.sentence)
             case "missed_counts" if number > tolerance_deg / 2.0:
                 if not used.isdisjoint(finding.labels):
