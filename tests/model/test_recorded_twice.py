@@ -7,6 +7,7 @@ import msgspec
 import pytest
 
 from solarcal.model.evidence.direct import direct_findings
+from solarcal.model.evidence.unit_state import held_evidence
 from solarcal.model.finding import Finding
 from solarcal.mount.formula import Offsets
 from solarcal.session.records import (
@@ -18,8 +19,9 @@ from solarcal.session.records import (
     Restarted,
     UploadBegun,
 )
-from solarcal.session.view import SessionView, read_session, view_session
+from solarcal.session.view import SessionView, held_instead, read_session, view_session
 from solarcal.station.analysing import analyse_session
+from solarcal.station.sign_off import sign_off
 
 SAVED = Path(__file__).parents[2] / "sessions"
 DAY = read_session(SAVED / "azel-good-day.jsonl")
@@ -218,3 +220,81 @@ def test_a_point_that_is_not_fitted_contradicts_nothing() -> None:
     moved = edited(FIRST.seq, counts=(first + 1500, second))
     used = {(p.seq, p.ideal_deg[1]) for p in DAY.accepted[1:]}
     assert [f for f in direct_findings(moved, used=used) if f.kind == "counts"] == []
+
+
+def test_points_after_a_reference_check_that_was_broken_off() -> None:
+    first = DAY.ref_checks[0]
+    assert first.seq < FIRST.seq
+    broken = edited(first.seq, complete=False)
+    (finding,) = found(broken, "restarted")
+    before = tuple(p.seq for p in DAY.accepted if p.seq < DAY.ref_checks[1].seq)
+    assert finding.labels == before
+    assert finding.sentence.startswith("reference check 1 did not end (record 2), and no ")
+    assert state(broken) == "continue"
+
+
+def test_a_point_that_repeats_the_offset_of_the_one_before() -> None:
+    before = DAY.accepted[2]
+    repeated = edited(FOURTH.seq, basis="gathering", read_utc=FOURTH.utc, offsets=before.offsets)
+    (finding,) = [f for f in found(repeated, "answers") if "repeats" in f.sentence]
+    assert finding.labels == (FOURTH.seq,)
+    assert state(repeated) != "done"
+    # Set on the unit's own keys: an O that it never had.
+    anew = edited(FOURTH.seq, basis="gathering", read_utc=FOURTH.utc, offsets=Offsets(0.123, 0.4))
+    assert found(anew, "answers") == []
+
+
+@pytest.mark.parametrize(
+    ("session", "told"),
+    [
+        (
+            edited(CHECK.seq, read_utc=CHECK.utc, error_deg=(0.0, 0.0), sky_error_deg=0.0),
+            "no Set Sun Offset was made for it",
+        ),
+        (edited(CHECK.seq, read_utc="2026-06-03T20:02:32.000Z"), "it was read before the upload"),
+        (edited(CHECK.seq, read_utc=FOURTH.read_utc), "it was read before the upload"),
+        (edited(CHECK.seq, ideal_deg=(10.0, 20.0)), "its Sun is not that of its Set Sun Offset"),
+        (
+            with_records(Restarted(seq=0, utc=CHECK.utc), before=CHECK.seq),
+            "the unit had lost its reference, and no reference check was made before it",
+        ),
+        (
+            with_records(LinkRestored(seq=0, utc=CHECK.utc, serial="9999"), before=CHECK.seq),
+            "unit 9999 was on the line",
+        ),
+        (
+            with_records(
+                RefCheck(seq=0, utc=CHECK.utc, number=4, complete=True, difference_counts=(0, 500)),
+                before=CHECK.seq + 1,
+            ),
+            "reference check 4 after it found +500 counts missed on axis 2",
+        ),
+    ],
+)
+def test_what_takes_a_check_point_its_meaning(session: SessionView, told: str) -> None:
+    said = found(session, "check_point")
+    assert any(told in one.sentence and "proves nothing" in one.sentence for one in said)
+    assert state(session) != "done"
+    assert not sign_off([session], analyse_session(session)).signed_off
+
+
+def test_what_the_unit_had_when_it_was_seen_last_is_held_against_the_upload() -> None:
+    (upload,) = DAY.uploads
+    assert held_instead([DAY]) is None
+    other = change(upload.new_coefficients, P2=1.5)
+    later = edited(DAY.sun_offsets[-1].seq, coefficients=other)
+    assert held_instead([later]) == (other, upload)
+    (finding,) = held_evidence([later])
+    assert "P2 1.5 instead of" in finding.sentence
+    assert state(later) == "continue"
+    # A later session of the unit begins with other numbers, or with these.
+    for held, same in ((upload.old_coefficients, False), (upload.new_coefficients, True)):
+        header = change(DAY.header, utc="2026-06-10T13:00:00.000Z", coefficients=held)
+        next_week = view_session(header, ())
+        assert (held_instead([DAY, next_week]) is None) == same
+        proof = sign_off([DAY, next_week], analyse_session(DAY))
+        assert proof.signed_off == same
+        assert ("does not hold what was uploaded" in proof.reason) != same
+        # And an earlier one says nothing.
+        before = view_session(change(header, utc="2026-05-10T13:00:00.000Z"), ())
+        assert held_instead([before, DAY]) is None

@@ -6,6 +6,7 @@ import pytest
 from solarcal.errors import ProcedureRefused, SolarcalError, UnitRefused
 from solarcal.model.evidence.direct import direct_findings
 from solarcal.model.evidence.read_outs import losses
+from solarcal.model.evidence.unit_state import held_evidence
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.journal import Journal
 from solarcal.session.records import (
@@ -26,7 +27,8 @@ from solarcal.unit.frames import Code
 
 
 def kinds(session):
-    return [f.kind for f in direct_findings(session) if f.certainty == "found"]
+    found = (*direct_findings(session), *held_evidence([session]))
+    return [f.kind for f in found if f.certainty == "found"]
 
 
 # -- the error is reading - ideal ------------------------------------------------------------------
@@ -279,7 +281,7 @@ def test_it_is_compared_when_a_session_is_gone_on_with(bench):
     b.station.connect()
     b.station.resume_session(Journal.resume(b.path))
     assert not b.station.session.holds_upload
-    (found,) = [f for f in direct_findings(read_session(b.path)) if f.kind == "not_held"]
+    (found,) = held_evidence([read_session(b.path)])
     assert "P1 0.4 instead of 0.5" in found.sentence
 
 

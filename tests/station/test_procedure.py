@@ -138,19 +138,67 @@ def test_a_point_stands_on_the_set_sun_offset_it_was_taken_after(bench):
     assert b.station.session.fresh_sun_offset is None
 
 
-def test_a_second_point_on_the_same_offset_stands_on_the_gathering(bench):
+def gathered(b, check=False):
+    """All questions answered with YES, and what is gathered stored."""
+    b.station.begin_point(check=check)
+    for _ in range(3):
+        b.station.answer(True)
+    b.station.gather_point()
+    return b.station.store(True)
+
+
+@pytest.mark.parametrize("seen", [True, False])
+def test_a_point_on_an_offset_of_before_is_refused(bench, seen):
+    """E(P) + O of an O that nobody has set on the Sun is no measurement."""
+    b = bench(noise_deg=0.0)
+    if seen:
+        b.on_sun()
+        assert gathered(b).basis == "sun_offset"
+    else:
+        b.technician.prepare()
+        b.station.track()
+        b.station.clock.wait(120.0)
+    state = b.station.state
+    told = " ".join(f.sentence for f in question_evidence(1, state.session, state.live))
+    assert "and O is as it was: set it first" in told
+    with pytest.raises(ProcedureRefused, match="O is one it had before"):
+        gathered(b)
+    assert b.station.state.activity is Activity.IDLE
+    assert b.station.session.points[-1].status == "aborted"
+    assert "O is one it had before" in b.station.session.points[-1].reason
+
+
+def test_an_offset_set_on_the_units_own_keys_is_gathered(bench):
     b = bench(noise_deg=0.0)
     b.on_sun()
-    for _ in range(2):
-        b.station.begin_point()
-        for _ in range(3):
-            b.station.answer(True)
-        b.station.gather_point()
-        b.station.store(True)
-    first, second = b.station.session.accepted
-    assert (first.basis, second.basis) == ("sun_offset", "gathering")
-    assert second.read_utc > first.read_utc
-    assert "no Set Sun Offset" in second.reason
+    gathered(b)
+    assert b.technician.sight.centre()
+    b.unit.set_sun_offset()
+    b.station.track()
+    b.station.clock.wait(60.0)
+    second = gathered(b)
+    assert second.basis == "gathering"
+    assert "no Set Sun Offset seen" in second.reason
+
+
+def test_a_check_point_on_the_offset_that_an_upload_wrote_is_refused(bench):
+    b = bench(noise_deg=0.0)
+    b.on_sun()
+    gathered(b)
+    b.station.upload(Coefficients(P1=0.1), method="linear", forced="to see what it leaves")
+    b.station.track()
+    b.station.clock.wait(300.0)
+    with pytest.raises(ProcedureRefused, match="set the Sun offset first"):
+        gathered(b, check=True)
+    b.on_sun()
+    check = gathered(b, check=True)
+    assert check.sky_error_deg > 0.0
+    # The check has put O back to zero, struck out or not.
+    b.station.void(check.seq, "a bird")
+    b.station.clock.wait(120.0)
+    assert b.station.session.fresh_sun_offset is None
+    with pytest.raises(ProcedureRefused, match="set the Sun offset first"):
+        gathered(b, check=True)
 
 
 def test_nothing_is_gathered_from_a_unit_that_does_not_track(bench):

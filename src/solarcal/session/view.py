@@ -15,6 +15,7 @@ import numpy as np
 from solarcal.decimals import Pair
 from solarcal.errors import SessionFileError
 from solarcal.input_files import read_bytes
+from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.session.parsing import parse_session
 from solarcal.session.points import PointTable, table_of_points
@@ -143,12 +144,8 @@ class SessionView:
 
     @property
     def holds_upload(self) -> bool:
-        """Whether the unit held the newest upload when the two were compared last."""
-        if not self.uploads:
-            return True
-        newest = self.uploads[-1].seq
-        compared = [record for record in self.in_force if record.seq > newest]
-        return compared[-1].as_uploaded if compared else True
+        """Whether the unit held the newest upload when it was seen last."""
+        return held_instead([self]) is None
 
     @property
     def fresh_sun_offset(self) -> SunOffset | None:
@@ -157,9 +154,68 @@ class SessionView:
             return None
         newest = self.sun_offsets[-1]
         used = [p.seq for p in self.points if p.status == "accepted"]
-        used += [c.seq for c in self.checks if c.status == "accepted"]
-        written = [u.seq for u in self.uploads]
+        # A check, struck out or not, and an upload have written another O.
+        written = [r.seq for r in self.records if _writes_offsets(r)]
         return newest if all(seq < newest.seq for seq in (*used, *written)) else None
+
+    @cached_property
+    def known_offsets(self) -> dict[Offsets, int]:
+        """Every O the program knows the unit to have held, and the first record that says so.
+
+        A unit that holds one of them was not set on the Sun anew.
+        """
+        known = {self.header.offsets: self.header.seq}
+        for record in self.records:
+            if isinstance(record, SunOffset | InForce):
+                known.setdefault(record.offsets, record.seq)
+            elif isinstance(record, PointRecord) and record.offsets is not None:
+                if record.status == "accepted":
+                    known.setdefault(record.offsets, record.seq)
+            elif isinstance(record, UploadRecord):
+                known.setdefault(record.new_offsets, record.seq)
+            elif _writes_offsets(record):
+                known.setdefault(Offsets(), record.seq)
+        return known
+
+
+def held_instead(views: Sequence[SessionView]) -> tuple[Coefficients, UploadRecord] | None:
+    """The P that a unit held instead of the newest upload of its sessions, when it was seen last.
+
+    None where it held that upload, or nothing was uploaded. It is seen where both are compared, at
+    every offset and point, and when a later session begins.
+    """
+    written = [(u.utc, at, u.seq, u) for at, view in enumerate(views) for u in view.uploads]
+    if not written:
+        return None
+    since, own, _, upload = max(written, key=lambda one: one[:3])
+    if not upload.verified:
+        return None
+    seen: list[tuple[str, int, Coefficients, bool]] = []
+    for at, view in enumerate(views):
+        header = view.header
+        records: list[InForce | SunOffset | PointRecord]
+        records = [*view.in_force, *view.sun_offsets, *view.accepted]
+        if at == own:
+            records = [record for record in records if record.seq > upload.seq]
+        else:
+            records = [record for record in records if record.utc > since]
+            if header.utc > since and not header.unit.imported:
+                same = header.coefficients == upload.new_coefficients
+                seen.append((header.utc, header.seq, header.coefficients, same))
+        for record in records:
+            if (held := record.coefficients) is not None:
+                same = held == upload.new_coefficients
+                same = record.as_uploaded if isinstance(record, InForce) else same
+                seen.append((record.utc, record.seq, held, same))
+    if not seen:
+        return None
+    *_, held, same = max(seen, key=lambda one: one[:2])
+    return None if same else (held, upload)
+
+
+def _writes_offsets(record: Record) -> bool:
+    stored_check = isinstance(record, CheckRecord) and record.status == "accepted"
+    return stored_check or isinstance(record, UploadRecord)
 
 
 def read_session(path: str | Path) -> SessionView:

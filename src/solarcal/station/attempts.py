@@ -66,21 +66,17 @@ class PointSteps(StationCore):
         """A few seconds of readings; the result is shown and waits for ``store``."""
         attempt = self._attempt(Activity.READY)
         self._become(activity=Activity.GATHERING)
+        candidate: PointRecord | CheckRecord
         try:
             gathered = gather(self, progress)
+            if attempt.check:
+                candidate = check_candidate(self.session, gathered, attempt.answers)
+            else:
+                candidate = point_candidate(self.session, gathered, attempt.answers, self._in_force)
+            demand_plausible(self.session, candidate)
         except LinkError as error:
             self.link_lost(error)
             raise
-        except ProcedureRefused as refusal:
-            self.abort_attempt(str(refusal))
-            raise
-        candidate: PointRecord | CheckRecord
-        if attempt.check:
-            candidate = check_candidate(self.session, gathered, attempt.answers)
-        else:
-            candidate = point_candidate(self.session, gathered, attempt.answers, self._in_force)
-        try:
-            demand_plausible(self.session, candidate)
         except ProcedureRefused as refusal:
             self.abort_attempt(str(refusal))
             raise

@@ -4,8 +4,9 @@ What the technician vouches for is the instant of the Set Sun Offset: there the 
 Sun, and reading - ideal is the axis error. A minute later the ideal has moved on, and with a lean
 of 2.5 deg the error with it by 0.01 deg. So the error is taken from the Set Sun Offset when we saw
 it made, and the gathering proves that nothing has changed since: same O, same P, still tracking.
-Where the offset was set without us seeing it (on the unit's own keys), the error is taken from
-the gathering: E(P in force) + O there, for the tracking the technician has watched.
+Where the offset was set without us seeing it (on the unit's own keys), O is a new one, and the
+error is taken from the gathering: E(P in force) + O there, for the tracking the technician has
+watched.
 """
 
 from collections.abc import Callable
@@ -38,6 +39,9 @@ MOST_ERROR_DEG = 180.0
 READING_INTERVAL_S = 1.0
 MAX_OFFSET_AGE_S = 1800.0
 """A Set Sun Offset older than this no longer vouches for where the collector is now."""
+
+
+UNSEEN = "no Set Sun Offset seen since the last point"
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,15 +113,24 @@ def _read_off(
 def _standing(
     session: SessionView, last: Status, laptop_utc_s: float
 ) -> tuple[SunOffset | None, str]:
-    """The Set Sun Offset this attempt uses, or why it uses the gathering instead."""
+    """The Set Sun Offset this attempt uses, or why it uses the gathering instead.
+
+    Refused (ProcedureRefused) where the unit holds an O that it has held before: nobody has set it
+    on the Sun since, and E(P) + O would only be what the unit has.
+    """
     fresh = session.fresh_sun_offset
+    if fresh is not None and fresh.offsets == last.offsets:
+        if laptop_utc_s - parse_utc(fresh.instant) > MAX_OFFSET_AGE_S:
+            return None, "the Set Sun Offset is more than half an hour old"
+        return fresh, ""
+    if last.offsets in session.known_offsets:
+        raise ProcedureRefused(
+            f"{UNSEEN}, and the unit's O is one it had before: the point would only repeat what "
+            "the unit has; set the Sun offset first"
+        )
     if fresh is None:
-        return None, "no Set Sun Offset seen since the last point"
-    if fresh.offsets != last.offsets:
-        return None, "the offsets were changed on the unit after our Set Sun Offset"
-    if laptop_utc_s - parse_utc(fresh.instant) > MAX_OFFSET_AGE_S:
-        return None, "the Set Sun Offset is more than half an hour old"
-    return fresh, ""
+        return None, UNSEEN
+    return None, "the offsets were changed on the unit after our Set Sun Offset"
 
 
 def point_candidate(

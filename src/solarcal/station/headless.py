@@ -60,7 +60,7 @@ class Calibration:
         if self.upload is None or not self.upload.verified:
             return "the values read back differ from those written"
         against = (
-            *held_evidence(self.session),
+            *held_evidence([self.session]),
             *check_evidence(self.session, self.solution.noise_deg),
         )
         return "; ".join(finding.sentence for finding in against)

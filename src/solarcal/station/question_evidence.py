@@ -116,7 +116,9 @@ def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fa
     fresh, status = session.fresh_sun_offset, live.status
     if fresh is None:
         since = "since the last point" if session.sun_offsets else "in this session"
-        return (Fact(f"No Set Sun Offset seen {since}.", against=True),)
+        as_before = status is not None and status.offsets in session.known_offsets
+        then = ", and O is as it was: set it first." if as_before else "."
+        return (Fact(f"No Set Sun Offset seen {since}{then}", against=True),)
     age_s = _since_s(fresh.instant, live)
     facts = [
         Fact(
@@ -164,8 +166,8 @@ def _tracking(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[
             Fact(f"The unit is in mode {status.mode}.", against=status.mode is not Mode.TRACK),
             _lag(status, update_range),
         ]
-    if session.sun_offsets:
-        watched_s = _since_s(session.sun_offsets[-1].instant, live)
+    if (fresh := session.fresh_sun_offset) is not None:
+        watched_s = _since_s(fresh.instant, live)
         facts.append(
             Fact(
                 f"Watched for {watched_s:.0f} s since the offset was set"

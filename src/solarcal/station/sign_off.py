@@ -9,7 +9,7 @@ from solarcal.decimals import counted
 from solarcal.model.analysis import Analysis
 from solarcal.model.evidence.unit_state import check_limit_deg
 from solarcal.session.records import CheckRecord, UploadRecord
-from solarcal.session.view import SessionView
+from solarcal.session.view import SessionView, held_instead
 from solarcal.station.uploading import forecast_with
 from solarcal.stopping_rule import StoppingRule
 from solarcal.timescale import parse_utc
@@ -63,6 +63,7 @@ def sign_off(views: Sequence[SessionView], judgement: Analysis | None) -> SignOf
 
     Without the judgement of their points nothing is signed off.
     """
+    held = held_instead(views)
     # Within a file its order counts; between files only the laptop's time is left.
     told = (view for view in views if view.uploads or view.checks)
     views = sorted(told, key=lambda view: view.uploads[-1].utc if view.uploads else "")
@@ -78,7 +79,7 @@ def sign_off(views: Sequence[SessionView], judgement: Analysis | None) -> SignOf
     beyond = int((left > limit_deg).sum())
     times_s = [parse_utc(check.utc) for check in checks]
     apart_s = max(times_s, default=0.0) - min(times_s, default=0.0)
-    if not all(view.holds_upload for view in views):
+    if held is not None:
         against = "the unit does not hold what was uploaded; upload again"
     else:
         against = _against(newest, rule, left, apart_s, beyond, judgement)

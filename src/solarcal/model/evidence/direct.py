@@ -102,7 +102,7 @@ class Evidence:
             else replace(finding, sentence=f"{listed(where)}: {finding.sentence}")
             for finding, where in found.items()
         )
-        return (*stamps, *sides, *seen, *self.between)
+        return (*stamps, *sides, *seen, *held_evidence(self.sessions), *self.between)
 
 
 NO_EVIDENCE = Evidence()
@@ -110,7 +110,8 @@ NO_EVIDENCE = Evidence()
 
 def evidence_sentences(session: SessionView) -> tuple[str, ...]:
     """Sentences, each with its number; empty where nothing stands out."""
-    return tuple(finding.sentence for finding in direct_findings(session))
+    found = (*direct_findings(session), *held_evidence([session]))
+    return tuple(finding.sentence for finding in found)
 
 
 def direct_findings(
@@ -134,7 +135,6 @@ def direct_findings(
         *clock_evidence(session),
         *count_evidence(session, solution),
         *unit_evidence(session),
-        *held_evidence(session),
         *check_evidence(session, noise_deg),
         *read_out_evidence(points),
         *offset_evidence(session, points),

@@ -5,10 +5,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.evidence.read_outs import OFFSET_TOLERANCE_DEG
+from solarcal.model.evidence.read_outs import OFFSET_TOLERANCE_DEG, losses
 from solarcal.model.evidence.unit_state import unlike
 from solarcal.model.finding import Finding, listed, points_named
 from solarcal.mount.drive import Drive, reading_deg
+from solarcal.mount.formula import Offsets
 from solarcal.session.records import (
     CheckRecord,
     KnownRecord,
@@ -41,7 +42,8 @@ def point_contradictions(unit: UnitRecord, points: Sequence[PointRecord]) -> tup
 def session_contradictions(session: SessionView) -> tuple[Finding, ...]:
     """Another unit on the line, points without a reference, uploads and check points."""
     return (
-        *_another_unit(session), *_unreferenced(session), *_uploads(session), *_checks(session)
+        *_another_unit(session), *_unreferenced(session), *_not_set(session), *_uploads(session),
+        *_checks(session),
     )  # fmt: skip
 
 
@@ -149,29 +151,53 @@ def _another_unit(session: SessionView) -> Iterator[Finding]:
 
 
 def _unreferenced(session: SessionView) -> Iterator[Finding]:
-    """A display that a person reads does not report its reference."""
-    if session.header.unit.typed:
-        return
-    lost: Restarted | None = None
-    without: dict[Restarted, list[int]] = {}
-    for record in _in_order(session.restarts, session.ref_checks, session.accepted):
+    """A display that a person reads does not report a restart, and a check broken off there is."""
+    restarts = () if session.header.unit.typed else session.restarts
+    lost: Restarted | RefCheck | None = None
+    without: dict[Restarted | RefCheck, list[int]] = {}
+    for record in _in_order(restarts, session.ref_checks, session.accepted):
         if isinstance(record, Restarted):
             lost = record
         elif isinstance(record, RefCheck):
-            lost = None if record.complete else lost
+            lost = None if record.complete else record
         elif lost is not None:
             without.setdefault(lost, []).append(record.seq)
-    for restart, points in without.items():
+    for since, points in without.items():
         labels = tuple(points)
+        what = (
+            f"the unit had lost its reference at {second_of_day(since.utc)} UTC"
+            if isinstance(since, Restarted)
+            else f"reference check {since.number} did not end"
+        )
         yield Finding(
             kind="restarted",
             subject="reference",
-            sentence=f"the unit had lost its reference at {second_of_day(restart.utc)} UTC (record "
-            f"{restart.seq}), and no reference check was made before {points_named(labels)}: their "
-            "read-outs may have another zero; strike them out, or take others",
+            sentence=f"{what} (record {since.seq}), and no reference check was made before "
+            f"{points_named(labels)}: their read-outs may have another zero; strike them out, or "
+            "take others",
             direct=True,
             labels=labels,
         )
+
+
+def _not_set(session: SessionView) -> Iterator[Finding]:
+    """Points without a Set Sun Offset, with an O that the unit had before."""
+    for point in session.accepted:
+        if (
+            point.basis == "gathering"
+            and not session.header.unit.typed
+            and point.offsets is not None
+            and session.known_offsets.get(point.offsets, point.seq) < point.seq
+            and (point.read_utc or "") not in session.offset_at
+        ):
+            yield Finding(
+                kind="answers",
+                subject=f"point {point.seq}",
+                sentence=f"no Set Sun Offset was made for point {point.seq}: it repeats what the "
+                "unit had; strike it out, or take another",
+                direct=True,
+                labels=(point.seq,),
+            )
 
 
 def _uploads(session: SessionView) -> Iterator[Finding]:
@@ -194,13 +220,15 @@ def _uploads(session: SessionView) -> Iterator[Finding]:
 
 
 def _checks(session: SessionView) -> Iterator[Finding]:
-    """Errors of a check point against its sky error, its Set Sun Offset and its answers."""
+    """Errors of a check point against its sky error, its Set Sun Offset and its answers, and what
+    else was recorded of the unit when it was taken."""
     offsets = session.offset_at
     for check in session.checks:
         error = check.error_deg
         if check.status != "accepted" or error is None or check.ideal_deg is None:
             continue
         said = [no] if (no := _answered_no(check)) else []
+        said += _unit_at(session, check)
         sky = float(np.hypot(error[0] * np.sin(np.radians(check.ideal_deg[1])), error[1]))
         if check.sky_error_deg is not None and not (
             abs(sky - check.sky_error_deg) <= CHECK_TOLERANCE_DEG
@@ -209,21 +237,45 @@ def _checks(session: SessionView) -> Iterator[Finding]:
                 f"its errors are {sky:.4f} deg on the sky, recorded as {check.sky_error_deg:.4f}"
             )
         offset = offsets.get(check.read_utc or "")
+        written = [u for u in session.uploads if u.verified and u.seq < check.seq]
+        before = offset.seq < written[-1].seq if offset and written else False
+        if before or (written and (check.read_utc or "9") < written[-1].utc):
+            said.append("it was read before the upload")
+        if offset is None and session.known_offsets.get(Offsets(*error), check.seq) < check.seq:
+            said.append("no Set Sun Offset was made for it, and its errors are an O of before")
         if offset is not None:
+            if np.abs(np.subtract(check.ideal_deg, offset.ideal_deg)).max() > CHECK_TOLERANCE_DEG:
+                said.append(f"its Sun is not that of its Set Sun Offset (record {offset.seq})")
             left = (offset.offsets.O1, offset.offsets.O2)
             if np.abs(np.subtract(error, left)).max() > CHECK_TOLERANCE_DEG:
                 said.append(
                     f"its errors are {error[0]:+z.4f} and {error[1]:+z.4f} deg, O of its Set Sun "
                     f"Offset (record {offset.seq}) {left[0]:+z.4f} and {left[1]:+z.4f}"
                 )
-            written = [u for u in session.uploads if u.verified and u.seq < offset.seq]
             if written and (other := unlike(offset.coefficients, written[-1].new_coefficients)):
                 said.append(f"the unit did not hold what was uploaded: {other}")
         if said:
             yield Finding(
                 kind="check_point",
                 subject=f"check point {check.seq}",
-                sentence=f"check point {check.seq} contradicts itself ({'; '.join(said)}): strike "
-                "it out, and take another",
+                sentence=f"check point {check.seq} proves nothing ({'; '.join(said)}): strike it "
+                "out, and take another",
                 direct=True,
+            )
+
+
+def _unit_at(session: SessionView, check: CheckRecord) -> Iterator[str]:
+    """What was recorded of the unit around a check point that takes its meaning."""
+    lost = max((r.seq for r in session.restarts if r.seq < check.seq), default=-1)
+    if not any(c.complete and lost < c.seq < check.seq for c in session.ref_checks) and lost >= 0:
+        yield "the unit had lost its reference, and no reference check was made before it"
+    links = [link for link in session.reconnections if link.seq < check.seq]
+    if links and links[-1].serial != session.header.unit.serial:
+        yield f"unit {links[-1].serial} was on the line"
+    for found, counts, loss in losses(session):
+        since = [c.seq for c in session.ref_checks if c.complete and c.seq < found.seq]
+        if since[-1] < check.seq < found.seq:
+            yield (
+                f"reference check {found.number} after it found {counts:+d} counts missed on axis "
+                f"{loss.axis}"
             )

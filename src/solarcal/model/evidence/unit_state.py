@@ -5,7 +5,7 @@ and zone it reports. Agreement proves that hour, zone, hemisphere and site are w
 disagreement is a wrong setting, and the one that explains it is searched for and named.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import msgspec
@@ -17,7 +17,7 @@ from solarcal.model.finding import Finding
 from solarcal.mount.controller import ideal_and_elevation_deg
 from solarcal.mount.geometry import MountGeometry, Value
 from solarcal.session.records import PointRecord
-from solarcal.session.view import SessionView
+from solarcal.session.view import SessionView, held_instead
 from solarcal.site import Site, longitude_apart_deg
 from solarcal.timescale import SECONDS_PER_DAY, SECONDS_PER_SUN_DEG, parse_many_utc
 from solarcal.unit.tracker import UnitSite
@@ -159,12 +159,12 @@ def unlike(now: msgspec.Struct, then: msgspec.Struct) -> str:
     )
 
 
-def held_evidence(session: SessionView) -> tuple[Finding, ...]:
-    """Whether the unit held what was uploaded when it was compared last."""
-    if session.holds_upload:
+def held_evidence(sessions: Sequence[SessionView]) -> tuple[Finding, ...]:
+    """Whether the unit held what was uploaded when it was seen last."""
+    if (found := held_instead(sessions)) is None:
         return ()
-    held, wanted = session.in_force[-1], session.uploads[-1]
-    names = unlike(held.coefficients, wanted.new_coefficients)
+    held, wanted = found
+    names = unlike(held, wanted.new_coefficients)
     return (
         Finding(
             kind="not_held",
