@@ -115,8 +115,8 @@ def _standing(
 ) -> tuple[SunOffset | None, str]:
     """The Set Sun Offset this attempt uses, or why it uses the gathering instead.
 
-    Refused (ProcedureRefused) where the unit holds an O that it has held before: nobody has set it
-    on the Sun since, and E(P) + O would only be what the unit has.
+    Refused (ProcedureRefused) where the unit holds an O that it has held before: it was not set on
+    the Sun since, and E(P) + O would only be what the unit has.
     """
     fresh = session.fresh_sun_offset
     if fresh is not None and fresh.offsets == last.offsets:
