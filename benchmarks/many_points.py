@@ -17,6 +17,7 @@ from solarcal.mount.mechanism import Mechanism
 
 GOALS = {20_000: (60.0, 300.0), 1_000_000: (60.0, 2000.0)}
 JUNE = 171
+SPACING_S = 2.5
 
 
 def run() -> list[str]:
@@ -35,7 +36,10 @@ def run() -> list[str]:
 def _one(n: int) -> str:
     context = context_of("azel")
     first_s, last_s = daylight_s(context, JUNE)
-    times = np.linspace(first_s, last_s, n)
+    # Points of one instant would be one measurement: so many days that each is of its own.
+    days = 1 + int(n * SPACING_S / (last_s - first_s))
+    day, at = np.divmod(np.arange(n), -(-n // days))
+    times = first_s + SPACING_S * at + 86400.0 * day
     tracker = Mechanism(P1=0.7, P2=-0.5, P3=0.3, P4=1.2, P5=0.001, P6=-0.0005)
     points = measured(context, tracker, times, np.random.default_rng(1))
     begun_s = time.process_time()

@@ -73,9 +73,7 @@ def test_points_on_the_branch_are_kept_to_the_last_bit() -> None:
 def test_a_point_given_twice_is_one_point_and_named() -> None:
     points = made().subset([0, 1, 0, 3]).distinct()
     assert points.labels == (7, 9, 15)
-    assert points.remarks() == (
-        "points 7 and 7 are identical to the last digit: they count as one point",
-    )
+    assert points.remarks() == ("point 7 repeats point 7: a measurement counts once",)
     assert made().distinct().remarks() == ()
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from solarcal.session.interchange import read_table, session_from_table, write_table
 from solarcal.session.journal import Journal
+from solarcal.session.points import merge_tables
 from solarcal.session.records import Void
 from solarcal.session.view import read_session
 from solarcal.station.analysing import UnitFiles, analyse_files, read_files
@@ -82,15 +83,44 @@ def test_points_files_of_the_same_points(csv: Path, tmp_path: Path) -> None:
 
 def test_other_times_or_other_read_outs_are_other_points(csv: Path, tmp_path: Path) -> None:
     table, other = read_table(csv), tmp_path / "other.csv"
+    write_table(replace(table, ideal="apparent"), csv)
+    undated = np.full(len(table), np.nan)
     for changes in (
         {"utc_s": table.utc_s + 600.0},
-        {"err2_deg": table.err2_deg + 0.002},
-        {"ax1_deg": table.ax1_deg + 0.002},
+        {"utc_s": undated, "err2_deg": table.err2_deg + 0.002},
+        {"utc_s": undated, "ax1_deg": table.ax1_deg + 0.002},
     ):
-        write_table(replace(table, **changes), other)
+        write_table(replace(table, ideal="apparent", **changes), other)
         read = files(csv, other)
         assert read.table.count("accepted") == 2 * COUNT
         assert read.warnings == ()
+
+
+@pytest.mark.parametrize("reading_deg", [0.002, 0.1])
+def test_two_readings_of_one_instant_are_one_point(csv, tmp_path, reading_deg: float) -> None:
+    table, other = read_table(csv), tmp_path / "other.csv"
+    ax1, err2 = table.ax1_deg.round(2), table.err2_deg + reading_deg
+    write_table(replace(table, ax1_deg=ax1, err2_deg=err2), other)
+    read = files(csv, other)
+    assert one_point_each(read)
+    said = [w for w in read.warnings if "contradict" in w]
+    assert len(said) == (reading_deg > 0.01)
+    for text in said:
+        assert "differ by 0.100 deg on the sky" in text
+        assert f"of {csv} and " in text
+        assert f"of {other}" in text
+    alone, both = analyse_files(files(csv)), analyse_files(read)
+    assert both.solution.values.tolist() == alone.solution.values.tolist()
+
+
+def test_two_readings_of_one_instant_in_one_file_are_said_among_the_warnings(csv: Path) -> None:
+    table = read_table(csv)
+    shifted = replace(table, err2_deg=table.err2_deg + 0.1)
+    write_table(merge_tables((table, replace(shifted, sources=("b",) * COUNT))), csv)
+    judged = analyse_files(files(csv))
+    assert judged.solution.n_points == COUNT
+    (said,) = judged.warnings
+    assert "differ by 0.100 deg on the sky" in said
 
 
 def test_of_a_session_and_its_earlier_state_the_session_counts(tmp_path: Path) -> None:
@@ -151,4 +181,4 @@ def test_identical_rows_of_one_file_count_once_beside_another_file(csv, tmp_path
     write_table(plain.rows([*range(len(table)), 0, 0]), csv)
     solution = analyse_files(files(csv, other)).solution
     assert len(solution.points) == 2 * COUNT
-    assert len(solution.points.copies[0]) == 3
+    assert len(solution.points.copies) == 2

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,10 @@ from solarcal.cli import run_command
 from solarcal.errors import SolarcalError
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.mount.formula import COEFFICIENT_NAMES
+from solarcal.session.interchange import session_from_table
 from solarcal.session.lines import sealed
 from solarcal.session.parsing import NeedsWholeReader, read_points_only
+from solarcal.session.points import merge_tables
 from solarcal.session.view import read_session
 from solarcal.station.analysing import load_points
 from solarcal.station.fitting import solve_table
@@ -60,6 +63,16 @@ def test_a_made_up_fleet_is_answered_session_by_session(tmp_path: Path) -> None:
     assert any(member.outliers for member in fleet.members)
     headers = [read_session(member.path).header for member in fleet.members]
     assert any(header.inclinometer is not None for header in headers)
+
+
+def test_two_readings_of_one_instant_are_one_point_of_a_fleet_too(tmp_path: Path) -> None:
+    path = tmp_path / "twice.jsonl"
+    table = read_session(FILES[0]).table.accepted()
+    again = replace(table, err2_deg=table.err2_deg + 0.1, sources=("again",) * len(table))
+    session_from_table(merge_tables((table, again)), path, utc_s=0.0)
+    (member,) = fit_fleet([path]).members
+    assert member.points == len(table)
+    assert_answered_as_by_the_ordinary_fit(member)
 
 
 @pytest.mark.parametrize("ideal", ["apparent", "airless", "solartrak"])

@@ -1,6 +1,5 @@
 """The points a model is fitted to."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 
 from solarcal.errors import FitError
 from solarcal.model.finding import points_named
+from solarcal.model.repeats import ANGLES, Copy, repeats
 from solarcal.mount.geometry import MountGeometry
 from solarcal.units import FloatArray
 
@@ -63,9 +63,9 @@ class Points:
     utc_s: FloatArray | None = None
     moved_to_branch: tuple[int, ...] = field(init=False, default=())
     """Labels of points whose AX1 was given off the mount's branch and was moved by whole turns."""
-    copies: tuple[tuple[int, ...], ...] = ()
-    """Labels of points that are one point given more than once: the first of each is among these
-    points, the others are not."""
+    copies: tuple[Copy, ...] = ()
+    """Labels of points left out because they repeat a point, that point's, and their difference on
+    the sky, 0 where it is small."""
 
     def __post_init__(self) -> None:
         keep = object.__setattr__
@@ -160,32 +160,16 @@ class Points:
         return cls(geometry=parts[0].geometry, **columns)
 
     def distinct(self) -> "Points":
-        """The points with each that was given more than once, to the last digit, taken once.
-
-        Points of different times are different points, whatever they read.
-        """
-        columns = [self.ax1_deg, self.ax2_deg, self.err1_deg, self.err2_deg]
-        if self.utc_s is not None:
-            columns.append(np.where(np.isfinite(self.utc_s), self.utc_s, -1.0))
-        # Equal rows have equal sums; where no two sums are equal there is nothing to look for.
-        sums = np.zeros(len(self))
-        for number, column in enumerate(columns, start=1):
-            sums += math.sqrt(number + 1.0 / number) * column
-        sums.sort()
-        if not np.any(sums[1:] == sums[:-1]):
+        """The points, each measurement taken once: see ``repeats``."""
+        utc_s = np.full(len(self), np.nan) if self.utc_s is None else self.utc_s
+        angles_deg = np.column_stack([getattr(self, name) for name in ANGLES])
+        found = tuple(repeats(utc_s, angles_deg, self.sigma_deg))
+        if not found:
             return self
-        by_place: dict[tuple[float, ...], list[int]] = {}
-        for index, row in enumerate(np.column_stack(columns).tolist()):
-            by_place.setdefault(tuple(row), []).append(index)
-        if len(by_place) == len(self):
-            return self
-        once = self.subset([indices[0] for indices in by_place.values()])
-        copies = [
-            tuple(self.labels[i] for i in indices)
-            for indices in by_place.values()
-            if len(indices) > 1
-        ]
-        return replace(once, copies=tuple(copies))
+        once = self.subset(np.delete(np.arange(len(self)), [row for row, _, _ in found]))
+        labels = self.labels
+        copies = tuple((labels[row], labels[first], apart) for row, first, apart in found)
+        return replace(once, copies=copies)
 
     def remarks(self) -> tuple[str, ...]:
         """Sentences about points that can be fitted but deserve a second look."""
@@ -201,9 +185,12 @@ class Points:
         ]
 
     def _remark_repeated(self) -> list[str]:
+        if not self.copies:
+            return []
+        others, firsts, _ = zip(*self.copies, strict=True)
         return [
-            f"{points_named(labels)} are identical to the last digit: they count as one point"
-            for labels in self.copies
+            f"{points_named(others)} repeat{'s' * (len(others) == 1)} "
+            f"{points_named(tuple(dict.fromkeys(firsts)))}: a measurement counts once"
         ]
 
     def _remark_branch_crossed(self) -> list[str]:

@@ -19,6 +19,7 @@ from solarcal.model.evidence.sun_path import stamp_evidence
 from solarcal.model.finding import Finding
 from solarcal.model.methods import DEFAULT_METHOD, fit
 from solarcal.model.prior import Prior
+from solarcal.model.repeats import contradicted
 from solarcal.model.solution import Solution
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients
 from solarcal.session.interchange import (
@@ -148,7 +149,7 @@ class FileAnalysis:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        return self.files.warnings
+        return (*self.files.warnings, *contradicted(self.solution.points.copies))
 
     @property
     def header(self) -> Header | None:

@@ -7,18 +7,12 @@ import msgspec
 import numpy as np
 
 from solarcal.model.finding import points_named
-from solarcal.session.points import PointTable, table_of_points
+from solarcal.model.repeats import ANGLES, contradicted, repeats
+from solarcal.session.points import PointLabel, PointTable, table_of_points
 from solarcal.session.records import PointRecord
 from solarcal.session.view import SessionView
 
 Loaded = tuple[PointTable, SessionView | None]
-
-SAME_S = 1.0
-"""A unit takes no two points within a second; a file may round its times by as much."""
-SAME_DEG = 1e-3
-"""To so much a file that a person wrote may round angles."""
-SAME_UNDATED_DEG = 1e-4
-"""The same where no time tells two points of one direction apart."""
 
 
 def counted_once(loaded: Sequence[Loaded]) -> list[Loaded]:
@@ -39,8 +33,9 @@ def counted_once(loaded: Sequence[Loaded]) -> list[Loaded]:
     withheld = [(at, table) for at in ranked if len(table := _withheld(left[at]))]
     owners = [*(at for at, _ in withheld), *ranked]
     tables = [*(table for _, table in withheld), *(left[at][0] for at in ranked)]
+    found = list(_copies(tables, owners, len(withheld)))
     copies: dict[tuple[int, int, bool], list[int]] = {}
-    for late, early, row in _copies(tables, owners, len(withheld)):
+    for (late, row), (early, _), _ in found:
         key = (owners[late], owners[early], early < len(withheld))
         copies.setdefault(key, []).append(row)
     lost: dict[int, set[int]] = {}
@@ -53,6 +48,11 @@ def counted_once(loaded: Sequence[Loaded]) -> list[Loaded]:
             counts = f"{'is' if one else 'are'} not used: not accepted, or struck out, in "
             counts += _name(left[of])
         said.append(f"{points_named(labels)} of {_name(left[at])} {counts}")
+    said += contradicted(
+        (_label(tables, late), _label(tables, early), apart_deg)
+        for late, early, apart_deg in found
+        if early[0] >= len(withheld)
+    )
     for at, gone in lost.items():
         table, session = left[at]
         own = table.rows([row for row in range(len(table)) if row not in gone])
@@ -68,6 +68,11 @@ def counted_once(loaded: Sequence[Loaded]) -> list[Loaded]:
 def _name(file: Loaded) -> str:
     table, session = file
     return table.sources[0] if session is None else session.path
+
+
+def _label(tables: Sequence[PointTable], place: tuple[int, int]) -> PointLabel:
+    table = tables[place[0]]
+    return PointLabel(table.labels[place[1]], table.sources[place[1]])
 
 
 def _of_no_unit(file: Loaded) -> bool:
@@ -99,9 +104,9 @@ def _continues(longer: Loaded, shorter: Loaded) -> bool:
 
 def _copies(
     tables: Sequence[PointTable], owners: Sequence[int], withheld: int
-) -> Iterator[tuple[int, int, int]]:
-    """Accepted rows that stand in an earlier table of another file too: this table, the other, the
-    row. The first ``withheld`` tables lose none."""
+) -> Iterator[tuple[tuple[int, int], tuple[int, int], float]]:
+    """Accepted rows that stand in an earlier table of another file too: table and row, those of the
+    other, and their difference. The first ``withheld`` tables lose none."""
     places = [
         (at, row)
         for at, table in enumerate(tables)
@@ -109,26 +114,15 @@ def _copies(
         if status == "accepted"
     ]
     used = [table.accepted() for table in tables]
-    utc_s = np.concatenate([table.utc_s for table in used])
-    names = ("ax1_deg", "ax2_deg", "err1_deg", "err2_deg")
-    angles = np.column_stack(
-        [np.concatenate([getattr(table, name) for table in used]) for name in names]
+    utc_s, *angles = (
+        np.concatenate([getattr(table, name) for table in used]) for name in ("utc_s", *ANGLES)
     )
-    order = np.argsort(angles[:, 0], kind="stable")
-    along = angles[order, 0]
-    first = np.searchsorted(along, along - SAME_DEG)
-    last = np.searchsorted(along, along + SAME_DEG, side="right")
-    for index in np.flatnonzero(last - first > 1).tolist():
-        here = int(order[index])
-        # Rows of earlier tables come first.
-        near = np.sort(order[first[index] : last[index]])
-        near = near[near < here]
-        apart = np.abs(angles[near] - angles[here]).max(axis=1, initial=0.0)
-        between_s = np.abs(utc_s[near] - utc_s[here])
-        same = (between_s <= SAME_S) & (apart <= SAME_DEG)
-        same |= np.isnan(between_s) & (apart <= SAME_UNDATED_DEG)
-        at, row = places[here]
-        for other in near[same].tolist():
-            if at >= withheld and owners[places[other][0]] != owners[at]:
-                yield at, places[other][0], row
-                break
+    # Without a sigma NaN, which is no reason for a difference.
+    sigmas = [table.sigma_deg for table in used]
+    sigma_deg = np.concatenate(
+        [np.full(len(t), np.nan) if s is None else s for t, s in zip(used, sigmas, strict=True)]
+    )
+    for row, first, apart_deg in repeats(utc_s, np.column_stack(angles), sigma_deg):
+        here, there = places[row], places[first]
+        if here[0] >= withheld and owners[here[0]] != owners[there[0]]:
+            yield here, there, apart_deg

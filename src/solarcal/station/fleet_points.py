@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from solarcal.model.fleet_fit import ManyPoints
 from solarcal.model.points import POLE_MARGIN_DEG, SIGMA_HIGH_DEG, SIGMA_LOW_DEG
+from solarcal.model.repeats import SAME_S
 from solarcal.model.sky_context import (
     BLOCK_S,
     LOWEST_ELEVATION_DEG,
@@ -43,6 +44,8 @@ def plain_session(header: Header, points: PointTable) -> PlainSession | None:
     if not len(points) or header.unknown or header.unit.heliostat is not None:
         return None
     if header.last_coefficients is not None:
+        return None
+    if (np.diff(np.sort(points.utc_s)) <= SAME_S).any():
         return None
     geometry = MountGeometry(header.geometry, header.site.latitude_deg, header.ax1_centre_deg)
     return PlainSession(header, points, geometry)
