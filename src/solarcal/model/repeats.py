@@ -11,7 +11,7 @@ from solarcal.model.finding import points_named
 from solarcal.units import FloatArray, wrap_deg
 
 SAME_S = 2.0
-"""Nobody sets an offset twice in so short a time; a file may round its times by a second."""
+"""No technician sets an offset twice in so short a time; a file may round its times by a second."""
 SAME_DIRECTION_DEG = 0.1
 """A file may round its angles; directions farther apart are not those of one Sun at one instant."""
 SAME_UNDATED_DEG = 1e-4
