@@ -9,6 +9,7 @@ from procedure_bench import (
     bench,
     offset_set,
     screen_words,
+    settled_text,
     shows,
     take_points,
     target,
@@ -188,6 +189,23 @@ async def test_stop_has_three_keys(key, station_and_cable):
         await on_workstation(app, pilot)
         await pilot.press(key)
         await shows(pilot, "every motion is stopped")
+
+
+@pytest.mark.parametrize("keys", [["f1"], ["g"], ["g", "enter"], ["f4"], ["f9"], ["ctrl+p"]])
+@pytest.mark.parametrize("pulled", [False, True])
+async def test_every_screen_says_what_came_of_a_stop(keys, pulled, station_and_cable):
+    station, cable = station_and_cable
+    async with workstation(station, SMALL) as (app, pilot):
+        below = await on_workstation(app, pilot)
+        for key in keys:
+            before = app.screen
+            await pilot.press(key)
+            await until(pilot, lambda: app.screen is not before)  # noqa: B023
+        await settled_text(pilot, 3)
+        cable.pulled = pulled
+        await pilot.press("f12")
+        await shows(pilot, "check the cable" if pulled else "every motion is stopped")
+        assert app.screen is not below
 
 
 async def test_stop_works_while_text_is_typed_in_the_palette(station_and_cable):

@@ -19,6 +19,7 @@ from solarcal.station.news import (
     SpeedTold,
     StateChanged,
     StepFailed,
+    Stopped,
 )
 from solarcal.tui.base import (
     ONE_IMPORT,
@@ -32,11 +33,15 @@ from solarcal.tui.base import (
 )
 
 if TYPE_CHECKING:
+    from textual.notifications import SeverityLevel
+
     from solarcal.model.analysis import Analysis
     from solarcal.station.planning import Fitter, PlanOptions
     from solarcal.station.procedure import Station
     from solarcal.station.state import StationState
     from solarcal.station.worker import StationWorker
+
+STOPPED = "STOP: every motion is stopped"
 
 
 class StationApp(App[int]):
@@ -141,6 +146,8 @@ class StationApp(App[int]):
                 for screen in self._station_screens():
                     screen.show_progress(progress)
             case StepFailed() as failed:
+                if failed.kind is Stopped and self.state.live.capabilities.has_link:
+                    self._say_stop(str(failed.error), "error")
                 for screen in self._station_screens():
                     screen.step_failed(failed)
             case Done() as done:
@@ -221,11 +228,18 @@ class StationApp(App[int]):
 
         self.worker.submit(FitRecorded, record)
 
+    def _say_stop(self, words: str, severity: "SeverityLevel") -> None:
+        """On every screen; a dialog has its own words for it."""
+        if not isinstance(self.screen, StationModal):
+            self.notify(words, severity=severity)
+
     def alert(self, words: str) -> None:
         """Notify a person who does not look at the screen."""
 
     def _step_done(self, done: Done[Any]) -> None:
         match done:
+            case Stopped():
+                self._say_stop(STOPPED, "warning")
             case Gathered():
                 self.alert("gathered; store the point or not")
             case SpeedTold(float(speed)):

@@ -19,7 +19,6 @@ from solarcal.station.news import (
     Reconnected,
     SpeedTold,
     StepFailed,
-    Stopped,
     Stored,
 )
 from solarcal.station.next_step import next_step
@@ -192,8 +191,6 @@ class WorkstationScreen(PanesScreen):
                 self._stored(record)
             case SpeedTold():
                 self._show_lines(self.workstation.state)
-            case Stopped():
-                self.say_on_line("STOP: every motion is stopped")
 
     def step_failed(self, failed: StepFailed) -> None:
         self.say_on_line(str(failed.error), error=True)
