@@ -1,6 +1,7 @@
 """The clock of an emulated unit: by leaps at speed 0, really waiting at any other speed."""
 
 import itertools
+from typing import cast
 
 import pytest
 
@@ -9,6 +10,7 @@ from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
 from solarcal.errors import LinkError, UnitRefused
 from solarcal.station.clocks import EmulatedClock
+from solarcal.timescale import SystemClock
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.tracker import Emulation
 
@@ -42,6 +44,30 @@ def test_a_paced_emulator_is_never_advanced_but_waited_for(monkeypatch: pytest.M
     before = clock.utc_s()
     clock.wait(2_000.0)
     assert clock.utc_s() - before >= 2_000.0
+
+
+def test_a_silent_emulator_is_not_waited_for_twice_in_a_row() -> None:
+    """A lost line is recorded and shown after one wait; then it is asked anew."""
+    now_s, asked = 0.0, 0
+
+    class Silent:
+        def time(self) -> tuple[float, float]:
+            nonlocal now_s, asked
+            now_s += 4.5
+            asked += 1
+            raise LinkError("no answer")
+
+    class Laptop:
+        def utc_s(self) -> float:
+            return now_s
+
+    clock = EmulatedClock(cast(Emulation, Silent()))
+    clock._real = cast(SystemClock, Laptop())
+    assert [clock.utc_s() for _ in range(3)] == [0.0] * 3
+    assert asked == 1
+    now_s += 1.0
+    clock.utc_s()
+    assert asked == 2
 
 
 def test_the_speed_can_be_changed_and_asked_for() -> None:

@@ -4,7 +4,7 @@ The laptop's UTC is the technician's truth: 24 s of it are 0.1 deg of Sun. The s
 answer whether the network or a receiver keeps it.
 """
 
-import contextlib
+import math
 import subprocess
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -16,6 +16,10 @@ from solarcal.unit.tracker import Emulation
 
 LONGEST_REAL_WAIT_S = 0.25
 """After this much real time a wait looks again: the technician may have changed the speed."""
+
+ASK_AGAIN_S = 0.5
+"""An emulator that was waited for in vain is not asked again at once: a lost line is recorded with
+one such wait, not with one for each time that is needed."""
 
 
 def clock_beside(emulation: Emulation | None) -> Clock:
@@ -36,11 +40,18 @@ class EmulatedClock:
         self._emulation = emulation
         self._real = SystemClock()
         self._last_utc_s = 0.0
+        self._silent_s = -math.inf
 
     def utc_s(self) -> float:
         # When the line is gone the session must still be told so: the last known time stands.
-        with contextlib.suppress(LinkError):
+        asked_s = self._real.utc_s()
+        if 0.0 <= asked_s - self._silent_s < ASK_AGAIN_S:
+            return self._last_utc_s
+        try:
             self._last_utc_s = self._emulation.time()[1]
+        except LinkError:
+            if self._real.utc_s() - asked_s > ASK_AGAIN_S:
+                self._silent_s = self._real.utc_s()
         return self._last_utc_s
 
     def wait(self, seconds: float) -> None:
