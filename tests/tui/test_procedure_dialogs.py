@@ -411,7 +411,7 @@ async def test_the_link_dialog_reconnects_now_and_shows_the_traffic() -> None:
         cable.pulled = False
         await pilot.press("enter")
         await until(pilot, lambda: station.state.live.link is LinkState.CONNECTED)
-        await shows(pilot, "lost 1 times, restored 1 times")
+        await shows(pilot, "lost 1 time, restored 1 time in")
 
 
 @on_loop

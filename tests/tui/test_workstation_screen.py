@@ -1,6 +1,8 @@
 """The screen of the day: panes and tabs, footer, palette, link, fit, emulated time, leaving."""
 
+import re
 from dataclasses import replace
+from threading import Event
 
 import pytest
 from procedure_bench import (
@@ -189,6 +191,36 @@ async def test_stop_has_three_keys(key, station_and_cable):
         await on_workstation(app, pilot)
         await pilot.press(key)
         await shows(pilot, "every motion is stopped")
+
+
+async def test_the_age_of_the_last_answer_is_shown_while_the_line_is_silent(
+    station_and_cable, monkeypatch
+):
+    station, _ = station_and_cable
+    answer = Event()
+    asked, poll = Event(), station.poll
+
+    def silent_poll():
+        asked.set()
+        answer.wait()
+        return poll()
+
+    async with workstation(station, SMALL) as (app, pilot):
+        await on_workstation(app, pilot)
+        monkeypatch.setattr(station, "poll", silent_poll)
+        try:
+            await until(pilot, asked.is_set)
+            for _ in range(6):
+                app._count_silence()
+            await until(pilot, lambda: re.search(r"LINK silent \d+ s", screen_words(app)))
+            await pilot.press("f2")
+            await until(
+                pilot,
+                lambda: re.search(r"CONNECTED; the last answer is \d+ s old", screen_words(app)),
+            )
+        finally:
+            answer.set()
+        await shows(pilot, "LINK OK", "State CONNECTED Unit")
 
 
 @pytest.mark.parametrize("keys", [["f1"], ["g"], ["g", "enter"], ["f4"], ["f9"], ["ctrl+p"]])

@@ -41,6 +41,9 @@ if TYPE_CHECKING:
     from solarcal.station.state import StationState
     from solarcal.station.worker import StationWorker
 
+SILENT_AFTER_S = 3
+"""A status comes every second, during a reference check every two: later the unit is silent."""
+
 STOPPED = "STOP: every motion is stopped"
 
 
@@ -68,6 +71,7 @@ class StationApp(App[int]):
         self.plan_options: PlanOptions | None = None
         self._path: Path | None = None
         self._leaving = False
+        self._unanswered_s = 0
 
     @property
     def state(self) -> "StationState":
@@ -94,6 +98,7 @@ class StationApp(App[int]):
         self.worker.start()
         if station.tracker.emulation is not None:
             self.emulated_speed = 1.0
+        self.set_interval(1.0, self._count_silence)
         self._ask_speed()
         self._state_changed(station.state)
 
@@ -164,11 +169,25 @@ class StationApp(App[int]):
         lost = state.live.link == "lost"
         if lost and self.state.live.link != "lost":
             self.alert(f"link lost: {state.live.link_message}")
+        if state.live.status is not self.state.live.status:
+            self._unanswered_s = 0
         self.set_reactive(StationApp.newest, state)
         self._remember_file()
         self._fit_if_needed()
         if self._shows:
             self.mutate_reactive(StationApp.newest)
+
+    def _count_silence(self) -> None:
+        self._unanswered_s += 1
+        if self.silent_s and self._shows:
+            self.mutate_reactive(StationApp.newest)
+
+    @property
+    def silent_s(self) -> int:
+        """How old the last answer of a connected unit is, where one is overdue; else 0."""
+        live = self.state.live
+        linked = live.link == "connected" and live.capabilities.has_link
+        return self._unanswered_s if linked and self._unanswered_s > SILENT_AFTER_S else 0
 
     @property
     def session_name(self) -> str:

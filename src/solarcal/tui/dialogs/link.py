@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 from textual.widget import Widget
 from textual.widgets import Input
 
+from solarcal.decimals import counted
 from solarcal.errors import ConfigurationError
 from solarcal.session.records import LinkLost, LinkRestored
 from solarcal.station.clocks import LaptopClock, laptop_clock
@@ -68,6 +69,8 @@ class LinkDialog(Dialog):
         live = state.live
         who = live.identity
         state_words = _words(live.link)
+        if silent_s := self.workstation.silent_s:
+            state_words += f"; the last answer is {silent_s} s old"
         if is_typed(self.workstation):
             state_words = "no line: what the unit's display shows is typed"
         lines = [f"State     {state_words}"]
@@ -81,12 +84,14 @@ class LinkDialog(Dialog):
             lines.append(f"Port      {line.choice.port} ({line.choice.driver})")
         session = state.session
         if session is not None:
-            counted = live.losses_unrecorded + sum(
-                r.losses for r in session.records if isinstance(r, LinkRestored)
-            )
-            lost = counted + sum(isinstance(r, LinkLost) for r in session.records)
+            lost = live.losses_unrecorded
+            lost += sum(r.losses for r in session.records if isinstance(r, LinkRestored))
+            lost += sum(isinstance(r, LinkLost) for r in session.records)
             back = lost - (live.link is LinkState.LOST)
-            lines.append(f"Recorded  lost {lost} times, restored {back} times in this session")
+            lines.append(
+                f"Recorded  lost {counted(lost, 'time')}, restored {counted(back, 'time')} in this "
+                "session"
+            )
         if live.link is LinkState.LOST:
             lines.append(f"Reason    {live.link_message}")
         self.query_one("#link", Words).update("\n".join(lines))

@@ -34,7 +34,7 @@ class TitleLine(HeadLine):
     TitleLine#title.-lost { background: $error; color: $background; }
     """
 
-    def show_state(self, state: StationState, *, replay: bool = False) -> None:
+    def show_state(self, state: StationState, *, replay: bool = False, silent_s: int = 0) -> None:
         live = state.live
         lost = live.link is LinkState.LOST
         self.set_class(lost, "-lost")
@@ -46,7 +46,7 @@ class TitleLine(HeadLine):
         geometry = state.session.header.geometry if state.session is not None else ""
         mode = str(live.status.mode) if live.status is not None else ""
         link = {
-            LinkState.CONNECTED: "● LINK OK",
+            LinkState.CONNECTED: f"◌ LINK silent {silent_s} s" if silent_s else "● LINK OK",
             LinkState.LOST: "✖ LINK LOST",
             LinkState.CLOSED: "○ no link",
         }[live.link]

@@ -116,7 +116,7 @@ class WorkstationScreen(PanesScreen):
         self.query_one(WorkstationView).show_state(state)
 
     def _show_lines(self, state: StationState) -> None:
-        self.query_one("#title", TitleLine).show_state(state)
+        self.query_one("#title", TitleLine).show_state(state, silent_s=self.workstation.silent_s)
         session, live = state.session, state.live
         sun = sun_now(session, live) if session is not None else None
         app = self.workstation
