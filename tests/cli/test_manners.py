@@ -96,6 +96,31 @@ def test_a_reader_that_leaves_is_no_failure(words):
     assert (ended.returncode, ended.stderr) == (0, "")
 
 
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        ("fit sessions/azel-good-day.jsonl --require done", 0),
+        ("fit sessions/azel-good-day.jsonl --tolerance 0.001", 0),
+        ("fit sessions/azel-good-day.jsonl --tolerance 0.001 --require done", 1),
+        ("fit sessions/azel-good-day.jsonl --tolerance 0.001 --require done --json", 1),
+        ("calibrate --scenario tijeras-azel --points 3 2>&1", 1),
+    ],
+)
+def test_the_exit_code_is_what_was_found_though_no_reader_is_left(words, code, tmp_path):
+    reading, writing = os.pipe()
+    os.close(reading)
+    try:
+        ended = subprocess.run(
+            ["bash", "-c", f'exec "{sys.executable}" -m solarcal {words}'],
+            env={**os.environ, "XDG_DATA_HOME": str(tmp_path)},
+            stdout=writing,
+            stderr=subprocess.DEVNULL,
+        )
+    finally:
+        os.close(writing)
+    assert ended.returncode == code
+
+
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="this system has no /dev/full")
 @pytest.mark.parametrize("redirection", ["2>/dev/full", "2>&-", "2>&- <&-"])
 def test_a_stderr_that_fails_changes_no_exit_code_and_no_result(redirection):

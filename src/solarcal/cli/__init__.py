@@ -1,8 +1,9 @@
 """The command line: one module per command, imported only when it is the one asked for.
 
 A command module has ``add_arguments(parser)`` and ``run(args) -> exit code``, with the command's
-name in them where two share a module. It imports what is heavy inside ``run``, so that every
-``--help`` is there at once.
+name in them where two share a module. A command that may fail without an error keeps its code in
+``args.exit_code``, so that it holds where its output is not read to the end. It imports what is
+heavy inside ``run``, so that every ``--help`` is there at once.
 """
 
 import argparse
@@ -129,7 +130,7 @@ def build_parser(asked: str | None = None) -> argparse.ArgumentParser:
 def run_command(argv: Sequence[str]) -> int:
     """Run one command line; the exit code. Errors meant for the user go to stderr in one line."""
     never_fail(sys.stdout)
-    args = argparse.Namespace(debug=False)
+    args = argparse.Namespace(debug=False, exit_code=0)
     try:
         with interrupts_prevail():
             code = let_go_of_terminal(_run(argv, args))
@@ -145,9 +146,9 @@ def run_command(argv: Sequence[str]) -> int:
         say(f"solarcal: {str(interrupt) or 'interrupted'}")
         return let_go_of_terminal(int(getattr(interrupt, "exit_code", 130)))
     except BrokenPipeError:
-        # The reader of our output went away (`| head`); nothing is wrong.
+        # The reader of our output went away (`| head`): nothing is wrong but what a command found.
         let_go(sys.stdout, sys.stderr)
-        return 0
+        return int(args.exit_code)
     except OSError as error:
         if args.debug or error.errno not in (*_NOT_WRITTEN, errno.ENAMETOOLONG):
             raise

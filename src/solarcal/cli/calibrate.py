@@ -136,6 +136,8 @@ def run_calibration(
     from solarcal.station.headless import calibrate
     from solarcal.station.technician import Schedule
 
+    # Until it is completed.
+    args.exit_code = 1
     points = 12 if args.points is None else args.points
     if points < 3:
         raise ConfigurationError(f"--points {points}: a fit needs at least three points")
@@ -245,17 +247,19 @@ def run(args: argparse.Namespace) -> int:
 
 def print_calibration(args: argparse.Namespace, calibration: "Calibration") -> int:
     """The document or the tables; the exit code."""
+    args.exit_code = 0 if calibration.completed else 1
     if args.json:
         print_json(calibration_document(calibration))
     else:
         from solarcal.report.session_report import calibration_text
 
         print(calibration_text(calibration))
-    return 0 if calibration.completed else 1
+    return int(args.exit_code)
 
 
 def run_book(args: argparse.Namespace) -> int:
     """Do what the book says; print the session and what to key in."""
+    args.exit_code = 1
     from solarcal.model.methods import DEFAULT_METHOD
     from solarcal.report.session_report import record_line
     from solarcal.station.typed.field_book_calibration import calibrate_by_book
@@ -283,13 +287,14 @@ def run_book(args: argparse.Namespace) -> int:
         method=args.method or DEFAULT_METHOD,
         tell=lambda record: say(record_line(record)),
     )
+    args.exit_code = 0 if calibration.completed else 1
     if args.json:
         print_json(hand_document(calibration))
     else:
         from solarcal.report.session_report import hand_calibration_text
 
         print(hand_calibration_text(calibration))
-    return 0 if calibration.completed else 1
+    return int(args.exit_code)
 
 
 def hand_document(calibration: "HandCalibration") -> dict[str, Any]:

@@ -274,6 +274,9 @@ def run(args: argparse.Namespace) -> int:
     if terms is not None and args.last_coefficients is not None:
         raise ConfigurationError("--last-coefficients: terms of your own choice have no prior")
     judged = analyse_files(files, terms=terms, **judging(args, files))
+    if args.require is not None:
+        reached = judged.analysis is not None and judged.analysis.verdict.state == args.require
+        args.exit_code = 0 if reached else 1
     comparison = None if model is None else compare_model(judged.solution, model)
     beams = beam_residuals(args.files, fill_in(args), judged.solution)
     if args.write_model is not None:
@@ -303,7 +306,4 @@ def run(args: argparse.Namespace) -> int:
             print("\n" + section_text("Published model", *comparison_blocks(comparison)))
         if beams is not None:
             print("\n" + beams.sentence())
-    if args.require is None:
-        return 0
-    reached = judged.analysis is not None and judged.analysis.verdict.state == args.require
-    return 0 if reached else 1
+    return int(args.exit_code)

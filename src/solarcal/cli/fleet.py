@@ -40,8 +40,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     from solarcal.station.fleet import fit_fleet, session_files
 
+    args.exit_code = 1
     files = session_files(args.folder)
     fleet = fit_fleet(files, _progress_on(sys.stderr.isatty()))
+    args.exit_code = 0 if fleet.members else 1
     worst = fleet.worst(args.worst_by, args.top)
     if args.json:
         print_json(
@@ -58,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
         )
     else:
         print("\n".join(_table(fleet, worst, args.worst_by, args.folder)))
-    return 0 if fleet.members else 1
+    return int(args.exit_code)
 
 
 def _progress_on(terminal: bool) -> "Callable[[str, int, int], None]":

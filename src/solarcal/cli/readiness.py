@@ -204,6 +204,7 @@ def run_doctor(args: argparse.Namespace) -> int:
     """0 when no check failed; warnings do not count."""
     checks = check_all()
     failed = [check.name for check in checks if check.verdict == "failed"]
+    args.exit_code = 1 if failed else 0
     if args.json:
         print_json({"ready": not failed, "checks": [asdict(check) for check in checks]})
     else:
@@ -212,7 +213,7 @@ def run_doctor(args: argparse.Namespace) -> int:
             if check.remedy:
                 print(f"{'':21} -> {check.remedy}")
         print(f"not ready: {', '.join(failed)}" if failed else "ready")
-    return 1 if failed else 0
+    return int(args.exit_code)
 
 
 def run_ports(args: argparse.Namespace) -> int:

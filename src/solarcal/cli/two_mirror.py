@@ -116,11 +116,12 @@ def run(args: argparse.Namespace) -> int:
         "follow": follow,
     }
     document, lines = kinds[args.kind](args)
+    args.exit_code = 1 if document.get("stopped") else 0
     if args.json:
         print_json(document)
     else:
         print("\n".join(lines))
-    return 1 if document.get("stopped") else 0
+    return int(args.exit_code)
 
 
 def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:

@@ -47,6 +47,7 @@ def run_upload(args: argparse.Namespace) -> int:
     from solarcal.station.procedure import Station
     from solarcal.station.uploading import losses_recorded, offer_upload, refuse_doubtful
 
+    args.exit_code = 1
     force = forced_reason(args)
     demand_session(args.file)
     with Journal.resume(args.file) as journal:
@@ -65,6 +66,7 @@ def run_upload(args: argparse.Namespace) -> int:
             forced = refuse_doubtful(offer, force)
             with losses_recorded(station):
                 record = station.upload(offer.rounded, method=judged.solution.method, forced=forced)
+    args.exit_code = 0 if record.verified else 1
     if args.json:
         from solarcal.station.documents import offer_document, upload_document
 
@@ -83,7 +85,7 @@ def run_upload(args: argparse.Namespace) -> int:
             f"\nRecorded in {args.file} as {record.seq}; `solarcal rollback` restores the "
             "previous ones."
         )
-    return 0 if record.verified else 1
+    return int(args.exit_code)
 
 
 def demand_session(path: Path) -> None:
@@ -114,6 +116,7 @@ def run_rollback(args: argparse.Namespace) -> int:
     from solarcal.station.state import newest_upload
     from solarcal.station.uploading import find_upload, losses_recorded
 
+    args.exit_code = 1
     if args.file is not None:
         demand_session(args.file)
     with asked_tracker(args) as tracker:
@@ -137,6 +140,7 @@ def run_rollback(args: argparse.Namespace) -> int:
             with losses_recorded(station):
                 record = station.rollback()
             header = journal.header
+    args.exit_code = 0 if record.verified else 1
     if args.json:
         from solarcal.station.documents import upload_document
 
@@ -147,7 +151,7 @@ def run_rollback(args: argparse.Namespace) -> int:
         print(f"Unit {header.unit.model} {header.unit.serial}{port_words(args)}\n")
         print(text_of(*upload_table(record)))
         print(f"\nRecorded in {path} as {record.seq}.")
-    return 0 if record.verified else 1
+    return int(args.exit_code)
 
 
 def add_track_arguments(parser: argparse.ArgumentParser) -> None:
