@@ -132,8 +132,8 @@ def run_calibration(
 ) -> "Calibration":
     """The calibration itself; its steps are reported on stderr."""
     from solarcal.model.methods import DEFAULT_METHOD
-    from solarcal.station.analysing import stopping_rule
     from solarcal.station.headless import calibrate
+    from solarcal.station.judging import stopping_rule
     from solarcal.station.technician import Schedule
 
     # Until it is completed.

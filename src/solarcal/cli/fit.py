@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from solarcal.decimals import Six
     from solarcal.session.interchange import FillIn
     from solarcal.site import BoltCircle
-    from solarcal.station.analysing import Judging, RuleChanges, UnitFiles
+    from solarcal.station.analysing import UnitFiles
+    from solarcal.station.judging import Judging, RuleChanges
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -124,7 +124,7 @@ def run_plan(args: argparse.Namespace) -> int:
         return 0
     from solarcal.report.judgement import plan_blocks
 
-    warn(files.warnings)
+    warn(judged.warnings)
     print(text_of(*plan_blocks(judgement)))
     return 0
 

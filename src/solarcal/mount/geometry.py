@@ -289,6 +289,11 @@ class Limits(msgspec.Struct, frozen=True):
     axis1: AxisLimits
     axis2: AxisLimits
 
+    def words(self) -> str:
+        """Both axes' in degrees."""
+        of_axes = ((1, self.axis1), (2, self.axis2))
+        return ", ".join(f"axis {n} {one.low_deg:g} to {one.high_deg:g}" for n, one in of_axes)
+
     def distance_deg(self, reading1_deg: Angles, reading2_deg: Angles) -> Angles:
         """Distance to the nearest limit of either axis, negative outside; elementwise."""
         first, second = self.axis1.distance_deg(reading1_deg), self.axis2.distance_deg(reading2_deg)

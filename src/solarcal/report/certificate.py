@@ -37,7 +37,8 @@ from solarcal.report.markup import html_text, markdown_text, svg_text
 from solarcal.session.interchange import FillIn
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header
-from solarcal.station.analysing import FileAnalysis, Judging, UnitFiles, analyse_files, read_files
+from solarcal.station.analysing import FileAnalysis, UnitFiles, analyse_files, read_files
+from solarcal.station.judging import Judging
 from solarcal.station.sign_off import SignOff, sign_off
 from solarcal.timescale import format_utc
 

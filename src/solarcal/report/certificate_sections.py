@@ -57,6 +57,7 @@ def subject_section(judged: FileAnalysis, header: Header | None) -> Section:
         ]
     rows.append(("laptop clock", _clock(judged)))
     rows.append(("tolerance", f"{judged.tolerance_deg:g} deg on the sky, 95 % of the year"))
+    rows += [("asked for", text) for text in judged.asked_for]
     return Section("What was calibrated", (Facts(tuple(rows)),))
 
 

@@ -3,17 +3,16 @@
 Records are folded once into a ``SessionView``, its table is made once, and the points once.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypedDict, Unpack
+from typing import Unpack
 
 import numpy as np
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.analysis import Analysis, analyse, findings_of
 from solarcal.model.earlier_sessions import Merged, merge_sessions
-from solarcal.model.evidence.clocks import clock_sigma_s
 from solarcal.model.evidence.direct import Evidence
 from solarcal.model.evidence.sun_path import stamp_evidence
 from solarcal.model.finding import Finding
@@ -48,7 +47,14 @@ from solarcal.station.fitting import (
     point_set,
     sky_context,
 )
-from solarcal.stopping_rule import DEFAULT_RULE, TOLERANCE_DEG, StoppingRule
+from solarcal.station.judging import (
+    RuleChanges,
+    asked_for,
+    differences,
+    own_sessions,
+    stopping_rule,
+)
+from solarcal.stopping_rule import TOLERANCE_DEG, StoppingRule
 
 
 def analyse_session(
@@ -85,22 +91,6 @@ def analyse_session(
     )
 
 
-class RuleChanges(TypedDict, total=False):
-    """What is asked for instead of what a session was judged by; None: no change."""
-
-    tolerance_deg: float | None
-    done_probability: float | None
-    unmodelled: Mapping[str, float] | None
-
-
-class Judging(RuleChanges, total=False):
-    """How to judge files, and what is known instead of what their header knows; None: as it is."""
-
-    method: str | None
-    last_coefficients: Coefficients | None
-    bolt_circle: BoltCircle | None
-
-
 @dataclass(frozen=True, slots=True)
 class UnitFiles:
     """Files of one unit as they were read: each one's table, all of them, and the sessions."""
@@ -112,8 +102,8 @@ class UnitFiles:
 
     @property
     def header(self) -> Header | None:
-        """Of the first session; None where there are only points files."""
-        return self.sessions[0].header if self.sessions else None
+        """Of the first session of a unit, else of the first; None for points files alone."""
+        return own_sessions(self.sessions)[0].header if self.sessions else None
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -134,6 +124,9 @@ class FileAnalysis:
     findings: tuple[Finding, ...]
     analysis: Analysis | None
     rule: StoppingRule
+    asked_for: tuple[str, ...]
+    """What it is judged by that is not as in the files."""
+    warnings: tuple[str, ...]
 
     @property
     def tolerance_deg(self) -> float:
@@ -146,10 +139,6 @@ class FileAnalysis:
     @property
     def sessions(self) -> tuple[SessionView, ...]:
         return self.files.sessions
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        return (*self.files.warnings, *contradicted(self.solution.points.copies))
 
     @property
     def header(self) -> Header | None:
@@ -247,11 +236,20 @@ def analyse_files(
         if terms is not None and tuple(terms) != COEFFICIENT_NAMES:
             solution = fit(points, context, method=chosen, prior=prior, terms=terms)
     evidence = Evidence(table, files.sessions, moved)
+    asked = asked_for(files.sessions, rule, chosen, last_coefficients, bolt_circle)
+    differing = differences(files.sessions, **changes)
+
+    def judged(
+        solution: Solution, findings: tuple[Finding, ...], analysis: Analysis | None
+    ) -> FileAnalysis:
+        warnings = (*files.warnings, *differing, *contradicted(solution.points.copies))
+        return FileAnalysis(files, solution, findings, analysis, rule, asked, warnings)
+
     if solution is not None and solution.terms != COEFFICIENT_NAMES:
         findings = findings_of(
             solution, context, evidence, prior=prior, tolerance_deg=rule.tolerance_deg
         )
-        return FileAnalysis(files, solution, findings, None, rule)
+        return judged(solution, findings, None)
     analysis = analyse(
         points if solution is None else solution.points,
         context,
@@ -266,25 +264,7 @@ def analyse_files(
         struck=struck,
         bolt_circle=bolt_circle or (None if header is None else header.bolt_circle),
     )
-    return FileAnalysis(files, analysis.solution, analysis.findings, analysis, rule)
-
-
-def stopping_rule(
-    sessions: Sequence[SessionView],
-    *,
-    tolerance_deg: float | None = None,
-    done_probability: float | None = None,
-    unmodelled: Mapping[str, float] | None = None,
-) -> StoppingRule:
-    """That of the first session, its clock as well known as the worst of all, with changes."""
-    rule = sessions[0].header.rule if sessions else DEFAULT_RULE
-    clocks = [clock_sigma_s(session) for session in sessions]
-    beside = rule.unmodelled.with_clock(max(clocks)) if clocks else rule.unmodelled
-    return StoppingRule(
-        rule.tolerance_deg if tolerance_deg is None else tolerance_deg,
-        rule.probability if done_probability is None else done_probability,
-        beside.changed(unmodelled or {}),
-    )
+    return judged(analysis.solution, analysis.findings, analysis)
 
 
 def stamp_findings(table: PointTable) -> tuple[Finding, ...]:
