@@ -147,7 +147,47 @@ def test_after_the_upload_two_check_points_prove_it():
     early = analyse_session(replace(station.session, points=few))
     step = next_step(station.state, judgement=early)
     assert step.action == "sun_offset"
-    assert "(95 % needed): take more points" in step.sentence
+    assert "(95 % needed). Take more points and upload again, or roll back." in step.sentence
+    # Whole on two lines of 80 columns, with its key.
+    assert len(step.sentence) < 150
+
+
+def test_after_a_rollback_the_points_go_on():
+    station = connected()
+    schedule = Schedule(points=3, every_min=20.0)
+    technician = AutomaticTechnician(
+        station, station.tracker.emulation.spot, schedule, force="a short day"
+    )
+    technician.prepare()
+    technician.take_points()
+    technician.upload()
+    station.rollback()
+    judgement = analyse_session(station.session)
+    step = next_step(station.state, judgement=judgement)
+    assert step.action == "sun_offset"
+    assert step.sentence.startswith("Rolled back. Point 4 of ~")
+    assert step.due_utc_s == judgement.plan.next_point_utc_s
+    station.track()
+    technician.take_point()
+    step = next_step(station.state, judgement=analyse_session(station.session))
+    assert step.sentence.startswith("Point 5 of ~")
+
+
+def test_an_old_sun_offset_is_to_be_set_again():
+    station = connected()
+    technician = AutomaticTechnician(station, station.tracker.emulation.spot, Schedule())
+    technician.prepare()
+    technician.sight.centre()
+    station.set_sun_offset()
+    station.track()
+    station.clock.wait(60.0)
+    station.poll()
+    assert next_step(station.state).action == "take_point"
+    station.clock.wait(1800.0)
+    station.poll()
+    step = next_step(station.state)
+    assert step.action == "sun_offset"
+    assert "more than half an hour old: set it again, then take point 1" in step.sentence
 
 
 def test_check_points_beyond_the_tolerance_do_not_prove_it():

@@ -39,6 +39,7 @@ MOST_ERROR_DEG = 180.0
 READING_INTERVAL_S = 1.0
 MAX_OFFSET_AGE_S = 1800.0
 """A Set Sun Offset older than this no longer vouches for where the collector is now."""
+STALE = "The Set Sun Offset is more than half an hour old"
 
 
 UNSEEN = "no Set Sun Offset seen since the last point"
@@ -110,6 +111,13 @@ def _read_off(
     return Gathered((status,), (station.clock.utc_s() if typed_utc_s is None else typed_utc_s,))
 
 
+def stale(offset: SunOffset | None, laptop_utc_s: float | None) -> bool:
+    """Whether a Set Sun Offset is too old to vouch for where the collector is now."""
+    if offset is None or laptop_utc_s is None:
+        return False
+    return laptop_utc_s - parse_utc(offset.instant) > MAX_OFFSET_AGE_S
+
+
 def _standing(
     session: SessionView, last: Status, laptop_utc_s: float
 ) -> tuple[SunOffset | None, str]:
@@ -120,8 +128,8 @@ def _standing(
     """
     fresh = session.fresh_sun_offset
     if fresh is not None and fresh.offsets == last.offsets:
-        if laptop_utc_s - parse_utc(fresh.instant) > MAX_OFFSET_AGE_S:
-            return None, "the Set Sun Offset is more than half an hour old"
+        if stale(fresh, laptop_utc_s):
+            return None, f"{STALE[0].lower()}{STALE[1:]}"
         return fresh, ""
     if last.offsets in session.known_offsets:
         raise ProcedureRefused(

@@ -4,12 +4,13 @@ A pure function of the state and the time, so that the screen, a replay and a te
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from solarcal.model.analysis import Analysis
 from solarcal.model.evidence.clocks import CLOCK_TOLERANCE_S
 from solarcal.session.view import SessionView
 from solarcal.station import guards
+from solarcal.station.gathering import STALE, stale
 from solarcal.station.sign_off import CHECK_POINTS, sign_off
 from solarcal.station.state import Activity, LinkState, StationState
 from solarcal.timescale import SECONDS_PER_SUN_DEG, parse_utc
@@ -79,11 +80,16 @@ def next_step(
         return NextStep(
             "The unit has lost its reference (did it restart?): do a reference check.", "ref_check"
         )
-    if session.uploads:
-        return _after_upload(session, judgement)
+    newest = session.uploads[-1] if session.uploads else None
+    back = newest is not None and newest.rollback and newest.verified and session.holds_upload
+    if newest is not None and not back:
+        return _after_upload(state, session, judgement)
     if (preparation := _preparation(state, session)) is not None:
         return preparation
-    return _next_point(state, session, sun_elevation_deg, judgement)
+    step = _next_point(state, session, sun_elevation_deg, judgement)
+    if newest is not None and session.newest_evidence == newest.seq:
+        return replace(step, sentence=f"Rolled back. {step.sentence}")
+    return step
 
 
 def _during(state: StationState, session: SessionView) -> NextStep | None:
@@ -136,6 +142,8 @@ def _next_point(
     judgement: Analysis | None,
 ) -> NextStep:
     n = len(session.accepted)
+    if stale(session.fresh_sun_offset, state.live.laptop_utc_s):
+        return NextStep(f"{STALE}: set it again, then take point {n + 1}.", "sun_offset")
     if session.fresh_sun_offset is not None:
         status = state.live.status
         if status is not None and status.mode is Mode.LIMIT:
@@ -196,7 +204,9 @@ def _next_point(
     return NextStep(rest + ".", "sun_offset", due_utc_s)
 
 
-def _after_upload(session: SessionView, judgement: Analysis | None) -> NextStep:
+def _after_upload(
+    state: StationState, session: SessionView, judgement: Analysis | None
+) -> NextStep:
     upload = session.uploads[-1]
     if not upload.verified:
         return NextStep(
@@ -209,21 +219,22 @@ def _after_upload(session: SessionView, judgement: Analysis | None) -> NextStep:
         return NextStep(
             "The unit does not hold what was uploaded: upload again, then prove it.", "upload"
         )
-    if upload.rollback:
-        return NextStep("Rolled back: the unit is as it was. Upload again when ready.", "upload")
     since = session.checks_after(upload)
     proof = sign_off([session], judgement)
     if len(since) >= CHECK_POINTS and proof.proven:
         if not proof.signed_off:
+            # What speaks for it is on the pane: here only the reason, and what to do.
+            _, but, against = proof.reason.partition(", but ")
+            why = f"NOT signed off: {against.partition(': ')[0] if but else proof.reason}"
             if judgement is not None and judgement.verdict.state == "done":
-                return NextStep(f"NOT signed off: {proof.reason}, or roll back.", "upload")
-            return NextStep(
-                f"NOT signed off: {proof.reason}. Take more points and upload again, or roll back.",
-                "sun_offset",
-            )
+                return NextStep(f"{why}. Upload again, or roll back.", "upload")
+            then = "Take more points and upload again, or roll back."
+            return NextStep(f"{why}. {then}", "sun_offset")
         return NextStep("Signed off: calibrated and proven. Write the report.", "report")
     offset = session.fresh_sun_offset
     number = f"check point {len(since) + 1} of {max(CHECK_POINTS, len(since) + 1)}"
+    if stale(offset, state.live.laptop_utc_s):
+        return NextStep(f"{STALE}: set it again, then take {number}.", "sun_offset")
     if offset is not None:
         return NextStep(f"Take {number}: the same questions, never fitted.", "take_point")
     due_utc_s = parse_utc(since[-1].utc) + POINT_INTERVAL_S if since else None

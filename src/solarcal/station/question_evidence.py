@@ -10,7 +10,7 @@ from solarcal.model.evidence.read_outs import FEWEST_COUNTS, restarted_before
 from solarcal.model.parameter_checks import CORRECTION_LIMIT_DEG
 from solarcal.session.records import RefCheck
 from solarcal.session.view import SessionView
-from solarcal.station.gathering import MAX_OFFSET_AGE_S
+from solarcal.station.gathering import stale
 from solarcal.station.state import LiveView
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.timescale import parse_utc, second_of_day
@@ -131,7 +131,7 @@ def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fa
         facts.append(
             Fact(f"Set {off_deg:.0f} deg from the ideal Sun: is the collector on the Sun?", True)
         )
-    if age_s > MAX_OFFSET_AGE_S:
+    if stale(fresh, live.laptop_utc_s):
         facts.append(Fact("That is more than half an hour: set it again.", against=True))
     if status is not None and status.offsets != fresh.offsets:
         facts.append(Fact("The unit's offsets have been changed since.", True))

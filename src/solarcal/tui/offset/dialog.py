@@ -10,6 +10,7 @@ from textual.widget import Widget
 from solarcal.errors import UnitRefused
 from solarcal.model.solution import Solution
 from solarcal.session.records import SunOffset
+from solarcal.station.gathering import stale
 from solarcal.station.jogging import JogView, SunOffsetJog
 from solarcal.station.news import (
     Done,
@@ -146,8 +147,10 @@ class SunOffsetDialog(PacedDialog):
     @property
     def _set(self) -> SunOffset | None:
         """The offset that waits for its point; ``None`` while the axes are jogged off it."""
-        jogged = self._steps.jogging or (self._view is not None and self._view.aim is not None)
-        return None if jogged else self._jog.station.session.fresh_sun_offset
+        if self._steps.jogging or (self._view is not None and self._view.aim is not None):
+            return None
+        fresh = self._jog.station.session.fresh_sun_offset
+        return None if stale(fresh, self.workstation.state.live.laptop_utc_s) else fresh
 
     def _solution(self) -> Solution | None:
         fit = self.workstation.fit
