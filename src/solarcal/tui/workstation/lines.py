@@ -238,7 +238,7 @@ def coefficient_lines(session: SessionView, solution: Solution | None) -> list[l
     lines += [
         [""],
         [
-            "residual on sky ",
+            "residual of formula ",
             (f"rms {rms(left_deg):.4f}", "bold"),
             f"  max {left_deg.max():.4f} deg",
         ],
