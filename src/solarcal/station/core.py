@@ -241,7 +241,12 @@ class StationCore(StationFile):
         return same
 
     def _notice_restart(self, status: Status) -> None:
-        """Record that the unit lost its reference without a reference check of ours."""
+        """Record that the unit lost its reference without a reference check of ours.
+
+        A display does not report it: what was not typed since the program began is no restart.
+        """
+        if not self.tracker.capabilities.has_link:
+            return
         if status.mode is Mode.REF:
             self._referenced = False
             return

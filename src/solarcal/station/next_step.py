@@ -76,7 +76,8 @@ def next_step(
         return NextStep("No unit is connected.", "link")
     if (busy := _during(state, session)) is not None:
         return busy
-    if session.ref_checks and live.status is not None and not live.status.referenced:
+    lost = live.status is not None and not live.status.referenced
+    if session.ref_checks and lost and live.capabilities.has_link:
         return NextStep(
             "The unit has lost its reference (did it restart?): do a reference check.", "ref_check"
         )

@@ -90,8 +90,12 @@ def open_line(
             settings |= {"site": None, "weather": None, "inclinometer": None}
             settings["last_coefficients"] = choice.last_coefficients
         station = Station(tracker, clock, **settings)
+        offers = choice.offers_unfinished and not choice.session and output is None
+        if offers and tracker.display is not None:
+            # Before the technician types what the unit holds.
+            _offer_unfinished(choice, tracker.display.identity, tracker.site().geometry)
         identity = station.connect()
-        if choice.offers_unfinished and not choice.session and output is None:
+        if offers:
             assert station.unit_site is not None  # connect() has read it
             _offer_unfinished(choice, identity, station.unit_site.geometry)
         create = _journal_creator(choice, output)

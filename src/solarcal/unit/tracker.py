@@ -263,6 +263,11 @@ class Emulation(Protocol):
 class TypedDisplay(Protocol):
     """What a person reads a unit without a line by, and types."""
 
+    @property
+    def identity(self) -> UnitIdentity:
+        """As it is described, before anything was typed."""
+        ...
+
     def listen(self, heard: Callable[[Any], object]) -> None:
         """Call ``heard`` with every form as soon as it is answered, and with those before."""
         ...

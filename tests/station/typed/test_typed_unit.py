@@ -1,6 +1,7 @@
 """The tracker made of what is typed: asks only where a step needs it, and keeps to the law."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from hand_bench import (
@@ -9,6 +10,7 @@ from hand_bench import (
     NOTHING,
     SITE,
     Answering,
+    SetClock,
     displayed,
     typed_unit,
     unit_model,
@@ -23,6 +25,7 @@ from solarcal.session.journal import Journal
 from solarcal.session.records import PointRecord, Typed
 from solarcal.station import opening
 from solarcal.station.connect import disagreements, open_tracker
+from solarcal.station.next_step import next_step
 from solarcal.station.procedure import Station
 from solarcal.station.typed.unit import TypedUnit
 from solarcal.timescale import format_utc
@@ -302,3 +305,39 @@ def test_a_real_unit_goes_by_the_laptops_clock_as_well_as_that_is_known(
     line = opening.open_line(unit, choice, Profile(site=SITE), output=tmp_path / "new.jsonl")
     assert line.station.session.header.unmodelled.clock_s == 5.0
     line.close()
+
+
+def test_a_program_that_ended_is_no_restart_of_the_unit() -> None:
+    unit, display, _ = typed_unit(reference={"complete": "yes", "found1": "0", "found2": "0"})
+    station = Station(unit, display.clock, site=SITE)
+    station.connect()
+    journal = station.open_session(Journal.memory)
+    station.ref_check()
+    again, display, _ = typed_unit()
+    later = Station(again, display.clock, site=SITE)
+    later.connect()
+    later.resume_session(journal)
+    for _ in range(3):
+        later.poll()
+    assert later.session.restarts == ()
+    assert "lost its reference" not in next_step(later.state).sentence
+
+
+def test_unfinished_sessions_are_offered_before_anything_is_typed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    saved = SimpleNamespace(words=lambda: "yesterday's", path=tmp_path / "yesterday.jsonl")
+    asked_for: list[tuple[str, ...]] = []
+
+    def unfinished(*of: str) -> list[SimpleNamespace]:
+        asked_for.append(of)
+        return [saved]
+
+    monkeypatch.setattr(opening, "unfinished_sessions", unfinished)
+    clock = SetClock()
+    display = Answering(clock, {})
+    unit = TypedUnit(SITE, MOUNT, display, clock)
+    with pytest.raises(opening.UnfinishedSessions):
+        opening.open_line(unit, Choice(driver="typed", offers_unfinished=True), Profile(site=SITE))
+    assert display.asked == []
+    assert asked_for[0][0] == "SolarTrak"

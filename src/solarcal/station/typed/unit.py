@@ -83,11 +83,16 @@ class TypedUnit:
     def capabilities(self) -> Capabilities:
         return TYPED
 
+    @property
+    def identity(self) -> UnitIdentity:
+        """As it is described, before anything was typed."""
+        return UnitIdentity(MODEL, self._mount.unit_name or "by hand", TYPED_FIRMWARE)
+
     def open(self) -> UnitIdentity:
         """Ask what the unit holds and what its clock says; once."""
         if not self._known and not self._answers:
             self._ask_open()
-        return UnitIdentity(MODEL, self._mount.unit_name or "by hand", TYPED_FIRMWARE)
+        return self.identity
 
     def close(self) -> None:
         """There is no line."""

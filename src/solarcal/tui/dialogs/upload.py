@@ -269,8 +269,8 @@ def proposal_table(proposal: UploadOffer) -> str:
     headings = ("", "in force", "new", "change", "sigma", "in sigmas", "unit")
     lines = columns(headings, rows, "<>>>>><")
     lines.append(
-        f"{counted(solution.n_points, 'point')}, residual of the formula {rms(left_deg):.4f} deg rms, "
-        f"largest {left_deg.max():.4f}"
+        f"{counted(solution.n_points, 'point')}, residual of the formula {rms(left_deg):.4f} deg "
+        f"rms, largest {left_deg.max():.4f}"
     )
     fitted, kept = proposal.judgement.forecast, proposal.kept
     lines.append(
