@@ -16,6 +16,7 @@ from solarcal.station.jogging import (
     SunOffsetJog,
 )
 from solarcal.station.procedure import Station
+from solarcal.station.question_evidence import question_evidence
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.unit.tracker import Mode, Spot
 
@@ -90,6 +91,20 @@ def test_a_step_back_makes_the_axis_unfit_until_it_has_come_forward_far_enough()
     view = renew(jog, 5)
     assert view.watch.forward_deg[0] < TAKEN_UP_DEG
     assert view.watch.from_behind[0] is False
+    # The unit itself saw it move forward last: the record and question 2 say what was seen here.
+    record = jog.set_here()
+    assert record.approach[0] == view.senses[0]
+    assert record.slack_axes == (1,)
+    station.poll()
+    said = question_evidence(1, station.session, station.state.live)
+    told = [fact.sentence for fact in said if fact.against]
+    assert told == ["Axis 1 came forward by less than 0.3 deg: its backlash may be in the error."]
+    assert "Axis 2 came from behind the Sun." in [fact.sentence for fact in said]
+    jog.look()
+    jog.nudge(-0.2 * view.senses[0], 0.0)
+    jog.go_behind()
+    renew(jog, 12)
+    assert jog.set_here().slack_axes == ()
 
 
 def test_going_behind_ends_on_the_same_aim_from_the_right_side() -> None:

@@ -149,6 +149,7 @@ class SunOffset(_Record, frozen=True, kw_only=True, tag="sun_offset", omit_defau
     """Set Sun Offset: the axes stood on the Sun at this instant.
 
     ``read_utc`` is that instant where it is not ``utc``: read off a display, and typed after that.
+    ``slack_axes``: those that were seen to come forward by too little to take their backlash up.
     """
 
     ideal_deg: Pair
@@ -158,6 +159,7 @@ class SunOffset(_Record, frozen=True, kw_only=True, tag="sun_offset", omit_defau
     coefficients: Coefficients
     approach: tuple[int, int]
     read_utc: str | None = None
+    slack_axes: tuple[int, ...] = ()
 
     @property
     def instant(self) -> str:

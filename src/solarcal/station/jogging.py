@@ -215,7 +215,8 @@ class SunOffsetJog:
             The axes do not come to rest, or are on their way behind the Sun.
         """
         self.rest_on_aim()
-        record = self.station.set_sun_offset()
+        came = self._watch.from_behind if self._watch else (True, True)
+        record = self.station.set_sun_offset(tuple(i for i, ok in enumerate(came, 1) if not ok))
         self.release()
         self._watch = self._standing = None
         self.station.track()

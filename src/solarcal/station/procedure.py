@@ -141,8 +141,11 @@ class Station(PointSteps):
             raise ProcedureRefused("not begun: STOP was pressed")
         return found
 
-    def set_sun_offset(self) -> SunOffset:
-        """Take the axes' present stand as on the Sun: the unit sets O accordingly."""
+    def set_sun_offset(self, slack_axes: tuple[int, ...] = ()) -> SunOffset:
+        """Take the axes' present stand as on the Sun: the unit sets O accordingly.
+
+        ``slack_axes``: those that were seen to come forward by too little.
+        """
         before = self.state.live.status
         status = self.tracker.set_sun_offset()
         in_force = self._in_force
@@ -157,6 +160,7 @@ class Station(PointSteps):
                 coefficients=in_force,
                 approach=status.approach,
                 read_utc=None if typed_utc_s is None else format_utc(typed_utc_s),
+                slack_axes=slack_axes,
             )
         )
         if before is not None:

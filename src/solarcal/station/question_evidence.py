@@ -11,6 +11,7 @@ from solarcal.model.parameter_checks import CORRECTION_LIMIT_DEG
 from solarcal.session.records import RefCheck
 from solarcal.session.view import SessionView
 from solarcal.station.gathering import stale
+from solarcal.station.jogging import TAKEN_UP_DEG
 from solarcal.station.state import LiveView
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.timescale import parse_utc, second_of_day
@@ -142,6 +143,15 @@ def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fa
     for axis in (0, 1):
         approach = fresh.approach[axis]
         wrong = approach != 0 and approach != forward_sense(rates[axis], approach)
+        if axis + 1 in fresh.slack_axes:
+            facts.append(
+                Fact(
+                    f"Axis {axis + 1} came forward by less than {TAKEN_UP_DEG:g} deg: its backlash "
+                    "may be in the error.",
+                    against=True,
+                )
+            )
+            continue
         facts.append(
             Fact(f"Axis {axis + 1} came from the WRONG side: its backlash is in the error.", True)
             if wrong

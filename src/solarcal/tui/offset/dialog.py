@@ -25,7 +25,7 @@ from solarcal.station.news import (
 )
 from solarcal.station.procedure import Station
 from solarcal.tui.base import Workstation, is_typed
-from solarcal.tui.dialogs.dialog import open_dialog
+from solarcal.tui.dialogs.dialog import Tone, open_dialog
 from solarcal.tui.dialogs.paced import DriveWatch, PacedDialog
 from solarcal.tui.keys import DialogKey
 from solarcal.tui.offset import words
@@ -299,7 +299,8 @@ class SunOffsetDialog(PacedDialog):
                 self._offer()
                 before = self._jog.station.replaced_offsets
                 then = words.next_words(self.workstation)
-                self.say(words.set_words(record.offsets, before, then), "good")
+                tone: Tone = "warning" if record.slack_axes else "good"
+                self.say(words.set_words(record, before, then), tone)
             case OffsetTakenBack(void):
                 self._offer()
                 self.say(f"{void.reason}. Record {void.voids} is struck.", "good")

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from textual.content import Content
 
 from solarcal.mount.formula import Offsets
+from solarcal.session.records import SunOffset
 from solarcal.station.jogging import TAKEN_UP_DEG, JogView
 from solarcal.station.next_step import next_step
 from solarcal.station.state import StationState
@@ -121,10 +122,13 @@ def next_words(app: Workstation) -> str:
     return f"next{key and f' [{key}]'}: {step.sentence}"
 
 
-def set_words(offsets: Offsets, before: Offsets | None, then: str) -> str:
+def set_words(record: SunOffset, before: Offsets | None, then: str) -> str:
     """What was set, the step that follows, and the offsets that can be put back."""
     back = "" if before is None else f" u: back to {_offsets(before)}."
-    return f"SET and recorded: {_offsets(offsets)} deg. Tracking: {then}{back}"
+    if record.slack_axes:
+        axes = " and ".join(map(str, record.slack_axes))
+        then = f"axis {axes} did NOT come from behind; b, then Enter, sets it anew. Or {then}"
+    return f"SET and recorded: {_offsets(record.offsets)} deg. Tracking: {then}{back}"
 
 
 def _offsets(offsets: Offsets) -> str:
