@@ -102,6 +102,7 @@ def test_a_step_back_makes_the_axis_unfit_until_it_has_come_forward_far_enough()
     assert "Axis 2 came from behind the Sun." in [fact.sentence for fact in said]
     jog.look()
     jog.nudge(-0.2 * view.senses[0], 0.0)
+    renew(jog, 5)
     jog.go_behind()
     renew(jog, 12)
     assert jog.set_here().slack_axes == ()
