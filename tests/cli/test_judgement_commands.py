@@ -244,6 +244,21 @@ def test_upload_writes_what_fit_says_and_rollback_takes_it_back(session, port, c
     assert stored_in(port).offsets == was.offsets
 
 
+def test_a_second_rollback_says_that_the_first_one_was_enough(session, port, capsys):
+    up = said(capsys, "upload", session, "--port", port)
+    back = said(capsys, "rollback", session, "--port", port)
+    records = read_session(session).records
+    was = stored_in(port)
+    assert run_command(["rollback", str(session), "--port", port]) == 1
+    err = capsys.readouterr().err
+    seqs = [record.seq for record in read_session(session).uploads]
+    assert f"upload {up['seq']} is rolled back already, by record {seqs[-1]}" in err
+    assert "other coefficients" not in err
+    assert back["restores"] == up["seq"] == seqs[-2]
+    assert not [r for r in read_session(session).records[len(records) :] if "upload" in str(r)]
+    assert stored_in(port) == was
+
+
 def test_the_rounding_and_its_effect_are_shown(session, capsys):
     with serve_tcp(emulator(), "127.0.0.1", 0) as port:
         assert run_command(["upload", str(session), "--port", port, "--method", "linear"]) == 0

@@ -334,6 +334,21 @@ def test_rollback_restores_what_the_newest_upload_replaced(bench):
     assert b.unit.stored().offsets == before.offsets
 
 
+def test_a_rollback_is_repeated_only_where_the_unit_does_not_hold_it(bench):
+    b = bench()
+    before = b.unit.stored()
+    b.station.upload(Coefficients(P1=0.5), method="linear")
+    b.station.rollback()
+    with pytest.raises(ProcedureRefused, match="is rolled back already"):
+        b.station.rollback()
+    assert len(b.station.session.uploads) == 2
+    b.unit.write_coefficients(Coefficients(P1=0.7), Offsets())
+    assert b.station.rollback().verified
+    assert b.unit.stored().coefficients == before.coefficients
+    b.station.upload(Coefficients(P1=0.4), method="linear")
+    assert b.station.rollback().verified
+
+
 def test_rollback_passes_over_an_upload_that_changed_nothing(bench):
     b = bench()
     before = b.unit.stored()

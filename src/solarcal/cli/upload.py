@@ -128,14 +128,16 @@ def run_rollback(args: argparse.Namespace) -> int:
             for sentence in unreadable:
                 say(f"passed over: {sentence}")
         with Journal.resume(path) as journal:
-            replaced = newest_upload(view_session(journal.header, tuple(journal.records)).uploads)
+            uploads = view_session(journal.header, tuple(journal.records)).uploads
+            replaced = newest_upload(uploads)
             if replaced is None:
                 raise ProcedureRefused(f"there is no upload in {path} to roll back")
             station.resume_session(journal)
-            if tracker.stored().coefficients != replaced.new_coefficients:
+            last = uploads[-1]
+            if tracker.stored().coefficients != last.new_coefficients:
                 say(
-                    f"the unit holds other coefficients than upload {replaced.seq} of {path} "
-                    "wrote; they are in the record of this rollback"
+                    f"the unit holds other coefficients than record {last.seq} of {path} wrote; "
+                    "they are in the record of this rollback"
                 )
             with losses_recorded(station):
                 record = station.rollback()

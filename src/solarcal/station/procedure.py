@@ -29,7 +29,7 @@ from solarcal.station.attempts import PointSteps, Progress
 from solarcal.station.recording import CreateJournal
 from solarcal.station.state import Activity, held_before_upload, newest_upload
 from solarcal.timescale import format_utc
-from solarcal.unit.tracker import Mode
+from solarcal.unit.tracker import Mode, Stored
 
 REF_CHECK_LIMIT_S = 3600.0
 """No reference check takes an hour; a unit that says it is still at it is stuck."""
@@ -285,11 +285,7 @@ class Station(PointSteps):
             raise
         finally:
             self._become(activity=Activity.IDLE)
-        verified = (
-            back.coefficients == back.permanent_coefficients == new
-            and back.offsets == back.permanent_offsets == offsets
-        )
-        return self._record(partial(begun.outcome, verified=verified))
+        return self._record(partial(begun.outcome, verified=_holds(back, new, offsets)))
 
     def upload_again(self) -> UploadRecord:
         """Write the newest upload once more: the unit no longer holds it.
@@ -311,10 +307,20 @@ class Station(PointSteps):
         )
 
     def rollback(self) -> UploadRecord:
-        """Restore the P and O that the newest upload of this session replaced."""
+        """Restore the P and O that the newest upload of this session replaced.
+
+        ProcedureRefused where there is none, or the unit holds already what a rollback restored.
+        """
         newest = newest_upload(self.session.uploads)
         if newest is None:
             raise ProcedureRefused("there is no upload in this session to roll back")
+        last = self.session.uploads[-1]
+        restored = last.new_coefficients, last.new_offsets
+        if last.rollback and last.verified and _holds(self.tracker.stored(), *restored):
+            raise ProcedureRefused(
+                f"upload {newest.seq} is rolled back already, by record {last.seq}, and the unit "
+                "holds what that restored: nothing was written"
+            )
         return self.upload(
             newest.old_coefficients, method=newest.method, rollback=True, offsets=newest.old_offsets
         )
@@ -328,6 +334,14 @@ class Station(PointSteps):
         """Strike a record; voiding the void restores it."""
         refuse_void(self.session.header, self.session.records, seq_to_void)
         return self._record(partial(Void, voids=seq_to_void, reason=reason))
+
+
+def _holds(stored: Stored, coefficients: Coefficients, offsets: Offsets) -> bool:
+    """In force and permanently."""
+    return (
+        stored.coefficients == stored.permanent_coefficients == coefficients
+        and stored.offsets == stored.permanent_offsets == offsets
+    )
 
 
 def _name(journal: Journal) -> str:
