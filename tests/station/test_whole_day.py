@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink, serve_pty, serve_tcp
-from solarcal.errors import ProcedureRefused
+from solarcal.errors import ConfigurationError, ProcedureRefused
 from solarcal.model.evidence.direct import evidence_sentences
 from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Offsets
@@ -65,6 +65,31 @@ def run(
         )
     finally:
         tracker.close()
+
+
+def test_a_sun_that_passes_a_limit_gives_up_the_slot_not_the_day(tmp_path):
+    done = run(tmp_path / "s.jsonl", settings=["unit.limits1_deg=[-40,40]"], points=9)
+    assert done.completed
+    limits = Limits(AxisLimits(-40.0, 40.0), done.session.header.unit.limits.axis2)
+    assert done.session.header.unit.limits == limits
+    assert 3 <= len(done.session.accepted) <= 9
+
+
+@pytest.mark.parametrize("start", ["1960-06-01", "2099-12-31", "2100-01-15"])
+def test_the_truth_over_the_year_is_of_a_year_whose_sun_is_known(tmp_path, start):
+    """East of Greenwich a year begins before its first UTC day."""
+    settings = [f'start="{start}"', "site.longitude_deg=100"]
+    done = run(tmp_path / "s.jsonl", settings=settings, points=4)
+    assert 0.0 < done.truth_before.year_rms_deg < 1.0
+    assert 0.0 < done.truth_after.year_rms_deg < 1.0
+
+
+@pytest.mark.parametrize("start", ["1960-01-10", "2100-02-20"])
+def test_a_start_without_a_sun_some_days_around_is_refused_before_anything_is_done(tmp_path, start):
+    path = tmp_path / "s.jsonl"
+    with pytest.raises(ConfigurationError, match="no Sun for"):
+        run(path, settings=[f'start="{start}"'])
+    assert not path.exists()
 
 
 @pytest.mark.slow

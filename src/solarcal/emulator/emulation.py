@@ -21,7 +21,7 @@ from solarcal.emulator.world import World, random_stream
 from solarcal.mount.formula import Coefficients
 from solarcal.site import Weather
 from solarcal.sun import sun_position
-from solarcal.sun.position import require_supported_times
+from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S, require_supported_times
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.unit.frames import LineBuffer
 from solarcal.unit.tracker import EmulatedSky, Spot, Truth, UnitIdentity
@@ -66,10 +66,17 @@ class TrueError:
         return self._errors_deg(path, clock_s)
 
     def year_deg(self, now_s: float) -> FloatArray:
-        """The same over every seventh day of this calendar year, with the clock error of now."""
+        """The same over every seventh day of this calendar year, with the clock error of now.
+
+        Where the Sun models do not hold for all of this year, of the nearest for which they do.
+        """
         world = self._world
-        instant = np.datetime64(math.floor(world.true_utc_s(now_s)), "s")
-        new_year_s = float(instant.astype("datetime64[Y]").astype("datetime64[s]").astype(int))
+        instants_s = (FIRST_UTC_S, world.true_utc_s(now_s), LAST_UTC_S)
+        first, now, last = (
+            np.datetime64(math.floor(utc_s), "s").astype("datetime64[Y]") for utc_s in instants_s
+        )
+        year = min(max(now, first + 1), last - 1)
+        new_year_s = float(year.astype("datetime64[s]").astype(int))
         mean_midnight_s = new_year_s - world.site.longitude_deg / 360.0 * SECONDS_PER_DAY
         path = self._path(round(mean_midnight_s / STEP_S) * STEP_S, DAYS_OF_YEAR)
         clock_s = self._controller.model.utc_s(now_s) - world.true_utc_s(now_s)

@@ -141,7 +141,12 @@ class SunCentring:
                     status.reading_deg, errors, moves, past_s, senses, strict=True
                 )
             )
-            self._move(target1, target2, aim_s)
+            try:
+                self._move(target1, target2, aim_s)
+            except ProcedureRefused as refusal:
+                # The Sun stands beyond a limit by now, for this slot as good as a cloud.
+                self._say(str(refusal))
+                return False
         self._say("the spot could not be centred")
         return False
 

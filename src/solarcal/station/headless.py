@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Unpack
 
 import msgspec
+import numpy as np
 
 from solarcal.decimals import Six
 from solarcal.errors import ConfigurationError, LinkError, ProcedureRefused
@@ -23,12 +24,15 @@ from solarcal.station.procedure import Station
 from solarcal.station.recording import SessionSettings
 from solarcal.station.technician import AutomaticTechnician, Schedule
 from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule
-from solarcal.timescale import Clock, SystemClock
+from solarcal.sun.position import require_supported_times
+from solarcal.timescale import SECONDS_PER_DAY, Clock, SystemClock
 from solarcal.unit.tracker import Emulation, Tracker, Truth
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 15.0
 GIVE_UP_S = 120.0
 """A line that is gone for longer needs a person who looks after it."""
+AROUND_S = 20.0 * SECONDS_PER_DAY
+"""A calibration takes some days at most, and an emulated Sun needs to be known some days around."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +111,8 @@ def calibrate(
     Raises
     ------
     ConfigurationError
-        The unit is not an emulator: this program cannot see a real sunspot.
+        The unit is not an emulator: this program cannot see a real sunspot. Or its time is near the
+        end of those that the Sun models hold for.
     LinkError, ProcedureRefused, SessionFileError
         As the steps raise them; the session file keeps everything up to there.
     """
@@ -120,6 +125,8 @@ def calibrate(
         rule=rule,
         last_coefficients=last_coefficients,
     )
+    now_s = station.clock.utc_s()
+    require_supported_times(now_s + np.array([-AROUND_S, AROUND_S]))
     journal = station.open_session(create_journal) if resume is None else _taken_up(station, resume)
     path = journal.path or Path()
     try:
