@@ -1,5 +1,6 @@
 """What the workstation tells the technician to do next, step by step of the manual."""
 
+import math
 import queue
 from dataclasses import replace
 
@@ -353,6 +354,23 @@ def test_both_suns_are_a_few_hundredths_apart_and_a_minute_of_clock_a_quarter_de
     assert far.apart_deg == pytest.approx(0.25, abs=0.1)
     assert near.azimuth_deg == pytest.approx(near.unit_azimuth_deg, abs=0.1)
     assert near.elevation_deg == pytest.approx(near.unit_elevation_deg, abs=0.1)
+
+
+@pytest.mark.parametrize("scenario", ["tijeras-azel", "heliostat"])
+def test_the_difference_is_that_of_the_two_suns_shown(scenario):
+    """Of a heliostat too: its mirror's normal is half as far off as the Sun."""
+    emulator = Emulator(load_scenario(scenario, ["truth.unit_offset_s=60"]), seed=1)
+    unit = SolarTrakUnit(lambda: InProcessLink(emulator))
+    unit.open()
+    station = Station(unit, EmulatedClock(unit.emulation))
+    station.connect()
+    station.open_session(Journal.memory)
+    station.poll()
+    sun = sun_now(station.session, station.state.live)
+    east = math.cos(math.radians(sun.elevation_deg)) * (sun.azimuth_deg - sun.unit_azimuth_deg)
+    shown = math.hypot(east, sun.elevation_deg - sun.unit_elevation_deg)
+    assert sun.apart_deg == pytest.approx(shown, rel=0.01)
+    assert sun.apart_deg > 0.1
 
 
 def test_a_unit_that_waits_at_a_limit_is_not_told_to_track():

@@ -62,7 +62,8 @@ def forward_sense(rate_deg_per_s: float, approach: int) -> int:
 class SunNow:
     """Azimuth from north through east; degrees; ``precise`` apparent, for the laptop's UTC.
 
-    ``unit_*`` is where the unit's ideal angles point, ``None`` without a status.
+    ``unit_*`` is where the unit's ideal angles say it is, ``apart_deg`` the angle between the two;
+    ``None`` without a status.
     """
 
     azimuth_deg: float
@@ -85,14 +86,16 @@ def sun_now(session: SessionView, live: LiveView) -> SunNow | None:
     status = live.status
     if status is None:
         return SunNow(azimuth, elevation, float(sun.solar_time_h))
-    geometry = session.geometry
-    unit_azimuth, unit_zenith = geometry.horizontal_from_axes(status.ideal1_deg, status.ideal2_deg)
+    unit_azimuth, unit_zenith = session.geometry.horizontal_from_axes(
+        status.ideal1_deg, status.ideal2_deg
+    )
     if header.unit.heliostat is not None:
         unit_azimuth, unit_zenith = (
             float(angle) for angle in header.unit.heliostat.sun_deg(unit_azimuth, unit_zenith)
         )
-    ax1, ax2 = session.true_axes_deg(azimuth, float(sun.zenith_deg))
-    apart = geometry.sky_separation_deg(status.ideal1_deg, status.ideal2_deg, ax1, ax2)
+    apart = session.geometry.sky_separation_deg(
+        unit_azimuth, unit_zenith, azimuth, float(sun.zenith_deg)
+    )
     return SunNow(
         azimuth,
         elevation,
