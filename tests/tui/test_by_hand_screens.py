@@ -85,7 +85,7 @@ async def test_a_reference_check_with_the_mouse_where_the_display_shows_no_count
         await pilot.press("f5")
         await shows(pilot, "Reference check, at the unit")
         await pilot.click("#key-type")
-        await shows(pilot, "Did both reach their switches")
+        await shows(pilot, "Did both reach their switches", "at the first check and")
         await fill(pilot, complete="yes", found1="3")
         await pilot.click("#key-done")
         await shows(pilot, "Type the counts of both axes, or of none.")
@@ -177,7 +177,8 @@ async def test_the_clock_is_compared_at_the_press_of_enter() -> None:
 async def test_coefficients_are_keyed_in_and_typed_back() -> None:
     async with workstation_by_hand(points=3) as (_, pilot, station, _clock):
         await pilot.press("f8")
-        await shows(pilot, "type them back. Upload?")
+        await shows(pilot, "type them back. Upload?", "Key in and type back")
+        assert "Write and read back" not in screen_words(pilot.app)
         await pilot.press("y")
         await shows(pilot, "not DONE", "once more", "Against it")
         await pilot.press("y")

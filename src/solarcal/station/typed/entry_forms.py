@@ -127,8 +127,8 @@ def ref_check_form() -> DisplayForm:
         "Reference check",
         (
             "Start it at the unit (Alt-F5 or its RESET key); watch BOTH axes reach their switches.",
-            "Note the counts its display shows there just before they become zero. 0 is "
-            "expected; a difference means missed counts.",
+            "Note the counts its display shows there just before they become zero: at the "
+            "first check and after a restart any number; later 0, or counts were missed.",
         ),
         (
             DisplayField("complete", "Did both reach their switches", Kind.YES_NO, "yes or no"),

@@ -1,8 +1,10 @@
 """Upload: old, new, rounding; written, read back, rolled back; then check points and sign-off."""
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import Any, ClassVar
 
+from textual.app import ComposeResult
 from textual.widget import Widget
 from textual.widgets import Input
 
@@ -60,6 +62,12 @@ class UploadDialog(Dialog):
     def body(self) -> Iterable[Widget]:
         yield TextLines(id="table", wrap=True)
         yield reason_field("Reason to upload it anyway")
+
+    def compose(self) -> ComposeResult:
+        if is_typed(self.workstation):
+            upload, *others = self.KEYS
+            self.KEYS = (replace(upload, label="Key in and type back"), *others)  # type: ignore[misc]
+        yield from super().compose()
 
     def on_mount(self) -> None:
         super().on_mount()

@@ -183,7 +183,7 @@ def _typed(header: Header, status: Status, laptop_utc_s: float | None) -> list[l
     lines: list[list[Part]] = [
         _heading(),
         _degrees("Sun now", status.ideal1_deg, status.ideal2_deg),
-        _degrees("belongs", status.target1_deg, status.target2_deg),
+        _degrees("expected", status.target1_deg, status.target2_deg),
     ]
     at_s = status.typed_utc_s
     if at_s is None:
