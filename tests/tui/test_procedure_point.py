@@ -23,6 +23,7 @@ from solarcal.station.news import StatusRead
 from solarcal.station.state import Activity
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.point.dialog import TakePointDialog
+from solarcal.tui.workstation.screen import WorkstationScreen
 from solarcal.unit.tracker import Mode
 
 
@@ -176,6 +177,24 @@ async def test_escape_leaves_the_attempt_open_and_the_key_goes_on_with_it() -> N
         assert station.state.activity is Activity.QUESTIONS
         await pilot.press("f7")
         await shows(pilot, "2. Did")
+
+
+@on_loop
+async def test_what_a_dialog_left_is_not_said_beside_what_came_of_it() -> None:
+    station, _ = bench()
+    station.initialise(confirmed=True)
+    async with workstation(station) as (app, pilot):
+        app.push_screen(WorkstationScreen())
+        await shows(pilot, "LINK OK")
+        await pilot.press("f7")
+        await shows(pilot, "1. Did you")
+        await pilot.press("escape")
+        await shows(pilot, "The attempt stays open")
+        await pilot.press("f7")
+        await shows(pilot, "1. Did you")
+        await pilot.press("n")
+        await shows(pilot, "NO to question 1: the attempt is kept as aborted")
+        assert "The attempt stays open" not in screen_words(app)
 
 
 @on_loop

@@ -20,7 +20,7 @@ from solarcal.station.worker import StationWorker
 from solarcal.tui.base import StationModal, Workstation, is_typed
 from solarcal.tui.keys import DialogKey, shown_key
 from solarcal.tui.widgets.footer import KeyButton
-from solarcal.tui.widgets.lines import Field, Words
+from solarcal.tui.widgets.lines import Field, LogLine, Words
 
 Tone = Literal["plain", "good", "warning", "error"]
 
@@ -126,8 +126,9 @@ class Dialog(StationModal[None]):
         self.show_state(self.workstation.state)
         if self.FIRST_WORDS:
             self.say(self.FIRST_WORDS)
-        # After the first words of the dialog itself.
-        self.call_later(self._say_if_lost)
+        if self._lost:
+            # After the first words of the dialog itself.
+            self.call_later(self._say_lost)
 
     def stop_label(self) -> str:
         """What the STOP button says: where this program cannot stop a unit, that."""
@@ -155,9 +156,11 @@ class Dialog(StationModal[None]):
         return self._finished
 
     def leave_saying(self, sentence: str, severity: SeverityLevel = "information") -> None:
-        """Leave; the screen below shows the sentence on its line."""
+        """Leave; the line of the screen below shows the sentence, and none before it."""
         app = self.workstation
         self.dismiss(None)
+        for line in app.screen.query(LogLine):
+            line.forget_notices()
         app.notify(sentence, severity=severity)
 
     def ask_reason(
@@ -286,7 +289,7 @@ class Dialog(StationModal[None]):
     def show_state(self, state: StationState) -> None:
         lost = state.live.link is LinkState.LOST
         if lost and not self._lost:
-            self._say_lost(state)
+            self._say_lost()
             self.link_lost()
         elif self._lost and not lost:
             self.say("The link is back; the unit was read again.", "good")
@@ -294,16 +297,12 @@ class Dialog(StationModal[None]):
         self._lost = lost
         self.state_changed(state)
 
-    def _say_lost(self, state: StationState) -> None:
+    def _say_lost(self) -> None:
         self.say(
-            f"LINK LOST: {state.live.link_message}. It reconnects automatically; "
+            f"LINK LOST: {self.workstation.state.live.link_message}. It reconnects automatically; "
             "your entries are kept.",
             "error",
         )
-
-    def _say_if_lost(self) -> None:
-        if self._lost:
-            self._say_lost(self.workstation.state)
 
     def state_changed(self, state: StationState) -> None:
         """The station's newest state."""
@@ -323,7 +322,7 @@ class Dialog(StationModal[None]):
     def step_failed(self, failed: StepFailed) -> None:
         # Of a lost line the state tells.
         if self._lost and isinstance(failed.error, LinkError):
-            self._say_lost(self.workstation.state)
+            self._say_lost()
         else:
             self.say(str(failed.error), "error")
         if failed.kind is not None and failed.kind is self._submitted:

@@ -140,6 +140,11 @@ class LogLine(HeadLine):
         self.set_timer(seconds, partial(self._over, one))
         self._show_newest()
 
+    def forget_notices(self) -> None:
+        """What has happened since has overtaken them; an error stays for its time."""
+        self._notices = [one for one in self._notices if one[0] == "error"]
+        self._show_newest()
+
     def _over(self, one: "tuple[SeverityLevel, str]") -> None:
         if one in self._notices:
             self._notices.remove(one)
