@@ -321,8 +321,9 @@ async def test_a_note_is_in_the_file_before_the_dialog_goes(tmp_path: Path) -> N
         assert last.text == "gusty"
 
 
+@pytest.mark.parametrize("by_itself", [False, True])
 @on_loop
-async def test_a_record_is_struck_and_restored() -> None:
+async def test_a_record_is_struck_and_restored(by_itself: bool) -> None:
     station, _ = bench()
     take_points(station, 1)
     point = station.session.accepted[-1]
@@ -331,13 +332,15 @@ async def test_a_record_is_struck_and_restored() -> None:
         await pilot.press("x")
         await shows(pilot, "Void a record")
         await pilot.press(*["down"] * below, "enter")
-        await shows(pilot, f"Why is record {point.seq}")
+        await shows(pilot, f"Why is record {point.seq} struck?")
         await pilot.press(*"shade", "enter")
         await until(pilot, lambda: len(app.screen_stack) == 1)
         assert station.session.accepted == ()
         await pilot.press("x")
         await shows(pilot, "Void a record")
-        await pilot.press("enter")
+        # By what strikes it, as by the record itself.
+        await pilot.press(*["down"] * (below + 1) * by_itself, "enter")
+        await shows(pilot, f"Why is record {point.seq} restored?")
         await pilot.press(*"no", "enter")
         await until(pilot, lambda: len(app.screen_stack) == 1)
         assert station.session.accepted == (point,)

@@ -12,8 +12,10 @@ from textual.widget import Widget
 from textual.widgets import Input, OptionList, Static
 from textual.widgets.option_list import Option
 
+from solarcal.decimals import counted
 from solarcal.mount.geometry import from_limit
 from solarcal.report.session_report import record_line
+from solarcal.session.records import Void
 from solarcal.session.view import live_records
 from solarcal.station.guards import GuardRefused, demand_clear_of_limits
 from solarcal.station.news import Done, FileInitialised, NoteWritten, RecordVoided, StepFailed
@@ -58,7 +60,7 @@ class InitialiseDialog(Dialog):
         if session.initialised is not None:
             lines.append(
                 f"It was initialised at {session.initialised.utc[:19].replace('T', ' ')} UTC with "
-                f"{len(session.accepted)} points since.\nInitialising AGAIN closes this "
+                f"{counted(len(session.accepted), 'point')} since.\nInitialising AGAIN closes this "
                 "file and starts another; nothing is overwritten."
             )
         try:
@@ -150,7 +152,7 @@ class VoidDialog(Dialog):
         DialogKey("choose", "Strike it, or restore it", "enter", "Enter"),
     )
     AUTO_FOCUS = "OptionList"
-    FIRST_WORDS = "Choose with the arrow keys, then Enter. To undo a void, void it."
+    FIRST_WORDS = "Choose with the arrow keys, then Enter. One that is struck (x) is restored."
 
     DEFAULT_CSS = """
     VoidDialog OptionList { height: auto; max-height: 12; border: none; padding: 0; }
@@ -197,10 +199,15 @@ class VoidDialog(Dialog):
             options.highlighted = min(at or 0, len(listed) - 1)
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        self._chosen = int(event.option_id or 0)
-        self.ask_reason(
-            f"Why is record {self._chosen} struck? Enter stores the reason, Esc cancels."
-        )
+        session = self.workstation.state.session
+        seq = int(event.option_id or 0)
+        live = live_records(session.records) if session is not None else ()
+        # A record is restored by striking what strikes it, chosen by the one or by the other.
+        voids = [r for r in live if isinstance(r, Void)]
+        void = next((r for r in voids if seq in (r.voids, r.seq)), None)
+        self._chosen = seq if void is None else void.seq
+        what = f"record {seq} struck" if void is None else f"record {void.voids} restored"
+        self.ask_reason(f"Why is {what}? Enter stores the reason, Esc cancels.")
 
     def action_choose(self) -> None:
         self.query_one(OptionList).action_select()
@@ -217,8 +224,13 @@ class VoidDialog(Dialog):
     def step_done(self, done: Done[Any]) -> None:
         super().step_done(done)
         if isinstance(done, RecordVoided):
-            void = done.result
-            self.leave_saying(f"Record {void.voids} is void (record {void.seq}).")
+            void, session = done.result, self.worker.station.session
+            struck = next(r for r in session.records if r.seq == void.voids)
+            what = (
+                f"{struck.voids} is restored" if isinstance(struck, Void)
+                else f"{void.voids} is struck out"
+            )  # fmt: skip
+            self.leave_saying(f"Record {what} (record {void.seq}).")
 
 
 class LeaveDialog(Dialog):
