@@ -16,7 +16,15 @@ from solarcal.report import judgement, tables
 from solarcal.report.blocks import clock_text, columns, number, text_of
 from solarcal.report.session_report import record_line
 from solarcal.session.points import labelled_by_file, merge_tables
-from solarcal.session.records import Answers, CheckRecord, ClockSet, RefCheck, UploadRecord, Void
+from solarcal.session.records import (
+    Answers,
+    CheckRecord,
+    ClockSet,
+    LinkRestored,
+    RefCheck,
+    UploadRecord,
+    Void,
+)
 from solarcal.session.view import read_session, view_session
 from solarcal.station.analysing import UnitFiles
 from solarcal.station.fitting import solve
@@ -378,5 +386,10 @@ def test_numbers_and_columns():
 def test_a_time_of_day_is_the_same_in_a_table_and_in_a_line():
     """Rounded to the second: the dialog said 13:01:38 and the pane 13:01:37."""
     clock = ClockSet(seq=3, utc="2026-06-03T13:01:37.600Z", before_s=-0.004, after_s=0.0)
-    assert record_line(clock) == "13:01:38     3  unit clock set: +0.0 s before, +0.000 s after"
+    assert record_line(clock) == "13:01:38     3  unit clock set: -0.004 s before, +0.000 s after"
+    slow = msgspec.structs.replace(clock, before_s=-0.043, after_s=-0.032)
+    assert record_line(slow).endswith("-0.043 s before, -0.032 s after")
+    for losses, words in ((0, ""), (1, ", lost 1 more time before"), (2, ", lost 2 more times")):
+        restored = LinkRestored(seq=4, utc=AT, serial="0001", losses=losses)
+        assert words in record_line(restored)
     assert "13:01:38" in text_of(*tables.clocks_table([clock]))

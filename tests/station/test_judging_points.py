@@ -235,6 +235,13 @@ def test_a_point_struck_out_with_its_offset_is_compared_as_well(taken: SessionVi
     assert influence.without.solution.n_points == len(taken.accepted) - 1
 
 
+def test_the_findings_of_one_point_speak_of_one(taken: SessionView) -> None:
+    first = taken.accepted[0].seq
+    one = view_session(taken.header, tuple(r for r in taken.records if r.seq <= first))
+    said = [finding.sentence for finding in analyse_session(one).findings]
+    assert any("1 point beside six parameters" in sentence for sentence in said)
+
+
 def test_the_evidence_of_a_point_is_what_came_last_before_it(taken: SessionView) -> None:
     first, last = taken.accepted[0], taken.accepted[-1]
     for point in (first, last):

@@ -1,6 +1,7 @@
 """Set Sun Offset by the keys; the emulator's time is moved by hand, one renewal after the other."""
 
 import re
+from types import SimpleNamespace
 
 import msgspec
 import pytest
@@ -20,6 +21,7 @@ from solarcal.emulator.emulation import Emulator
 from solarcal.station.procedure import Station
 from solarcal.tui.offset.dialog import SunOffsetDialog
 from solarcal.tui.offset.spot import Sunspot
+from solarcal.tui.offset.words import jog_warning
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.tracker import Emulation, Mode, Spot
 
@@ -133,6 +135,25 @@ async def test_going_backward_warns_until_b_has_gone_behind_and_forward() -> Non
         await pilot.press("b")
         await pass_time(pilot, station.tracker.emulation, 10)
         await shows(pilot, "Both axes came from behind")
+
+
+@pytest.mark.parametrize(
+    ("behind", "who"),
+    [
+        ((False, True), "Axis 1 did"),
+        ((True, False), "Axis 2 did"),
+        ((False,) * 2, "Axes 1 and 2 did"),
+    ],
+)
+def test_the_warning_names_the_axes_that_came_from_the_wrong_side(
+    behind: tuple[bool, bool], who: str
+) -> None:
+    view = SimpleNamespace(
+        status=SimpleNamespace(referenced=True),
+        watch=SimpleNamespace(from_behind=behind),
+        aim=SimpleNamespace(behind=(False, False)),
+    )
+    assert jog_warning(view, None).startswith(f"{who} NOT come from behind: the backlash")
 
 
 @on_loop

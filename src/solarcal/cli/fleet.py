@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from solarcal.cli.process import add_json_option, print_json, say
-from solarcal.decimals import whole_option
+from solarcal.decimals import counted, whole_option
 from solarcal.report.blocks import columns, number
 
 if TYPE_CHECKING:
@@ -83,7 +83,8 @@ def _table(
 ) -> list[str]:
     what = {"rms": "rms", "lean": "lean", "sigma": "lean's sigma", "noise": "noise"}[worst_by]
     lines = [
-        f"{len(fleet.members)} sessions fitted by robust; the {len(worst)} worst by {what}, deg:",
+        f"{counted(len(fleet.members), 'session')} fitted by robust; the {len(worst)} worst by "
+        f"{what}, deg:",
         "",
         *columns(
             ("file", "pts", "out", "rms", "max", "noise", "lean", "sigma"),
@@ -107,7 +108,7 @@ def _table(
         "`solarcal fit FILE` reports the rest of a session",
     ]
     if fleet.unreadable:
-        lines += ["", f"{len(fleet.unreadable)} files could not be read or fitted:"]
+        lines += ["", f"{counted(len(fleet.unreadable), 'file')} could not be read or fitted:"]
         lines += [f"  {reason}" for reason in _named(fleet)]
     return lines
 

@@ -158,7 +158,7 @@ def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
         "warnings": list(table.warnings),
     }
     sigmas = solution.sigma_deg or (None, None, None)
-    lines = [*table.warnings, f"{solution.n_points} points of {args.file}"]
+    lines = [*table.warnings, f"{counted(solution.n_points, 'point')} of {args.file}"]
     begun = document["start"]
     for (name, value), sigma in zip(document["base"].items(), sigmas, strict=True):
         known = "" if sigma is None else f" +- {sigma:.4f}"

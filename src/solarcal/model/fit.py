@@ -133,7 +133,10 @@ def fit_iterated(points: Points, terms: Sequence[str], *, limits: Limits | None 
     model_terms = chosen_terms(terms, points.geometry)
     n, k = len(points), len(model_terms)
     if n <= k:
-        raise FitError(f"{n} points for {k} terms: the iterated fit needs more points than terms")
+        raise FitError(
+            f"{counted(n, 'point')} for {counted(k, 'term')}: the iterated fit needs more points "
+            "than terms"
+        )
     if any(term.unit != "arcsec" for term in model_terms):
         raise FitError(
             "the iterated fit is of TPOINT terms (IA, IE, ...); P1..P6 are fitted by the other "

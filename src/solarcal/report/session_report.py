@@ -205,7 +205,7 @@ def record_words(record: Record) -> str:
             return f"data file initialised, {from_limit(record.distance_to_limits_deg, 1)}"
         case ClockSet():
             return (
-                f"unit clock set: {record.before_s:+z.1f} s before, {record.after_s:+z.3f} s after"
+                f"unit clock set: {record.before_s:+z.3f} s before, {record.after_s:+z.3f} s after"
             )
         case RefCheck():
             done = "" if record.complete else " (broken off)"
@@ -256,7 +256,7 @@ def record_words(record: Record) -> str:
         case LinkLost():
             return f"link lost: {record.reason}"
         case LinkRestored():
-            again = f", after {record.losses} more losses" if record.losses else ""
+            again = f", lost {counted(record.losses, 'more time')} before" if record.losses else ""
             return f"link restored to unit {record.serial}{again}"
         case UnknownRecord():
             return f"{record.type} (not known to this version)"

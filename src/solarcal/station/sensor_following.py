@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from solarcal.decimals import counted
 from solarcal.errors import ProcedureRefused
 from solarcal.session.records import PointRecord
 from solarcal.station.centring import SunCentring, wait_until
@@ -43,7 +44,7 @@ class FollowPlan:
 
     def __post_init__(self) -> None:
         if not 1 <= self.points <= 200:
-            raise ProcedureRefused(f"{self.points} points: give 1 to 200")
+            raise ProcedureRefused(f"{counted(self.points, 'point')}: give 1 to 200")
         if not 5.0 <= self.every_min <= 240.0:
             raise ProcedureRefused(
                 f"a point every {self.every_min:g} minutes: give 5 to 240 minutes"
@@ -117,8 +118,8 @@ class SensorFollower:
         _demand_ready(station, commanded)
         self.demand_ready()
         station.note(
-            f"following the {self.light} by the sun sensor from here: {plan.points} points, "
-            f"every {plan.every_min:g} min"
+            f"following the {self.light} by the sun sensor from here: "
+            f"{counted(plan.points, 'point')}, every {plan.every_min:g} min"
         )
         taken: list[PointRecord] = []
         slot_utc_s = station.clock.utc_s()
@@ -132,7 +133,7 @@ class SensorFollower:
                 taken.append(self.take_point())
             except ProcedureRefused as doubt:
                 return Followed(tuple(taken), self.stop(str(doubt)))
-        station.note(f"following the sun sensor ended with {len(taken)} points")
+        station.note(f"following the sun sensor ended with {counted(len(taken), 'point')}")
         return Followed(tuple(taken))
 
     def demand_ready(self) -> None:

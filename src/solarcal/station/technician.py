@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
 
+from solarcal.decimals import counted
 from solarcal.errors import LinkError, ProcedureRefused, UnitRefused
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.session.records import CheckRecord, PointRecord, UploadRecord
@@ -111,7 +112,7 @@ class AutomaticTechnician:
 
     def _set_clock(self) -> None:
         clock = self.station.set_unit_clock()
-        self._say(f"unit clock set: {clock.before_s:+z.1f} s before, {clock.after_s:+z.3f} s after")
+        self._say(f"unit clock set: {clock.before_s:+z.3f} s before, {clock.after_s:+z.3f} s after")
 
     def _initialise(self) -> None:
         station = self.station
@@ -199,7 +200,7 @@ class AutomaticTechnician:
         )
         if proposal is None:
             raise ProcedureRefused(
-                f"only {len(station.session.accepted)} points were accepted; at least three are "
+                f"{counted(len(station.session.accepted), 'point')} accepted; at least three are "
                 f"needed to compute coefficients worth uploading{self._without_spot()}"
             )
         try:

@@ -259,7 +259,7 @@ def advice(judgement: Analysis, plan_options: PlanOptions) -> Content:
     if plan_options.until_utc_s is not None:
         asked.append(f"leave at {time_of_day(plan_options.until_utc_s)}")
     if plan_options.points is not None:
-        asked.append(f"{plan_options.points} points in all")
+        asked.append(f"{counted(plan_options.points, 'point')} in all")
     if plan_options.struck:
         asked.append(f"{counted(len(plan_options.struck), 'half hour')} of cloud")
     return Content.assemble(

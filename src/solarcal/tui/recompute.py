@@ -14,6 +14,7 @@ from textual.containers import Container
 from textual.widgets import Static
 
 from solarcal.config import sessions_dir
+from solarcal.decimals import counted
 from solarcal.errors import FitError, SolarcalError, harmless
 from solarcal.model.mechanism_solution import MechanismSolution
 from solarcal.model.solution import Solution
@@ -183,7 +184,7 @@ def _lines(found: Recomputed) -> list[str]:
             blocks += shims_blocks(*base_and_shims(found.solution, circle))
     if found.session is not None:
         if found.solution is None and not found.trouble:
-            few = f"{len(found.session.accepted)} accepted points: too few for a fit."
+            few = f"{counted(len(found.session.accepted), 'accepted point')}: too few for a fit."
             blocks.append(Prose((few,)))
         blocks.append(Prose(("",)))
         blocks += points_table(found.session, found.solution)

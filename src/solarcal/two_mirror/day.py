@@ -10,6 +10,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from solarcal.decimals import counted
 from solarcal.session.points import PointTable
 from solarcal.timescale import format_utc, second_of_day
 from solarcal.two_mirror.base import BaseModel, BaseSolution, LoggedPoint
@@ -279,7 +280,7 @@ def day_lines(day: MirrorDay) -> list[str]:
     if zenith is not None:
         lines += _zenith_lines(zenith)
     if solution is None:
-        lines.append(f"Log: {len(day.log)} points, too few for the Euler angles")
+        lines.append(f"Log: {counted(len(day.log), 'point')}, too few for the Euler angles")
         return lines
     lines.append(f"Log: {len(day.log)} points; Euler angles fitted back (truth):")
     true = asdict(truth.base())

@@ -12,6 +12,7 @@ from collections.abc import Callable
 
 import msgspec
 
+from solarcal.decimals import counted
 from solarcal.errors import LinkError, ProtocolError, UnitRefused
 from solarcal.unit.frames import (
     SEQUENCE_NUMBERS,
@@ -184,8 +185,9 @@ class Conversation:
                         "plug, transmit and receive exchanged) and that the unit is on"
                     )
                 raise LinkError(
-                    f"no answer from {self.port} to {waiting.request.verb} ({silences} times, "
-                    f"{answer_s:g} s each); check that the unit is on, the cable and the port"
+                    f"no answer from {self.port} to {waiting.request.verb} "
+                    f"({counted(silences, 'time')}, {answer_s:g} s each); check that the unit is "
+                    "on, the cable and the port"
                 )
             self._send(frame, waiting.request, stops, False)
 
@@ -284,8 +286,8 @@ class Conversation:
     def _damage_text(self, request: Request, damages: int) -> str:
         if self._understood:
             return (
-                f"the line to {self.port} is too noisy: {damages} frames of {request.verb} arrived "
-                "damaged; check cable, connectors and grounding"
+                f"the line to {self.port} is too noisy: {counted(damages, 'frame')} of "
+                f"{request.verb} arrived damaged; check cable, connectors and grounding"
             )
         return (
             f"{self.port} answers, but not in the SolarTrak protocol; "

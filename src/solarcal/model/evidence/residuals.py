@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from solarcal.decimals import counted
 from solarcal.model.degeneracy import degeneracies
 from solarcal.model.evidence.read_outs import Loss, undo_losses
 from solarcal.model.f_tests import ZEROS, ColumnFit, PointsTested, Rows
@@ -192,7 +193,7 @@ def _too_few(n: int) -> Finding:
         kind="unmodelled",
         subject="residuals",
         sentence="collimation, axes not square, gravity sag and bad points are not determinable "
-        f"from these points: {n} points leave too little redundancy beside six parameters",
+        f"from these points: {counted(n, 'point')} beside six parameters, too little redundancy",
         certainty="not_determinable",
     )
 

@@ -23,6 +23,7 @@ from typing import Unpack
 
 import numpy as np
 
+from solarcal.decimals import counted
 from solarcal.errors import ConfigurationError, InputFileError
 from solarcal.input_files import read_text
 from solarcal.session.interchange.csv_head import UnitFillIn, complete_head
@@ -324,7 +325,7 @@ def _row(line: str, where: str) -> Row:
     values = all_numbers(line.split(), where)
     if len(values) not in _COLUMNS:
         raise InputFileError(
-            f"{where}: {len(values)} numbers where an observation has four or five "
+            f"{where}: {counted(len(values), 'number')} where an observation has four or five "
             "(azimuth, elevation, both demands, degrees)"
         )
     require_possible(values, where, "demands")

@@ -19,6 +19,7 @@ from typing import Unpack
 
 import numpy as np
 
+from solarcal.decimals import counted
 from solarcal.errors import ConfigurationError, InputFileError
 from solarcal.input_files import read_text, write_whole
 from solarcal.session.interchange.altaz import (
@@ -288,7 +289,7 @@ class _Reading:
         values = all_numbers(cells, where)
         if len(values) < 4:
             raise InputFileError(
-                f"{where}: {len(values)} numbers where an observation has four "
+                f"{where}: {counted(len(values), 'number')} where an observation has four "
                 "(azimuth, elevation, and both encoders, degrees)"
             )
         return (values[0], values[1], values[2], values[3])

@@ -69,9 +69,9 @@ def jog_warning(view: JogView, app: Workstation) -> str:
     if view.aim is not None and any(view.aim.behind):
         return "Going behind the Sun; the axes then come forward automatically."
     if view.aim is not None and not all(behind):
-        axes = " and ".join(str(i + 1) for i, ok in enumerate(behind) if not ok)
+        who = "Axes 1 and 2" if not any(behind) else f"Axis {1 + behind.index(False)}"
         return (
-            f"Axis {axes} did NOT come from behind: its backlash is in the error. "
+            f"{who} did NOT come from behind: the backlash is in the error. "
             "Press b: behind the Sun first, then forward."
         )
     if view.status.mode in (Mode.STOP, Mode.FAULT):
