@@ -200,7 +200,7 @@ class AutomaticTechnician:
         )
         if proposal is None:
             raise ProcedureRefused(
-                f"{counted(len(station.session.accepted), 'point')} accepted; at least three are "
+                f"only {counted(len(station.session.accepted), 'point')} accepted; at least three are "
                 f"needed to compute coefficients worth uploading{self._without_spot()}"
             )
         try:
