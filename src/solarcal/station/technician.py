@@ -200,8 +200,8 @@ class AutomaticTechnician:
         )
         if proposal is None:
             raise ProcedureRefused(
-                f"only {counted(len(station.session.accepted), 'point')} accepted; at least three are "
-                f"needed to compute coefficients worth uploading{self._without_spot()}"
+                f"only {counted(len(station.session.accepted), 'point')} accepted; at least three "
+                f"are needed to compute coefficients worth uploading{self._without_spot()}"
             )
         try:
             forced = refuse_doubtful(proposal, self._force)
