@@ -6,13 +6,16 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from msgspec.structs import replace as replace_struct
 
 from solarcal.errors import ProcedureRefused
 from solarcal.mount.formula import Coefficients
+from solarcal.optics.reflection import Target
 from solarcal.session.journal import Journal
 from solarcal.session.lines import sealed
 from solarcal.session.records import Void
 from solarcal.session.view import read_session
+from solarcal.site import Site
 from solarcal.station import saved_sessions
 from solarcal.station.analysing import analyse_files, read_files
 from solarcal.station.clocks import clock_beside
@@ -208,12 +211,20 @@ def test_a_point_struck_out_is_not_counted_where_the_session_is_offered(tmp_path
 
 def test_only_a_whole_unfinished_session_of_the_same_unit_can_be_gone_on_with(monkeypatch):
     unit = ("SolarTrak", "0042", "azel")
-    mine = SavedSession(Path("mine.jsonl"), finished=False, unit=unit)
+    site, target = Site(35.05, 179.998, 1830.0), Target(10.0, 80.0, 100.0)
+    mine = SavedSession(Path("mine.jsonl"), finished=False, unit=unit, site=site, target=target)
     others = [
         replace(mine, finished=True),
         replace(mine, damage="torn"),
         replace(mine, unit=("SolarTrak", "0043", "azel")),
         replace(mine, unit=("SolarTrak", "0042", "polar")),
+        replace(mine, site=replace_struct(site, latitude_deg=35.07)),
+        replace(mine, site=replace_struct(site, longitude_deg=179.98)),
+        replace(mine, site=None),
+        replace(mine, target=None),
+        replace(mine, target=Target(10.0, 80.0, 120.0)),
     ]
     monkeypatch.setattr(saved_sessions, "saved_sessions", lambda: [*others, mine])
-    assert saved_sessions.unfinished_sessions(*unit) == [mine]
+    # The surveyed place may differ by a few digits, and across the date line.
+    near = replace_struct(site, longitude_deg=-179.998)
+    assert saved_sessions.unfinished_sessions(*unit, near, target) == [mine]

@@ -447,7 +447,13 @@ async def test_a_new_session_is_begun_all_the_same_when_that_is_chosen():
 
 
 @pytest.mark.parametrize(
-    ("scenario", "settings"), [("tijeras-azel", ["unit.serial=B9"]), ("ns-tiltroll", [])]
+    ("scenario", "settings"),
+    [
+        ("tijeras-azel", ["unit.serial=B9"]),
+        ("ns-tiltroll", []),
+        ("heliostat", []),
+        ("southern", []),
+    ],
 )
 async def test_another_units_unfinished_session_is_not_offered(scenario, settings):
     unfinished_session()

@@ -93,11 +93,10 @@ def open_line(
         offers = choice.offers_unfinished and not choice.session and output is None
         if offers and tracker.display is not None:
             # Before the technician types what the unit holds.
-            _offer_unfinished(choice, tracker.display.identity, tracker.site().geometry)
+            _offer_unfinished(choice, tracker, tracker.display.identity)
         identity = station.connect()
         if offers:
-            assert station.unit_site is not None  # connect() has read it
-            _offer_unfinished(choice, identity, station.unit_site.geometry)
+            _offer_unfinished(choice, tracker, identity)
         create = _journal_creator(choice, output)
         if choice.session:
             journal = Journal.resume(choice.session)
@@ -111,12 +110,15 @@ def open_line(
         return OpenLine(station, choice, path, resources.pop_all(), create, clock, noticed)
 
 
-def _offer_unfinished(choice: Choice, identity: UnitIdentity, geometry: str) -> None:
+def _offer_unfinished(choice: Choice, tracker: Tracker, identity: UnitIdentity) -> None:
     """Leave it to the technician where this unit has sessions to go on with."""
+    here, target = tracker.site(), tracker.parameters().target
     anew = msgspec.structs.replace(choice, offers_unfinished=False)
     entries = [
         (saved.words(), msgspec.structs.replace(anew, session=str(saved.path)))
-        for saved in unfinished_sessions(identity.model, identity.serial, geometry)
+        for saved in unfinished_sessions(
+            identity.model, identity.serial, here.geometry, here.site, target
+        )
     ]
     if entries:
         raise UnfinishedSessions(f"{identity.model} {identity.serial}", entries, anew)

@@ -11,8 +11,11 @@ from msgspec.structs import astuple
 from solarcal.config import Choice, sessions_dir
 from solarcal.decimals import counted
 from solarcal.errors import SolarcalError, harmless
+from solarcal.optics.reflection import Target
+from solarcal.session.points import SITE_TOLERANCE_DEG
 from solarcal.session.records import Closed, Header, PointRecord, Record
 from solarcal.session.view import UNCLOSED, SessionView, read_session, view_session
+from solarcal.site import Site, longitude_apart_deg
 from solarcal.timescale import parse_utc
 
 NEWEST_SESSIONS = 40
@@ -39,6 +42,9 @@ class SavedSession:
     damage: str = ""
     unit: tuple[str, str, str] = ("", "", "")
     """Model, serial number and geometry."""
+    site: Site | None = None
+    target: Target | None = None
+    """Of a heliostat."""
     typed: bool = False
 
     def words(self) -> str:
@@ -67,13 +73,22 @@ def session_files(folders: Iterable[Path]) -> list[Path]:
     return [path for _, _, path in sorted(files)]
 
 
-def unfinished_sessions(model: str, serial: str, geometry: str) -> list[SavedSession]:
-    """Those of one unit that can be gone on with, newest first."""
+def unfinished_sessions(
+    model: str, serial: str, geometry: str, site: Site, target: Target | None
+) -> list[SavedSession]:
+    """Those of one unit at its place that can be gone on with, newest first."""
     return [
         saved
         for saved in saved_sessions()
-        if not saved.finished and not saved.damage and saved.unit == (model, serial, geometry)
+        if not saved.finished and not saved.damage
+        if (saved.unit, saved.target) == ((model, serial, geometry), target)
+        if saved.site is not None and _same_place(saved.site, site)
     ]
+
+
+def _same_place(one: Site, other: Site) -> bool:
+    pairs = (one.latitude_deg, other.latitude_deg), (one.longitude_deg, other.longitude_deg)
+    return all(abs(longitude_apart_deg(*pair)) <= SITE_TOLERANCE_DEG for pair in pairs)
 
 
 def look_into(path: Path) -> SavedSession:
@@ -91,6 +106,8 @@ def look_into(path: Path) -> SavedSession:
         len(session.accepted),
         isinstance(last, Closed) or imported,
         unit=(header.unit.model, header.unit.serial, header.geometry),
+        site=header.unit.site,
+        target=None if header.unit.heliostat is None else header.unit.heliostat.target,
         typed=header.unit.typed,
     )
 
