@@ -166,6 +166,55 @@ def test_without_stamps_or_a_site_nothing_is_compared() -> None:
     assert stamp_findings(struck) == ()
 
 
+@pytest.mark.parametrize("geometry", ["azel", "tiltroll-ew", "tiltroll-ns", "polar"])
+@pytest.mark.parametrize(("light", "latitude", "told"), [
+    ("sun", 35.05, ""), ("sun", -35.05, "reach a declination of"), ("", -35.05, ""),
+    # The Moon, and a site that is not well known, go further than the Sun.
+    ("sun", 32.0, ""),
+])  # fmt: skip
+def test_without_stamps_no_angles_are_the_suns_at_any_declination(
+    geometry: str, light: str, latitude: float, told: str
+) -> None:
+    nothing = np.full(10, np.nan)
+    if geometry != "azel" and latitude < 0:
+        # About the pole of the other hemisphere a direction of its axes is another one.
+        latitude = 75.0
+    points = replace(day(geometry=geometry), utc_s=nothing, light=light, latitude_deg=latitude)
+    if geometry == "polar" and told:
+        # The axis is the pole's wherever it stands: axis 2 is the polar distance.
+        told = ""
+    found = stamp_findings(points)
+    assert (told in found[0].sentence and found[0].kind == "site") if told else found == ()
+
+
+def test_angles_noted_to_a_tenth_are_not_held_against_stamps_to_the_second() -> None:
+    exact = day()
+    coarse = replace(exact, ax1_deg=np.round(exact.ax1_deg, 1), ax2_deg=np.round(exact.ax2_deg, 1))
+    limit_deg = 0.04
+    assert stamp_evidence(coarse, sky_context(coarse), limit_deg) == ()
+    (finding,) = stamp_findings(replace(coarse, utc_s=coarse.utc_s + 120.0))
+    assert finding.kind == "time_stamps"
+    assert finding.number == pytest.approx(120.0, abs=15.0)
+
+
+def test_another_kind_is_named_where_only_the_lowest_points_show_it() -> None:
+    """Refraction is beyond the limit at one point in the morning only."""
+    points = replace(day("airless"), ideal="apparent")
+    context = sky_context(points)
+    worst = next(f.number for f in stamp_evidence(points, context, 0.02))
+    (finding,) = stamp_evidence(points, context, 1.9 * worst)
+    assert finding.kind == "ideal_kind"
+    assert "give ideal=airless" in finding.sentence
+
+
+def test_what_a_few_points_are_off_has_one_explanation_of_many() -> None:
+    slip = day()
+    slip.utc_s[3] += 90.0
+    (finding,) = stamp_findings(slip)
+    assert finding.labels == (4,)
+    assert "at 1 of 10 points (point 4); one explanation: the time stamp" in finding.sentence
+
+
 def test_half_the_tolerance_is_allowed() -> None:
     table = late(8.0)  # 0.03 deg of Sun
     context = sky_context(table)

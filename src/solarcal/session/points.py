@@ -72,6 +72,7 @@ class PointTable:
     warnings : what the reader found to report.
     heliostat : target and mirror, where all angles are those of a mirror's normal.
     stamp_utc_s : when each row was taken, to be shown, where ``utc_s`` must not hold it.
+    light : ``sun`` where the points are on the Sun or the Moon even without an instant.
     """
 
     geometry: str
@@ -95,6 +96,7 @@ class PointTable:
     warnings: tuple[str, ...] = ()
     heliostat: Heliostat | None = None
     stamp_utc_s: FloatArray | None = None
+    light: str = ""
 
     def __len__(self) -> int:
         return len(self.labels)
@@ -182,6 +184,12 @@ def table_of_points(
         ),
         dtype=np.float64,
     )
+    numbers: dict[str, Any] = {
+        name: given_numbers(
+            np.array([getattr(p, name, None) for p in found], dtype=np.float64), accepted
+        )
+        for name in NUMBERS
+    }
     return PointTable(
         geometry=header.geometry,
         latitude_deg=None if "latitude" in header.unknown else header.site.latitude_deg,
@@ -204,12 +212,7 @@ def table_of_points(
         warnings=warnings,
         heliostat=header.unit.heliostat,
         stamp_utc_s=stamps if header.target == "moon" else None,
-        **{
-            name: given_numbers(
-                np.array([getattr(p, name, None) for p in found], dtype=np.float64), accepted
-            )
-            for name in NUMBERS
-        },
+        **numbers,
     )
 
 

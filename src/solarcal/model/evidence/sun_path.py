@@ -9,6 +9,7 @@ another kind of angles), then one number (a time shift, a latitude, a longitude)
 Where the path crosses the edge of axis 1's branch, points on its two sides are two calibrations.
 """
 
+import math
 from collections.abc import Set as AbstractSet
 from functools import lru_cache
 from typing import get_args
@@ -49,6 +50,9 @@ AGREEMENT_SHARE = 0.5
 KIND_LIMIT_DEG = 0.01
 """Two kinds of ideal angles that differ by less are the same for a calibration."""
 
+MOST_DECLINATION_DEG = 29.5
+"""The Moon's 28.8 deg, and what refraction and a parallax may add."""
+
 UNIT_CLOCK = "unit clock"
 """Whose time it is where a unit computed the ideal angles and the laptop stamped them."""
 
@@ -75,10 +79,42 @@ def stamp_evidence(
     used = table.accepted()
     if table.site is None:
         return ()
+    if table.light == "sun" and not np.isfinite(used.utc_s).any():
+        return _no_sun(used, context)
     known = _known_instants(used.utc_s)
     left_out = _not_compared(used.rows(np.flatnonzero(np.isfinite(used.utc_s) & ~known)), context)
     rows = used.rows(np.flatnonzero(known))
     return (*left_out, *_compared(rows, context, tolerance_deg, kind_claimed=kind_claimed))
+
+
+def _no_sun(rows: PointTable, context: SkyContext) -> tuple[Finding, ...]:
+    """Points without an instant, at declinations that the Sun never has."""
+    if not len(rows):
+        return ()
+    azimuth, zenith = context.geometry.horizontal_from_axes(rows.ax1_deg, rows.ax2_deg)
+    if context.heliostat is not None:
+        azimuth, zenith = context.heliostat.sun_deg(azimuth, zenith)
+    latitude = np.radians(context.site.latitude_deg)
+    azimuth, zenith = np.radians(azimuth), np.radians(zenith)
+    sine = np.cos(zenith) * np.sin(latitude) + np.sin(zenith) * np.cos(latitude) * np.cos(azimuth)
+    declination = np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))
+    beyond = np.flatnonzero(np.abs(declination) > MOST_DECLINATION_DEG)
+    if not len(beyond):
+        return ()
+    worst = float(declination[beyond][np.argmax(np.abs(declination[beyond]))])
+    labels = tuple(rows.labels[i] for i in beyond)
+    return (
+        Finding(
+            kind="site",
+            subject="site",
+            sentence=f"the ideal angles of {points_named(labels)} are not the Sun's: at latitude "
+            f"{context.site.latitude_deg:.2f} they reach a declination of {worst:.1f} deg, the Sun "
+            "never leaves 23.5 nor the Moon 28.8; correct the site or the geometry, or give utc",
+            number=worst,
+            direct=True,
+            labels=labels,
+        ),
+    )
 
 
 def _not_compared(rows: PointTable, context: SkyContext) -> tuple[Finding, ...]:
@@ -110,12 +146,14 @@ def _compared(
         # Instants of a Sun that is not known cannot contradict anything.
         return ()
     apart = _apart_deg(rows, context, sun)
-    limit = AGREEMENT_SHARE * tolerance_deg
+    limit = AGREEMENT_SHARE * tolerance_deg + _rounding_deg(rows)
     bad = np.flatnonzero((apart > limit) & ~_too_low(rows, context, sun))
-    if not len(bad):
-        return _kind_shown(rows, context, apart) if kind_claimed else ()
+    few = 2 * len(bad) < len(rows)
+    other_kind = _kind_shown(rows, context, apart) if kind_claimed and few else ()
+    if not len(bad) or other_kind:
+        return other_kind
     # A few rows among many are slips of their own; else it is the file.
-    chosen = bad if 2 * len(bad) < len(rows) else np.arange(len(rows))
+    chosen = bad if few else np.arange(len(rows))
     search = StampSearch(rows.rows(_thinned(chosen)), context)
     found = search.simplest(limit, whole_file=len(chosen) == len(rows))
     labels = tuple(rows.labels[i] for i in chosen)
@@ -137,12 +175,15 @@ def _compared(
             ),
         )
     left = float(found.left_deg.max())
+    said = f"{found.words}: {start}, and by up to {left:.3f} deg with that"
+    if len(chosen) < len(rows):
+        # What a few points are off may have many causes.
+        said = f"{start}; one explanation: {found.words}, which leaves up to {left:.3f} deg"
     return (
         Finding(
             kind=found.kind,
             subject=_subject(found.kind, kind_claimed),
-            sentence=f"{found.words}: {start}, and by up to {left:.3f} deg with that; "
-            f"{_cure(found, kind_claimed)}",
+            sentence=f"{said}; {_cure(found, kind_claimed)}",
             number=found.number,
             unit=found.unit,
             direct=True,
@@ -186,6 +227,15 @@ def _apart_deg(rows: PointTable, context: SkyContext, sun: SunDirections) -> Flo
         ),
         dtype=np.float64,
     )
+
+
+def _rounding_deg(rows: PointTable) -> float:
+    """How far, on the diagonal, the noted angles may be from what they were rounded from."""
+    angles = np.concatenate((rows.ax1_deg, rows.ax2_deg))
+    for step_deg in (1.0, 0.1):
+        if np.abs(angles / step_deg - np.round(angles / step_deg)).max() < 1e-6:
+            return step_deg / math.sqrt(2.0)
+    return 0.0
 
 
 def _too_low(rows: PointTable, context: SkyContext, sun: SunDirections) -> NDArray[np.bool_]:

@@ -89,6 +89,7 @@ def read_points_csv(path: str | Path, **fill_in: Unpack[UnitFillIn]) -> PointTab
         labels=tuple(sheet.lines),
         sources=(str(path),) * len(status),
         warnings=head.warnings,
+        light="sun",
     )
 
 
