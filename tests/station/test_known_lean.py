@@ -1,6 +1,7 @@
 """A lean read on the tower and the unit's last coefficients: known to every fit of a session."""
 
 import math
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -19,6 +20,7 @@ from solarcal.station.fitting import last_doubts, prior_of, solve
 from solarcal.station.procedure import Station
 from solarcal.station.technician import AutomaticTechnician, Schedule
 
+SESSIONS = Path(__file__).parents[2] / "sessions"
 READ = Inclinometer(lean_north_deg=0.6, lean_east_deg=-0.25, sigma_deg=0.02)
 
 
@@ -110,3 +112,31 @@ def test_last_coefficients_the_points_contradict_are_reported_wherever_the_fit_i
     assert live.prior == DEFAULT_PRIOR
     (sentence,) = last_doubts(view, live)
     assert sentence in analyse_session(view).verdict.reasons
+
+
+@pytest.mark.parametrize(
+    ("read", "fits"),
+    [
+        (Inclinometer(lean_north_deg=0.28, lean_east_deg=0.53, sigma_deg=0.02), True),
+        # North and east exchanged, both signs wrong, a reading of another tower.
+        (Inclinometer(lean_north_deg=0.53, lean_east_deg=0.28, sigma_deg=0.02), False),
+        (Inclinometer(lean_north_deg=-0.28, lean_east_deg=-0.53, sigma_deg=0.05), False),
+        (Inclinometer(lean_north_deg=3.0, lean_east_deg=-2.0, sigma_deg=0.01), False),
+    ],
+)
+def test_a_reading_that_the_points_contradict_is_named_and_not_used(read, fits):
+    day = read_session(SESSIONS / "azel-good-day.jsonl")
+    alone = analyse_session(day)
+    told = view_session(msgspec.structs.replace(day.header, inclinometer=read), day.records)
+    judged = analyse_session(told)
+    assert judged.verdict.state == "done"
+    named = [f for f in judged.findings if f.kind == "inclinometer"]
+    assert (named == []) == fits
+    assert last_doubts(told, judged.solution) == tuple(f.sentence for f in named)
+    if fits:
+        assert judged.solution.sigmas[0] < alone.solution.sigmas[0]
+    else:
+        assert (judged.solution.values == alone.solution.values).all()
+        by_it = f"P1 {read.lean_north_deg:+.3f} and P3 {read.lean_east_deg:+.3f} deg by it"
+        assert by_it in named[0].sentence
+        assert named[0].sentence in judged.verdict.reasons

@@ -264,6 +264,41 @@ def last_prior(last: Coefficients, context: SkyContext, usual: Prior) -> Prior:
     )
 
 
+def weigh_inclinometer(
+    read: Prior, solve: Callable[[Prior], MechanismSolution]
+) -> tuple[Prior, tuple[Finding, ...]]:
+    """The prior to use, and a finding where the points contradict the lean of an inclinometer.
+
+    ``read``: the prior with it; ``solve``: the fit by a prior, FitError where the points allow
+    none. The usual prior takes its place where it is contradicted.
+    """
+    posterior, lean = solve(DEFAULT_PRIOR).posterior, list(LEAN)
+    away = (posterior.mean - read.mean_array())[lean]
+    spread = posterior.covariance[np.ix_(lean, lean)] + np.diag(read.sigma_array()[lean] ** 2)
+    chance = float(chdtrc(len(lean), away @ np.linalg.solve(spread, away)))
+    if chance >= CHANCE_LIMIT:
+        return read, ()
+    P1, P3 = read.mean_array()[lean]
+    by_points = posterior.mean[lean]
+    return DEFAULT_PRIOR, (
+        Finding(
+            kind="inclinometer",
+            subject="inclinometer",
+            sentence=f"the inclinometer's reading does not fit these points (p = {_odds(chance)}): "
+            f"P1 {P1:+z.3f} and P3 {P3:+z.3f} deg by it, {by_points[0]:+z.3f} and "
+            f"{by_points[1]:+z.3f} deg by the points; it was not used. Check its signs, its axes "
+            "and its sigma",
+            number=float(np.hypot(*away)),
+            sigma=float(np.sqrt(np.trace(spread) / 2.0)),
+            direct=True,
+        ),
+    )
+
+
+def _odds(chance: float) -> str:
+    return f"{chance:.1g}" if chance > 1e-9 else "below 1e-9"
+
+
 def weigh_last(
     last: Coefficients,
     context: SkyContext,
@@ -297,15 +332,14 @@ def weigh_last(
     name, unit = COEFFICIENT_NAMES[worst], COEFFICIENT_UNITS[worst]
     decimals = 2 if unit == "deg" else 5
     held, found = last.as_tuple()[worst], float(solution.values[worst])
-    odds = f"{chance:.1g}" if chance > 1e-9 else "below 1e-9"
     return usual, (
         Finding(
             kind="last_coefficients",
             subject="last coefficients",
-            sentence=f"the last coefficients do not fit these points (p = {odds}): {name} is "
-            f"{held:+z.{decimals}f} by them and {found:+z.{decimals}f} {unit} by the "
-            "points; they were not used. Check that they are of this unit; if so, tower, "
-            "references or gears have changed",
+            sentence="the last coefficients do not fit these points "
+            f"(p = {_odds(chance)}): {name} is {held:+z.{decimals}f} by them and "
+            f"{found:+z.{decimals}f} {unit} by the points; they were not used. "
+            "Check that they are of this unit; if so, tower, references or gears have changed",
             number=found - held,
             sigma=float(sigmas[worst]),
             unit=unit,

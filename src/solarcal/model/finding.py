@@ -39,6 +39,7 @@ Kind = Literal[
     "not_held",
     "not_proven",
     "last_coefficients",
+    "inclinometer",
     "step",
 ]
 

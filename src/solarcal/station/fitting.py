@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.earlier_sessions import weigh_last
+from solarcal.model.earlier_sessions import weigh_inclinometer, weigh_last
 from solarcal.model.finding import Finding
 from solarcal.model.fit import FEWEST_POINTS
 from solarcal.model.mechanism_solution import MechanismSolution
@@ -57,18 +57,25 @@ def chosen_prior(
     last: Coefficients | None = None,
     solve: Callable[[Prior], MechanismSolution] | None = None,
 ) -> tuple[Prior, tuple[Finding, ...]]:
-    """The prior of a fit, and what the points say against the unit's last coefficients.
+    """The prior of a fit, and what the points say against an inclinometer's reading and the unit's
+    last coefficients.
 
     ``last`` are those asked for; None: the header's. ``solve`` is the fit by a prior, of
     these points where None.
     """
     usual = prior_of(header)
     held = last or (None if header is None else header.last_coefficients)
-    if held is None or method != DEFAULT_METHOD:
+    if method != DEFAULT_METHOD or (held is None and usual is DEFAULT_PRIOR):
         return usual, ()
     distinct = points.distinct()
     by_prior = solve or (lambda prior: fit_exact(distinct, context, prior=prior))
-    return weigh_last(held, context, usual, by_prior)
+    against: tuple[Finding, ...] = ()
+    if usual is not DEFAULT_PRIOR:
+        usual, against = weigh_inclinometer(usual, by_prior)
+    if held is None:
+        return usual, against
+    prior, more = weigh_last(held, context, usual, by_prior)
+    return prior, (*against, *more)
 
 
 def point_set(table: PointTable) -> Points:
@@ -142,10 +149,10 @@ def _solved(header: Header, accepted: tuple[PointRecord, ...], method: str) -> S
 
 
 def last_doubts(session: SessionView, solution: Solution | None) -> tuple[str, ...]:
-    """Sentences on last coefficients of the session that its fit did not use."""
+    """Sentences on an inclinometer's reading and last coefficients that a fit did not use."""
     header = session.header
-    used = not isinstance(solution, MechanismSolution) or solution.prior.last is not None
-    if header.last_coefficients is None or used:
+    told = header.last_coefficients is not None or header.inclinometer is not None
+    if not told or not isinstance(solution, MechanismSolution):
         return ()
     points = point_set(session.table)
     context = sky_context(session.table, header, points)

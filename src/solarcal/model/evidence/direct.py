@@ -217,7 +217,7 @@ def weigh(evidence: Iterable[Finding], used: AbstractSet[int], tolerance_deg: fl
             case "missed_counts" if number > tolerance_deg / 2.0:
                 if not used.isdisjoint(finding.labels):
                     waiting.append(f"{finding.sentence}; take others, then strike these out")
-            case "last_coefficients":
+            case "last_coefficients" | "inclinometer":
                 cautions.append(finding.sentence)
             case "clock_drift" | "clock_step" if number > tolerance_deg * SECONDS_PER_SUN_DEG:
                 cautions.append(finding.sentence)
