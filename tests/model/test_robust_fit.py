@@ -323,7 +323,7 @@ def test_a_point_given_three_times_counts_once(method):
     )
     assert thrice.n_points == 9
     assert thrice.values == pytest.approx(once.values)
-    assert any("count as one point" in note for note in thrice.notes)
+    assert any("a measurement counts once" in note for note in thrice.notes)
 
 
 def test_the_blunders_of_a_large_set_are_found_and_harmless():
