@@ -5,7 +5,7 @@ writing it.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -237,7 +237,9 @@ def session_of(content: bytes, name: str) -> SessionView:
     warnings = [*text.warnings, *contradictions(view, name)]
     if not any(isinstance(record, Closed) for record in text.records):
         warnings.append(f"{name} {UNCLOSED}")
-    return replace(view, warnings=tuple(warnings))
+    # It is ours until it is returned: a copy would look for what belongs together once more.
+    object.__setattr__(view, "warnings", tuple(warnings))
+    return view
 
 
 def view_session(

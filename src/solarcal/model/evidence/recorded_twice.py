@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from solarcal.errors import ConfigurationError
-from solarcal.model.evidence.read_outs import OFFSET_TOLERANCE_DEG, losses
+from solarcal.model.evidence.read_outs import OFFSET_TOLERANCE_DEG, Loss, losses
 from solarcal.model.evidence.unit_state import unlike
 from solarcal.model.finding import Finding, listed, points_named
 from solarcal.mount.drive import Drive, reading_deg
@@ -223,12 +223,13 @@ def _checks(session: SessionView) -> Iterator[Finding]:
     """Errors of a check point against its sky error, its Set Sun Offset and its answers, and what
     else was recorded of the unit when it was taken."""
     offsets = session.offset_at
+    missed = losses(session) if session.checks else ()
     for check in session.checks:
         error = check.error_deg
         if check.status != "accepted" or error is None or check.ideal_deg is None:
             continue
         said = [no] if (no := _answered_no(check)) else []
-        said += _unit_at(session, check)
+        said += _unit_at(session, check, missed)
         sky = float(np.hypot(error[0] * np.sin(np.radians(check.ideal_deg[1])), error[1]))
         if check.sky_error_deg is not None and not (
             abs(sky - check.sky_error_deg) <= CHECK_TOLERANCE_DEG
@@ -264,7 +265,9 @@ def _checks(session: SessionView) -> Iterator[Finding]:
             )
 
 
-def _unit_at(session: SessionView, check: CheckRecord) -> Iterator[str]:
+def _unit_at(
+    session: SessionView, check: CheckRecord, missed: Sequence[tuple[RefCheck, int, Loss]]
+) -> Iterator[str]:
     """What was recorded of the unit around a check point that takes its meaning."""
     lost = max((r.seq for r in session.restarts if r.seq < check.seq), default=-1)
     if not any(c.complete and lost < c.seq < check.seq for c in session.ref_checks) and lost >= 0:
@@ -272,7 +275,7 @@ def _unit_at(session: SessionView, check: CheckRecord) -> Iterator[str]:
     links = [link for link in session.reconnections if link.seq < check.seq]
     if links and links[-1].serial != session.header.unit.serial:
         yield f"unit {links[-1].serial} was on the line"
-    for found, counts, loss in losses(session):
+    for found, counts, loss in missed:
         since = [c.seq for c in session.ref_checks if c.complete and c.seq < found.seq]
         if since[-1] < check.seq < found.seq:
             yield (
