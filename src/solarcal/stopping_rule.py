@@ -36,7 +36,7 @@ class Unmodelled(msgspec.Struct, frozen=True, kw_only=True):
     Raises
     ------
     ConfigurationError
-        A width that is not above zero, or a chance of a half and more.
+        A width that is not above zero and below 1000, or a chance of a half and more.
     """
 
     cross_axis_deg: float = 0.02
@@ -56,7 +56,9 @@ class Unmodelled(msgspec.Struct, frozen=True, kw_only=True):
                         f"unmodelled: {name} {value:g} is not from 0 to below 0.5"
                     )
             elif not 0.0 < value < 1000.0:
-                raise ConfigurationError(f"unmodelled: {name} {value:g} is not above zero")
+                raise ConfigurationError(
+                    f"unmodelled: {name} {value:g} is not above zero and below 1000"
+                )
 
     @property
     def large_chances(self) -> tuple[float, float]:

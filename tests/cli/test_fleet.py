@@ -32,6 +32,20 @@ def test_unreadable_files_are_named_and_nothing_stops(
     assert "fitting 3 of 3" in told.err
 
 
+def test_every_file_is_one_line_whatever_its_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copy(FILES[1], tmp_path / "go\nod\x1b[2J.jsonl")
+    (tmp_path / "em\npty.jsonl").write_bytes(b"")
+    assert run_command(["fleet", str(tmp_path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("1 session fitted by robust")
+    assert r"go od\x1b[2J.jsonl" in "\n".join(lines)
+    at = lines.index("1 file could not be read or fitted:")
+    assert len(lines) == at + 2
+    assert lines[at + 1].count("em pty.jsonl") == 1
+
+
 @pytest.mark.parametrize(
     ("worst_by", "key"),
     [("rms", "sky_rms_deg"), ("lean", "lean_deg"), ("sigma", "lean_sigma_deg")],

@@ -433,6 +433,7 @@ def test_what_may_be_there_beside_the_six_is_an_option_and_recorded(day, tmp_pat
     [
         ("bend=0.1", "bend is none of cross_axis_deg, "),
         ("clock_s=0", "clock_s 0 is not above zero"),
+        ("clock_s=1e300", "clock_s 1e+300 is not above zero and below 1000"),
         ("clock_s", "is not a number"),
         ("large_chance=0.5", "large_chance 0.5 is not from 0 to below 0.5"),
     ],

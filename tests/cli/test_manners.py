@@ -321,6 +321,16 @@ def test_a_calibration_has_an_end(capsys):
     assert "more than 500" in capsys.readouterr().err
 
 
+def test_a_name_that_is_no_utf_8_is_written_out_in_every_document(tmp_path, capsys):
+    session = tmp_path / "bad\udcff.jsonl"
+    session.write_bytes(Path(GOOD_DAY).read_bytes())
+    for words in (["fit", str(session)], ["fleet", str(tmp_path)]):
+        assert run_command([*words, "--json"]) == 0
+        text = capsys.readouterr().out
+        assert r"bad\\udcff.jsonl" in text
+        json.dumps(json.loads(text), ensure_ascii=False).encode("utf-8")
+
+
 def test_a_key_that_resembles_nothing_is_pointed_to_the_list(capsys):
     assert run_command(["calibrate", "--set", "zzqqxx=1"]) == 2
     assert "`solarcal scenarios NAME` shows them all" in capsys.readouterr().err

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from solarcal.cli.process import add_json_option, print_json, say
 from solarcal.decimals import counted, whole_option
+from solarcal.errors import one_line
 from solarcal.report.blocks import columns, number
 
 if TYPE_CHECKING:
@@ -114,10 +115,8 @@ def _table(
 
 
 def _named(fleet: "Fleet") -> list[str]:
-    named = [
-        reason if path in reason else f"{path}: {reason}"
-        for path, reason in fleet.unreadable[:_NAMED]
-    ]
+    found = [(one_line(path), one_line(reason)) for path, reason in fleet.unreadable[:_NAMED]]
+    named = [reason if path in reason else f"{path}: {reason}" for path, reason in found]
     left = len(fleet.unreadable) - len(named)
     return [*named, *([f"and {left} more; --json names them all"] if left else [])]
 
@@ -128,5 +127,5 @@ _LONGEST_NAME = 31
 def _shortened(path: str, folder: Path) -> str:
     """The file within its folder, or a heliostat's own folder; its end, where that is too long."""
     within = Path(path).relative_to(folder)
-    name = str(within.parents[1] if within.match("*/Properties/*.json") else within)
+    name = one_line(str(within.parents[1] if within.match("*/Properties/*.json") else within))
     return name if len(name) <= _LONGEST_NAME else "..." + name[3 - _LONGEST_NAME :]

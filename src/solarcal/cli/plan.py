@@ -12,7 +12,7 @@ from pathlib import Path
 from solarcal.cli.fit import add_bolt_option, add_judging_arguments, fill_in, judging
 from solarcal.cli.process import print_json, say, warn
 from solarcal.decimals import counted, whole_option
-from solarcal.errors import ConfigurationError
+from solarcal.errors import ConfigurationError, one_line
 from solarcal.report.blocks import text_of
 from solarcal.timescale import SECONDS_PER_DAY, SystemClock, parse_utc
 
@@ -196,5 +196,6 @@ def run_report(args: argparse.Namespace) -> int:
         return 0
     warn(judged.warnings)
     state = "signed off" if after.signed_off else "not signed off"
-    print("\n".join([*(f"wrote {path}" for path in issued.paths), f"{state}: {after.reason}"]))
+    lines = [*(f"wrote {path}" for path in issued.paths), f"{state}: {after.reason}"]
+    print("\n".join(map(one_line, lines)))
     return 0

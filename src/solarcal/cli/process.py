@@ -23,7 +23,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any, TextIO
 
-from solarcal.errors import ConfigurationError
+from solarcal.errors import ConfigurationError, one_line
 
 if TYPE_CHECKING:
     from solarcal.instruments.form import Answer
@@ -236,11 +236,16 @@ def add_json_option(parser: argparse.ArgumentParser) -> None:
 
 
 def plain(value: Any) -> Any:
-    """Numpy scalars and arrays as Python numbers, not-a-number as null, recursively."""
+    """Numpy scalars and arrays as Python numbers, not-a-number as null, recursively.
+
+    A byte of a file's name that is no UTF-8 is written out, as every sentence does it.
+    """
     import numpy as np
 
+    if isinstance(value, str):
+        return value.encode(errors="backslashreplace").decode()
     if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
+        return {plain(str(key)): plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
         return [plain(item) for item in value]
     if isinstance(value, np.ndarray):
@@ -301,7 +306,7 @@ def say(sentence: str) -> None:
 def warn(warnings: Iterable[str]) -> None:
     """Each warning as a line of its own."""
     for warning in warnings:
-        say(f"warning: {warning}")
+        say(f"warning: {one_line(warning)}")
 
 
 def terminal_size() -> tuple[int, bool]:

@@ -13,7 +13,7 @@ from solarcal.cli.process import (
     warn,
 )
 from solarcal.decimals import counted, whole_option
-from solarcal.errors import ConfigurationError
+from solarcal.errors import ConfigurationError, one_line
 from solarcal.timescale import SystemClock, format_utc
 
 if TYPE_CHECKING:
@@ -65,7 +65,8 @@ def _told(
     warn(warnings)
     if unknown:
         warn([f"the {' and '.join(unknown)} is not known (--lat, --lon)"])
-    print(f"{counted(counts['total'], 'point')} ({counts['accepted']} accepted) in {args.target}")
+    points = counted(counts["total"], "point")
+    print(one_line(f"{points} ({counts['accepted']} accepted) in {args.target}"))
     return 0
 
 

@@ -24,7 +24,7 @@ from solarcal.cli.unit_options import (
 )
 from solarcal.config import sessions_dir
 from solarcal.decimals import number_option
-from solarcal.errors import ConfigurationError, ProcedureRefused
+from solarcal.errors import ConfigurationError, ProcedureRefused, one_line
 from solarcal.report.blocks import text_of
 
 if TYPE_CHECKING:
@@ -82,8 +82,8 @@ def run_upload(args: argparse.Namespace) -> int:
         print(text_of(*rounding_blocks(offer)), end="\n\n")
         print(text_of(*upload_table(record)))
         print(
-            f"\nRecorded in {args.file} as {record.seq}; `solarcal rollback` restores the "
-            "previous ones."
+            f"\nRecorded in {one_line(str(args.file))} as {record.seq}; `solarcal rollback` "
+            "restores the previous ones."
         )
     return int(args.exit_code)
 
@@ -152,7 +152,7 @@ def run_rollback(args: argparse.Namespace) -> int:
 
         print(f"Unit {header.unit.model} {header.unit.serial}{port_words(args)}\n")
         print(text_of(*upload_table(record)))
-        print(f"\nRecorded in {path} as {record.seq}.")
+        print(f"\nRecorded in {one_line(str(path))} as {record.seq}.")
     return int(args.exit_code)
 
 

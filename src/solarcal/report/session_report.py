@@ -169,7 +169,7 @@ def calibration_text(calibration: "Calibration") -> str:
                 analyse_session(calibration.session, calibration.solution.method),
             ),
             section_text("Truth (the emulator's)", *truth),
-            f"Session file: {calibration.path}\n{ending}",
+            f"Session file: {one_line(str(calibration.path))}\n{ending}",
         ]
     )
 
@@ -283,7 +283,7 @@ def hand_calibration_text(calibration: "HandCalibration") -> str:
     if calibration.key_in:
         table = key_in_table(calibration.key_in, session.header.geometry)
         parts.append(section_text("Coefficients to key in", table))
-    parts.append(f"Session file: {calibration.path}\n{_hand_ending(calibration)}")
+    parts.append(f"Session file: {one_line(str(calibration.path))}\n{_hand_ending(calibration)}")
     return "\n\n".join(parts)
 
 
