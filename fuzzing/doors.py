@@ -26,7 +26,8 @@ from solarcal.profiles import Profile
 from solarcal.session.interchange import read_table
 from solarcal.session.interchange.tpoint_model import read_tpoint_model
 from solarcal.session.lines import sealed, torn_marker
-from solarcal.session.view import live_records, read_session, view_session
+from solarcal.session.view import read_session, view_session
+from solarcal.session.voids import live_records
 from solarcal.tui.keys import checked_keymap
 from solarcal.two_mirror.scenario import load_mirror_scenario, mirror_scenario_names
 from solarcal.unit.conversation import Timing

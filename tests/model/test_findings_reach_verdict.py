@@ -12,8 +12,8 @@ from test_time_stamps import day
 
 from solarcal.errors import ProcedureRefused
 from solarcal.model.analysis import analyse
+from solarcal.model.evidence.branch import side_evidence
 from solarcal.model.evidence.direct import Evidence, direct_findings, weigh
-from solarcal.model.evidence.sun_path import side_evidence
 from solarcal.model.finding import listed, points_named
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
 from solarcal.session.interchange import imported_header

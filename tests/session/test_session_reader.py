@@ -37,7 +37,8 @@ from solarcal.session.records import (
     UploadRecord,
     Void,
 )
-from solarcal.session.view import live_records, read_session, refuse_void, view_session
+from solarcal.session.view import read_session, view_session
+from solarcal.session.voids import live_records, refuse_void
 
 HEAD = encode_record(HEADER)
 

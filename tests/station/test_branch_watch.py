@@ -6,8 +6,8 @@ import pytest
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
+from solarcal.model.evidence.branch import branch_warning
 from solarcal.model.evidence.direct import evidence_sentences
-from solarcal.model.evidence.sun_path import branch_warning
 from solarcal.session.journal import Journal
 from solarcal.session.records import Header
 from solarcal.station.clocks import EmulatedClock

@@ -27,7 +27,8 @@ from solarcal.config import Choice
 from solarcal.errors import ProcedureRefused
 from solarcal.session.journal import Journal
 from solarcal.session.records import Closed, Note, Override, Void
-from solarcal.session.view import live_records, read_session
+from solarcal.session.view import read_session
+from solarcal.session.voids import live_records
 from solarcal.station.news import SpeedTold, StateChanged, StepFailed, Stopped
 from solarcal.station.opening import OpenLine
 from solarcal.station.state import Activity, LinkState

@@ -131,7 +131,8 @@ def add_void_arguments(parser: argparse.ArgumentParser) -> None:
 def run_void(args: argparse.Namespace) -> int:
     from solarcal.session.journal import Journal
     from solarcal.session.records import Void
-    from solarcal.session.view import contradictions, refuse_void, view_session
+    from solarcal.session.view import contradictions, view_session
+    from solarcal.session.voids import refuse_void
 
     reason = args.reason.strip()
     if not reason:

@@ -10,7 +10,7 @@ import numpy as np
 
 from solarcal.decimals import Six
 from solarcal.errors import ConfigurationError, LinkError, ProcedureRefused
-from solarcal.model.evidence.sun_path import branch_warning
+from solarcal.model.evidence.branch import branch_warning
 from solarcal.model.evidence.unit_state import check_evidence, held_evidence
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.model.solution import Solution

@@ -22,7 +22,8 @@ from solarcal.session.records import (
     SunOffset,
     Void,
 )
-from solarcal.session.view import SessionView, live_records, view_session
+from solarcal.session.view import SessionView, view_session
+from solarcal.session.voids import live_records
 from solarcal.station.analysing import analyse_session
 from solarcal.station.fitting import solve
 

@@ -23,7 +23,7 @@ from solarcal.session.records import (
     UploadRecord,
     Void,
 )
-from solarcal.session.view import refuse_void
+from solarcal.session.voids import refuse_void
 from solarcal.station import guards
 from solarcal.station.attempts import PointSteps, Progress
 from solarcal.station.recording import CreateJournal

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from solarcal.model.evidence.branch import branch_evidence, side_evidence
 from solarcal.model.evidence.clocks import clock_evidence, laptop_evidence
 from solarcal.model.evidence.read_outs import (
     Loss,
@@ -22,8 +23,6 @@ from solarcal.model.evidence.read_outs import (
 from solarcal.model.evidence.recorded_twice import point_contradictions, session_contradictions
 from solarcal.model.evidence.sun_path import (
     UNIT_CLOCK,
-    branch_evidence,
-    side_evidence,
     stamp_evidence,
 )
 from solarcal.model.evidence.unit_state import check_evidence, held_evidence, unit_evidence

@@ -1,17 +1,13 @@
-"""The points against the Sun's path: does it stand where they say, and does one range hold it?
+"""The points against the Sun's path: does it stand where they say?
 
 A stamp and a pair of ideal angles say the same thing twice. Where they disagree, a time, a site, a
 mount or the kind of the angles is not what the file says, and the fit is of another tracker. The
 simplest single change that brings all points together is named with its size: first changes without
 a number of their own (a whole hour, another hemisphere, a mirrored longitude, another mount,
 another kind of angles), then one number (a time shift, a latitude, a longitude), then a place.
-
-Where the path crosses the edge of axis 1's branch, points on its two sides are two calibrations.
 """
 
 import math
-from collections.abc import Set as AbstractSet
-from functools import lru_cache
 from typing import get_args
 
 import msgspec
@@ -34,16 +30,9 @@ from solarcal.model.sky_context import (
     SunDirections,
     sun_directions,
 )
-from solarcal.mount.controller import ideal_and_elevation_deg
-from solarcal.mount.geometry import AxisLimits, Limits, MountGeometry, crosses_branch
-from solarcal.optics.offset_mirror import Heliostat
 from solarcal.session.points import PointTable
-from solarcal.session.records import Header
-from solarcal.session.view import SessionView
-from solarcal.site import Site
 from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S, SUN_YEARS
-from solarcal.timescale import SECONDS_PER_DAY, format_utc, parse_utc
-from solarcal.units import FloatArray, rms, wrap_deg
+from solarcal.units import FloatArray, rms
 
 AGREEMENT_SHARE = 0.5
 """Stamps and angles that differ by more than this part of the tolerance contradict each other."""
@@ -276,100 +265,3 @@ def _kind_shown(
             labels=rows.labels,
         ),
     )
-
-
-_STEP_S = 60.0
-
-
-def side_evidence(
-    table: PointTable, fitted: AbstractSet[tuple[int, float]] | None = None
-) -> tuple[Finding, ...]:
-    """Points taken on both sides of the end of axis 1's branch: two calibrations, not one.
-
-    ``fitted``: label and AX2 of the points a fit uses; None: all accepted ones.
-    """
-    used = table.accepted()
-    if fitted is not None:
-        places = enumerate(zip(used.labels, used.ax2_deg, strict=True))
-        used = used.rows([row for row, place in places if place in fitted])
-    if not len(used) or not np.isfinite(used.utc_s).all():
-        return ()
-    order = np.argsort(used.utc_s, kind="stable")
-    from_centre = np.asarray(wrap_deg(used.ax1_deg - table.ax1_centre_deg), dtype=np.float64)
-    # A step of more than 270 deg along the branch is a short one across its ends.
-    if not (np.abs(np.diff(from_centre[order])) > 270.0).any():
-        return ()
-    sides = [np.flatnonzero(from_centre > 0.0), np.flatnonzero(from_centre <= 0.0)]
-    few, many = sorted(sides, key=len)
-    labels = tuple(used.labels[i] for i in few)
-    end = table.ax1_centre_deg + 180.0
-    return (
-        Finding(
-            kind="branch",
-            subject="axis 1",
-            sentence=f"{points_named(labels)} {'lies' if len(few) == 1 else 'lie'} beyond the end "
-            f"of axis 1's branch at {end:g} deg, the other {len(many)} on this side: a scale error "
-            "P5 has another effect there, so these are two calibrations; strike one side out: the "
-            "forecast is for the other side only",
-            direct=True,
-            labels=labels,
-        ),
-    )
-
-
-def branch_evidence(session: SessionView) -> tuple[Finding, ...]:
-    """Whether one range of axis 1 can hold the day of the first point."""
-    taken = session.accepted
-    warning = branch_warning(session.header, parse_utc(taken[0].utc)) if taken else None
-    if warning is None:
-        return ()
-    return (Finding(kind="branch", subject="axis 1", sentence=warning, direct=True),)
-
-
-def branch_warning(header: Header, utc_s: float) -> str | None:
-    """A sentence where the Sun jumps across AX1 = c +- 180 on the solar day around an instant.
-
-    The Sun counts above 5 deg and within the limits of axis 2, where it can be reached by axis 1
-    both before and after the jump. Right AT the jump axis 1 may be beyond its limits: they end
-    there, and it has to turn all the way round between one side and the other. None where the path
-    stays whole, or where the site's latitude or longitude is not known.
-    """
-    if header.unknown:
-        return None
-    geometry = MountGeometry(header.geometry, header.site.latitude_deg, header.ax1_centre_deg)
-    # From one mean solar midnight to the next: a quarter of an hour off the apparent one at most.
-    day = np.floor(utc_s / SECONDS_PER_DAY + header.site.longitude_deg / 360.0)
-    return _crossing(geometry, header.site, header.unit.limits, float(day), header.unit.heliostat)
-
-
-@lru_cache(maxsize=32)
-def _crossing(
-    geometry: MountGeometry, site: Site, limits: Limits, day: float, heliostat: Heliostat | None
-) -> str | None:
-    midnight_s = (day - site.longitude_deg / 360.0) * SECONDS_PER_DAY
-    utc_s = midnight_s + np.arange(0.0, SECONDS_PER_DAY, _STEP_S)
-    ax1, ax2, elevation = ideal_and_elevation_deg(geometry, site, utc_s, heliostat)
-    high = (elevation > LOWEST_ELEVATION_DEG) & _within_limits(limits.axis2, ax2)
-    path = np.where(high, ax1, np.nan)
-    centre_deg = geometry.ax1_centre_deg
-    if not crosses_branch(path, centre_deg):
-        return None
-    reached = high & _within_limits(limits.axis1, ax1)
-    with np.errstate(invalid="ignore"):
-        jumps = np.flatnonzero(np.abs(np.diff(wrap_deg(path, centre_deg))) > 180.0)
-    jump = int(jumps[0])
-    if not (reached[: jump + 1].any() and reached[jump + 1 :].any()):
-        return None
-    edges = f"{centre_deg + 180.0:.0f} and {centre_deg - 180.0:.0f} deg"
-    return (
-        f"the Sun crosses the edge of axis 1's branch (AX1 {edges} are one direction) at "
-        f"{format_utc(float(utc_s[jump]), 0)}, {elevation[jump]:z.0f} deg high: axis 1 has to "
-        "make a full turn there, and a scale error P5 has another effect on each side; one range "
-        "of AX1 cannot cover this day, this site needs two"
-    )
-
-
-def _within_limits(
-    limits: AxisLimits, angle_deg: FloatArray
-) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    return np.asarray(limits.distance_deg(angle_deg) >= 0.0)

@@ -16,7 +16,7 @@ from solarcal.decimals import counted
 from solarcal.mount.geometry import from_limit
 from solarcal.report.session_report import record_line
 from solarcal.session.records import Void
-from solarcal.session.view import live_records
+from solarcal.session.voids import live_records
 from solarcal.station.guards import GuardRefused, demand_clear_of_limits
 from solarcal.station.news import Done, FileInitialised, NoteWritten, RecordVoided, StepFailed
 from solarcal.station.state import StationState
