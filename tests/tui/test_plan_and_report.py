@@ -161,6 +161,9 @@ async def test_without_a_point_the_plan_says_when_it_begins():
         app.push_screen(WorkstationScreen())
         await pilot.press("f4")
         await shows(pilot, "The plan begins with the first accepted point")
+        await pilot.click(HalfHours, offset=(8, 5))
+        await pilot.press("down", "space", "enter")
+        await shows(pilot, "The plan begins with the first accepted point")
 
 
 async def test_a_missed_point_has_the_rest_of_the_day_planned_anew(four_points):

@@ -6,6 +6,7 @@ At most 80 columns wide. Status is a word, never a colour.
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 
 from solarcal.model.solution import Solution
@@ -48,30 +49,25 @@ STRUCK = "struck"
 
 def points_table(session: SessionView, solution: Solution | None = None) -> Blocks:
     """All attempts of a session; residuals on sky where there is a solution. Angles in degrees."""
-    table = listed_points(session)
+    points = _listed(session)
+    table = table_of_points(session.header, points)
     # An attempt without angles has the time of its record; that of an import is the import's.
-    points = {r.seq: r for r in session.records if isinstance(r, PointRecord)}
     utc_s = [
         parse_utc(point.utc) if point.read_utc is None and point.ideal_deg is None else read_s
-        for point, read_s in zip(
-            (points[seq] for seq in table.labels), table.utc_s.tolist(), strict=True
-        )
+        for point, read_s in zip(points, table.utc_s.tolist(), strict=True)
     ]
     table = replace(table, utc_s=np.array(utc_s))
     return _points(table, solution, SunModel.of_session(session.header), "no.", None)
 
 
-def listed_points(session: SessionView) -> PointTable:
-    """The table of a session with the points struck out, each in its place with its reason."""
-    struck = {r.seq: (r, void) for r, void in session.struck_out if isinstance(r, PointRecord)}
-    points = [*session.points, *(point for point, _ in struck.values())]
-    points.sort(key=lambda point: point.seq)
-    table = table_of_points(session.header, points, session.path)
-    status, note = list(table.status), list(table.note)
-    for row, seq in enumerate(table.labels):
-        if seq in struck:
-            status[row], note[row] = STRUCK, struck[seq][1].reason
-    return replace(table, status=tuple(status), note=tuple(note))
+def _listed(session: SessionView) -> list[PointRecord]:
+    """All attempts with those struck out, each in its place with its reason."""
+    struck = [
+        msgspec.structs.replace(record, status=STRUCK, reason=void.reason)
+        for record, void in session.struck_out
+        if isinstance(record, PointRecord)
+    ]
+    return sorted([*session.points, *struck], key=lambda point: point.seq)
 
 
 def listed_of_files(files: UnitFiles) -> PointTable:
@@ -85,7 +81,7 @@ def listed_of_files(files: UnitFiles) -> PointTable:
 def _with_struck(table: PointTable, session: SessionView | None) -> PointTable:
     if session is None:
         return table
-    listed = listed_points(session)
+    listed = table_of_points(session.header, _listed(session), session.path)
     # A row that another file has too is not in the table.
     own = set(table.labels)
     found = enumerate(zip(listed.labels, listed.status, strict=True))

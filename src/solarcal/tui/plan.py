@@ -1,8 +1,6 @@
 """Plan: the rest of the day by half hours, struck out where clouds are, and what it comes to."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
 from textual.app import ComposeResult
@@ -30,44 +28,29 @@ ALIGNMENT = f"<<{PLAN_ALIGNMENT}"
 HEADING_ROWS = 2
 
 
-@dataclass(frozen=True, slots=True)
-class HalfHour:
-    """One row: what stopping in it would give, and what was asked for it.
-
-    ``local``: the time of the row by the unit's zone.
-    """
-
-    begin_utc_s: float
-    end_utc_s: float
-    local: str
-    row: tuple[str, ...]
-
-    def cells(self, chosen: bool) -> list[str]:
-        return ["▶" if chosen else " ", self.local, *self.row]
-
-
-def half_hours(plan: Plan, plan_options: PlanOptions, zone_west_h: float) -> tuple[HalfHour, ...]:
-    """Every half hour from now to the day's last, those struck or chosen to leave at among them."""
+def half_hours(
+    plan: Plan, plan_options: PlanOptions, zone_west_h: float
+) -> dict[float, tuple[str, ...]]:
+    """Rows of every half hour from now to the day's last, by its beginning; those struck or chosen
+    to leave at are among them. The local time is by the unit's zone."""
     stops = {_begin(stop.stop_utc_s - 1.0): stop for stop in plan.stops}
     begins = set(stops) | {b for b in plan_options.struck if b >= _begin(plan.at_utc_s)}
     leaving = None if plan_options.until_utc_s is None else _begin(plan_options.until_utc_s - 1.0)
     if leaving is not None:
         begins.add(leaving)
     if not begins:
-        return ()
+        return {}
     first = min(_begin(plan.at_utc_s), *begins)
     count = round((max(begins) - first) / HALF_HOUR_S) + 1
-    rows = []
+    rows = {}
     for begin in (first + HALF_HOUR_S * k for k in range(count)):
         stop = stops.get(begin)
-        end_utc_s = begin + HALF_HOUR_S
-        when_utc_s = end_utc_s if stop is None else stop.stop_utc_s
+        when_utc_s = begin + HALF_HOUR_S if stop is None else stop.stop_utc_s
         remarks = ["x CLOUD"] if begin in plan_options.struck else []
         remarks += ["LEAVE"] if begin == leaving else []
         local = time_of_day(when_utc_s - 3600.0 * zone_west_h)
-        row = plan_row(plan, time_of_day(when_utc_s), stop, remarks)
-        rows.append(HalfHour(begin, end_utc_s, local, row))
-    return tuple(rows)
+        rows[begin] = (local, *plan_row(plan, time_of_day(when_utc_s), stop, remarks))
+    return rows
 
 
 def _begin(utc_s: float) -> float:
@@ -77,46 +60,36 @@ def _begin(utc_s: float) -> float:
 class HalfHours(TextLines):
     """The table; the chosen row has a mark, a click chooses."""
 
-    def __init__(self, id: str | None = None) -> None:
-        super().__init__(id=id)
-        self._hours: tuple[HalfHour, ...] = ()
-        self._chosen = 0
+    chosen_utc_s: float | None = None
+    """Beginning of the chosen half hour."""
 
-    @property
-    def chosen_utc_s(self) -> float | None:
-        """Beginning of the chosen half hour."""
-        return self._hours[self._chosen].begin_utc_s if self._hours else None
-
-    @property
-    def chosen_end_utc_s(self) -> float:
-        return self._hours[self._chosen].end_utc_s
-
-    def show_plan(self, hours: Sequence[HalfHour], plan: Plan) -> None:
+    def show_plan(self, hours: dict[float, tuple[str, ...]], now: tuple[str, ...]) -> None:
         """Show these; the half hour chosen stays chosen where it is still there."""
-        kept = self.chosen_utc_s
-        self._now = plan_row(plan, "now", plan.now)
-        self._hours = tuple(hours)
-        begins = [hour.begin_utc_s for hour in self._hours]
-        self._chosen = begins.index(kept) if kept in begins else 0
+        self._hours, self._now = hours, now
+        if self.chosen_utc_s not in hours:
+            self.chosen_utc_s = next(iter(hours), None)
         self._show_rows()
 
     def move(self, step: int) -> None:
-        if self._hours:
-            self._chosen = min(max(self._chosen + step, 0), len(self._hours) - 1)
-            self._show_rows()
+        if self.chosen_utc_s is not None:
+            self._choose(list(self._hours).index(self.chosen_utc_s) + step)
+
+    def _choose(self, index: int) -> None:
+        begins = list(self._hours)
+        self.chosen_utc_s = begins[min(max(index, 0), len(begins) - 1)]
+        self._show_rows()
 
     def _show_rows(self) -> None:
-        rows = [hour.cells(index == self._chosen) for index, hour in enumerate(self._hours)]
-        table = columns(HEADINGS, [["", "", *self._now], *rows], ALIGNMENT)
-        self.show(table, pinned=HEADING_ROWS)
-        # The row of now comes before the half hours.
-        self.keep_in_view(HEADING_ROWS + 1 + self._chosen)
+        marks = ["▶" if begin == self.chosen_utc_s else " " for begin in self._hours]
+        rows = [[mark, *cells] for mark, cells in zip(marks, self._hours.values(), strict=True)]
+        self.show(columns(HEADINGS, [["", "", *self._now], *rows], ALIGNMENT), pinned=HEADING_ROWS)
+        self.keep_in_view(HEADING_ROWS + 1 + (marks.index("▶") if marks else 0))
 
     def on_click(self, event: Click) -> None:
+        # The row of now comes before the half hours.
         index = self.line_at(event) - HEADING_ROWS - 1
-        if 0 <= index < len(self._hours):
-            self._chosen = index
-            self._show_rows()
+        if self.chosen_utc_s is not None and 0 <= index < len(self._hours):
+            self._choose(index)
 
 
 def open_screen(app: Workstation) -> None:
@@ -198,9 +171,9 @@ class PlanScreen(StationScreen):
             self._plan_with(self.plan_options.strike(begin_utc_s))
 
     def action_until(self) -> None:
-        hours = self.query_one(HalfHours)
-        if hours.chosen_utc_s is not None:
-            self._plan_with(self.plan_options.leave_at(hours.chosen_end_utc_s))
+        begin_utc_s = self.query_one(HalfHours).chosen_utc_s
+        if begin_utc_s is not None:
+            self._plan_with(self.plan_options.leave_at(begin_utc_s + HALF_HOUR_S))
 
     def action_points(self, by: int) -> None:
         session, judgement = self.workstation.state.session, self.workstation.judgement
@@ -224,7 +197,8 @@ class PlanScreen(StationScreen):
         self.query_one("#advice", Words).update(advice(judgement, self.plan_options))
         zone_west_h = session.header.unit.zone_west_h
         self.query_one(HalfHours).show_plan(
-            half_hours(judgement.plan, self.plan_options, zone_west_h), judgement.plan
+            half_hours(judgement.plan, self.plan_options, zone_west_h),
+            plan_row(judgement.plan, "now", judgement.plan.now),
         )
         self.query_one("#reasons", TextLines).show(
             lines_of(*verdict_blocks(judgement.verdict), width=ENDLESS)
