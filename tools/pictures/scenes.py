@@ -135,7 +135,7 @@ async def error_plot(folder: Path) -> str:
 async def plan(folder: Path) -> str:
     async with Day(folder, MORNING).prepared().taken(4).workstation() as pilot:
         await pilot.press("f4")
-        await shows(pilot, "the rest of the day", "until local")
+        await shows(pilot, "the rest of the day", "local stop, UTC")
         await pilot.press("down", "down", "down", "space")
         await shows(pilot, "cloud")
         return await picture(pilot, "The plan of the day, one half hour struck out for cloud")
