@@ -3,7 +3,7 @@
 Recorded in the header of a session, so that a replay is judged as the day was.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import msgspec
 
@@ -119,24 +119,6 @@ class StoppingRule(msgspec.Struct, frozen=True):
 
 
 DEFAULT_RULE = StoppingRule()
-
-
-def strictest(rules: Sequence[StoppingRule]) -> StoppingRule:
-    """The smallest tolerance, the largest probability and the largest widths of them."""
-    if len(set(rules)) == 1:
-        return rules[0]
-    beside = [rule.unmodelled for rule in rules]
-    widths = {
-        name: max(getattr(one, name) for one in beside)
-        for name in Unmodelled.__struct_fields__
-        if name != "large_collimation_chance"
-    }
-    collimation = max(one.large_chances[0] for one in beside)
-    return StoppingRule(
-        min(rule.tolerance_deg for rule in rules),
-        max(rule.probability for rule in rules),
-        Unmodelled(**widths, large_collimation_chance=collimation),
-    )
 
 
 def apart_from(value: float, limit: float, digits: int = 3) -> str:

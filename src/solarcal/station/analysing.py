@@ -237,7 +237,7 @@ def analyse_files(
             solution = fit(points, context, method=chosen, prior=prior, terms=terms)
     evidence = Evidence(table, files.sessions, moved)
     asked = asked_for(files.sessions, rule, chosen, last_coefficients, bolt_circle)
-    differing = differences(files.sessions, **changes)
+    differing = tuple(differences(files.sessions, changes))
 
     def judged(
         solution: Solution, findings: tuple[Finding, ...], analysis: Analysis | None

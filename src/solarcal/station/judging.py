@@ -1,16 +1,17 @@
 """By what files are judged: what their sessions were judged by, or what is asked for instead."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TypedDict, Unpack
+
+import msgspec
 
 from solarcal.model.evidence.clocks import clock_sigma_s
 from solarcal.model.finding import listed
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.mount.formula import Coefficients
-from solarcal.session.records import Header
 from solarcal.session.view import SessionView
 from solarcal.site import BoltCircle
-from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule, strictest
+from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule, Unmodelled
 
 
 class RuleChanges(TypedDict, total=False):
@@ -29,28 +30,43 @@ class Judging(RuleChanges, total=False):
     bolt_circle: BoltCircle | None
 
 
-def stopping_rule(
-    sessions: Sequence[SessionView],
-    *,
-    tolerance_deg: float | None = None,
-    done_probability: float | None = None,
-    unmodelled: Mapping[str, float] | None = None,
-) -> StoppingRule:
+def stopping_rule(sessions: Sequence[SessionView], **changes: Unpack[RuleChanges]) -> StoppingRule:
     """The strictest of the sessions, its clock as well known as the worst of all, with changes."""
-    rules = [session.header.rule for session in own_sessions(sessions)]
-    rule = strictest(rules) if rules else DEFAULT_RULE
-    clocks = [clock_sigma_s(session) for session in sessions]
-    beside = rule.unmodelled.with_clock(max(clocks)) if clocks else rule.unmodelled
-    return StoppingRule(
-        rule.tolerance_deg if tolerance_deg is None else tolerance_deg,
-        rule.probability if done_probability is None else done_probability,
-        beside.changed(unmodelled or {}),
-    )
+    rules = [session.header.rule for session in own_sessions(sessions)] or [DEFAULT_RULE]
+    widths = [_widths(rule) for rule in rules]
+    beside = Unmodelled(**{name: max(one[name] for one in widths) for name in widths[0]})
+    if sessions:
+        beside = beside.with_clock(max(clock_sigma_s(session) for session in sessions))
+    least_deg = min(rule.tolerance_deg for rule in rules)
+    return _changed(StoppingRule(least_deg, max(r.probability for r in rules), beside), changes)
 
 
 def own_sessions(sessions: Sequence[SessionView]) -> Sequence[SessionView]:
     """Those of a unit, where there are any: an import has placeholders in its header."""
     return [one for one in sessions if not one.header.unit.imported] or sessions
+
+
+def _changed(rule: StoppingRule, changes: RuleChanges) -> StoppingRule:
+    tolerance_deg, probability = changes.get("tolerance_deg"), changes.get("done_probability")
+    return StoppingRule(
+        rule.tolerance_deg if tolerance_deg is None else tolerance_deg,
+        rule.probability if probability is None else probability,
+        rule.unmodelled.changed(changes.get("unmodelled") or {}),
+    )
+
+
+def _widths(rule: StoppingRule) -> dict[str, float]:
+    collimation, _ = rule.unmodelled.large_chances
+    return {**msgspec.structs.asdict(rule.unmodelled), "large_collimation_chance": collimation}
+
+
+def _named(rule: StoppingRule) -> dict[str, str]:
+    """Each part of a rule with its value."""
+    return {
+        "tolerance": f"{rule.tolerance_deg:g} deg",
+        "probability for done": f"{rule.probability:g}",
+        **{f"unmodelled {name}": f"{width:g}" for name, width in _widths(rule).items()},
+    }
 
 
 def asked_for(
@@ -60,66 +76,36 @@ def asked_for(
     last: Coefficients | None,
     bolt_circle: BoltCircle | None,
 ) -> tuple[str, ...]:
-    """What is not as in the sessions, each with its value there: of the rule, and of the other
-    options, which are None where they were not given."""
-    own = stopping_rule(sessions)
+    """What is not as in the sessions, the rule with its values there; ``last`` and ``bolt_circle``
+    are None where they were not given."""
     header = own_sessions(sessions)[0].header if sessions else None
-    were = _widths(own)
-    values = [
-        ("tolerance, deg", rule.tolerance_deg, own.tolerance_deg),
-        ("probability for done", rule.probability, own.probability),
-        *((f"unmodelled {name}", width, were[name]) for name, width in _widths(rule).items()),
-    ]
-    said = [f"{name}: {now:g}, not {was:g}" for name, now, was in values if now != was]
-    if method != DEFAULT_METHOD:
-        said.append(f"method: {method}, not {DEFAULT_METHOD}")
+    own = {**_named(stopping_rule(sessions)), "method": DEFAULT_METHOD}
+    now = {**_named(rule), "method": method}
+    said = [f"{name} {now[name]}, not {was}" for name, was in own.items() if now[name] != was]
     if last is not None and (header is None or last != header.last_coefficients):
-        said.append("last coefficients: " + " ".join(f"{p:+z.6g}" for p in last.as_tuple()))
+        said.append("last coefficients " + " ".join(f"{p:+z.6g}" for p in last.as_tuple()))
     if bolt_circle is not None and (header is None or bolt_circle != header.bolt_circle):
-        said.append(f"bolt circle: {bolt_circle.words()}")
+        said.append(f"bolt circle {bolt_circle.words()}")
     return tuple(said)
 
 
-def _widths(rule: StoppingRule) -> dict[str, float]:
-    unmodelled = rule.unmodelled
-    names = (name for name in unmodelled.__struct_fields__ if not name.endswith("_chance"))
-    collimation, squareness = unmodelled.large_chances
-    chances = {"large_chance": squareness, "large_collimation_chance": collimation}
-    return {**{name: getattr(unmodelled, name) for name in names}, **chances}
-
-
-def differences(sessions: Sequence[SessionView], **changes: Unpack[RuleChanges]) -> tuple[str, ...]:
+def differences(sessions: Sequence[SessionView], changes: RuleChanges) -> Iterator[str]:
     """Sentences on what the headers of the sessions differ in, and which counts.
 
     What is asked for instead is no difference, nor how well each session's clock is known.
     """
-    own = own_sessions(sessions)
-    asked = {"clock_s", *(changes.get("unmodelled") or {})}
-
-    def widths(header: Header) -> str:
-        left = (f"{name} {w:g}" for name, w in _widths(header.rule).items() if name not in asked)
-        return ", ".join(left)
-
-    def lean(header: Header) -> str:
-        return "none" if header.inclinometer is None else header.inclinometer.words()
-
-    first = f"that of {own[0].path} counts" if own else ""
-    rows: list[tuple[str, Callable[[Header], str], str]] = [
-        ("limits", lambda header: header.unit.limits.words(), first),
-        ("inclinometer", lean, first),
-        ("unmodelled errors", widths, "the largest of each counts"),
-    ]
-    if changes.get("tolerance_deg") is None:
-        rows.append(("tolerance", lambda h: f"{h.tolerance_deg:g} deg", "the smallest counts"))
-    if changes.get("done_probability") is None:
-        of_done = "probability for done"
-        rows.append((of_done, lambda h: f"{h.done_probability:g}", "the largest counts"))
-    said = []
-    for what, of, counts in rows:
-        found: dict[str, list[str]] = {}
-        for session in own:
-            found.setdefault(of(session.header), []).append(session.path)
-        if len(found) > 1:
-            texts = "; ".join(f"{value} in {listed(paths)}" for value, paths in found.items())
-            said.append(f"the sessions differ in {what} ({texts}): {counts}")
-    return tuple(said)
+    found: dict[str, dict[str, list[str]]] = {}
+    for session in own_sessions(sessions):
+        header, lean = session.header, session.header.inclinometer
+        values = _named(_changed(header.rule, changes))
+        del values["unmodelled clock_s"]
+        values["limits"] = header.unit.limits.words()
+        values["inclinometer"] = "none" if lean is None else lean.words()
+        for what, value in values.items():
+            found.setdefault(what, {}).setdefault(value, []).append(session.path)
+    for what, files in found.items():
+        if len(files) > 1:
+            texts = "; ".join(f"{value} in {listed(paths)}" for value, paths in files.items())
+            first = f"that of {own_sessions(sessions)[0].path} counts"
+            counts = first if what in ("limits", "inclinometer") else "the strictest counts"
+            yield f"the sessions differ in {what} ({texts}): {counts}"
