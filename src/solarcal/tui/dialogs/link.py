@@ -24,6 +24,11 @@ from solarcal.tui.widgets.text_lines import TextLines
 from solarcal.unit.tracker import Capabilities
 
 TRAFFIC_EVERY_S = 0.5
+STATES = {
+    LinkState.CONNECTED: "CONNECTED",
+    LinkState.LOST: "LOST; it reconnects automatically, with growing pauses",
+    LinkState.CLOSED: "closed",
+}
 
 
 def open_link(app: Workstation) -> None:
@@ -68,7 +73,7 @@ class LinkDialog(Dialog):
     def state_changed(self, state: StationState) -> None:
         live = state.live
         who = live.identity
-        state_words = _words(live.link)
+        state_words = STATES[live.link]
         if silent_s := self.workstation.silent_s:
             state_words += f"; the last answer is {silent_s} s old"
         if is_typed(self.workstation):
@@ -103,14 +108,6 @@ class LinkDialog(Dialog):
 
     def _show_traffic(self) -> None:
         self.query_one(TextLines).show(self.worker.station.tracker.recent_traffic())
-
-
-def _words(link: LinkState) -> str:
-    return {
-        LinkState.CONNECTED: "CONNECTED",
-        LinkState.LOST: "LOST; it reconnects automatically, with growing pauses",
-        LinkState.CLOSED: "closed",
-    }[link]
 
 
 REACTION_SIGMA_S = 0.2

@@ -43,17 +43,14 @@ class LivePane(TextLines):
     """
 
     def show_state(self, state: StationState) -> None:
-        lines = [Content.assemble(*line) for line in live_lines(state)]
-        while lines and not lines[-1].plain.strip():
-            lines.pop()
-        self.show(lines)
+        self.show([Content.assemble(*line) for line in live_lines(state)])
 
 
 def live_lines(state: StationState) -> list[list[Part]]:
     """The pane's lines as parts with styles."""
     live, session = state.live, state.session
     if session is None:
-        return _blank(15)
+        return []
     sun = sun_now(session, live)
     return [*_clocks(session.header, live, sun), *_suns(sun), *_unit(session, live)]
 
@@ -122,10 +119,6 @@ def _motion(sense: int, came_from: int) -> str:
     return {1: "at rest, came +", -1: "at rest, came -", 0: "at rest"}[came_from]
 
 
-def _blank(count: int) -> list[list[Part]]:
-    return [[""] for _ in range(count)]
-
-
 def _heading() -> list[Part]:
     return _pair("", ("● axis 1, deg", "◆ axis 2, deg"), ("bold $axis1", "bold $axis2"))
 
@@ -133,9 +126,9 @@ def _heading() -> list[Part]:
 def _recorded(session: SessionView) -> list[list[Part]]:
     """Without a status, where the axes stood at the newest Set Sun Offset of the file."""
     if not session.sun_offsets:
-        return [_heading(), ["no status from the unit"], *_blank(9)]
+        return [_heading(), ["no status from the unit"]]
     newest = session.sun_offsets[-1]
-    lines: list[list[Part]] = [
+    return [
         _heading(),
         _degrees("ideal", *newest.ideal_deg),
         _degrees("reading", *newest.reading_deg),
@@ -147,7 +140,6 @@ def _recorded(session: SessionView) -> list[list[Part]]:
             "no status from the unit now"
         ],
     ]
-    return [*lines, *_blank(11 - len(lines))]
 
 
 def _axes(header: Header, status: Status) -> list[list[Part]]:
