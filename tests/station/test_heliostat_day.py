@@ -9,8 +9,8 @@ import pytest
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
+from solarcal.model.evidence.branch import branch_warning
 from solarcal.model.evidence.direct import evidence_sentences
-from solarcal.model.evidence.sun_path import branch_warning
 from solarcal.mount.controller import ideal_axes_deg
 from solarcal.mount.geometry import AxisLimits, Limits
 from solarcal.optics.offset_mirror import Heliostat
