@@ -34,7 +34,9 @@ def stopping_rule(sessions: Sequence[SessionView], **changes: Unpack[RuleChanges
     """The strictest of the sessions, its clock as well known as the worst of all, with changes."""
     rules = [session.header.rule for session in own_sessions(sessions)] or [DEFAULT_RULE]
     widths = [_widths(rule) for rule in rules]
-    beside = Unmodelled(**{name: max(one[name] for one in widths) for name in widths[0]})
+    beside = rules[0].unmodelled
+    if any(rule.unmodelled != beside for rule in rules):
+        beside = Unmodelled(**{name: max(one[name] for one in widths) for name in widths[0]})
     if sessions:
         beside = beside.with_clock(max(clock_sigma_s(session) for session in sessions))
     least_deg = min(rule.tolerance_deg for rule in rules)
