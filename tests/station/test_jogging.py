@@ -2,6 +2,7 @@
 
 import math
 
+import msgspec
 import pytest
 from emulated_station import emulated_station
 
@@ -270,10 +271,28 @@ def test_an_aim_beyond_a_limit_is_refused_and_forgotten() -> None:
 def test_the_watch_counts_forward_travel_only() -> None:
     station, _ = emulated_station()
     status = station.poll()
-    watch = ApproachWatch((status.reading1_deg - 0.2, status.reading2_deg + 0.2), (0.2, 0.2))
+    before = (status.reading1_deg - 0.2, status.reading2_deg + 0.2)
+    watch = ApproachWatch(before, (0.2, 0.2), (1, 1))
     seen = watch.seen(status, (1, 1))
     assert seen.forward_deg == (pytest.approx(0.4), 0.0)
     assert seen.from_behind == (True, False)
+    # The way that was backward is forward now: what counts is the motion that ended.
+    down = msgspec.structs.replace(status, approach=(1, -1))
+    assert watch.seen(down, (1, -1)).from_behind == (True, True)
+    assert (
+        watch.seen(msgspec.structs.replace(down, approach=(1, 1)), (1, -1)).from_behind[1] is False
+    )
+
+
+def test_an_axis_in_which_the_sun_stands_came_the_way_the_unit_drove_it() -> None:
+    """Polar: the unit drives 6 deg downwards onto a Sun that stands in axis 2."""
+    station, _ = emulated_station("polar")
+    station.ref_check()
+    jog = SunOffsetJog(station)
+    jog.look()
+    jog.track()
+    renew(jog, 60)
+    assert jog.set_here().slack_axes == ()
 
 
 def test_where_the_sun_stands_in_an_axis_going_behind_ends() -> None:

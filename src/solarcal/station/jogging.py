@@ -42,11 +42,13 @@ class ApproachWatch:
     """How far each axis has come forward since it last went backward, degrees.
 
     ``reading_deg`` is where they were last seen. An axis whose last finished motion was forward
-    when the watch began is trusted: tracking brought it there.
+    when the watch began is trusted: tracking brought it there. So is one in which the Sun stands,
+    when the end of a motion turns the sense that is forward.
     """
 
     reading_deg: Pair
     forward_deg: Pair
+    senses: tuple[int, int]
 
     @classmethod
     def begin(cls, status: Status, senses: tuple[int, int]) -> "ApproachWatch":
@@ -54,16 +56,18 @@ class ApproachWatch:
             math.inf if approach == sense else 0.0
             for approach, sense in zip(status.approach, senses, strict=True)
         ]
-        return cls(status.reading_deg, (trusted[0], trusted[1]))
+        return cls(status.reading_deg, (trusted[0], trusted[1]), senses)
 
     def seen(self, status: Status, senses: tuple[int, int]) -> "ApproachWatch":
         """The watch after one more look at the axes."""
         reading = status.reading_deg
-        forward = [0.0, 0.0]
+        forward = list(ApproachWatch.begin(status, senses).forward_deg)
         for axis in (0, 1):
+            if senses[axis] != self.senses[axis]:
+                continue
             along = (reading[axis] - self.reading_deg[axis]) * senses[axis]
             forward[axis] = 0.0 if along < -STILL_DEG else self.forward_deg[axis] + max(along, 0.0)
-        return ApproachWatch(reading, (forward[0], forward[1]))
+        return ApproachWatch(reading, (forward[0], forward[1]), senses)
 
     @property
     def from_behind(self) -> tuple[bool, bool]:
