@@ -34,6 +34,9 @@ def test_a_fresh_reference_check_is_told_with_its_counts() -> None:
     assert not against(said)
     assert "Check no. 1" in said[0].sentence
     assert "axis 1" in said[1].sentence
+    assert said[1].sentence.endswith("; any number is normal at the first check.")
+    station.ref_check()
+    assert "normal" not in facts(station, 0)[1].sentence
 
 
 def test_without_a_reference_check_the_answer_should_be_no() -> None:

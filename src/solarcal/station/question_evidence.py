@@ -17,8 +17,6 @@ from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.timescale import parse_utc, second_of_day
 from solarcal.unit.tracker import Mode, Spot, Status
 
-NORMAL_AFTER_RESTART = "; any number is normal after a restart."
-
 WATCH_S = 60.0
 """The manual has it watched for a minute before a point."""
 
@@ -60,7 +58,7 @@ def counts_missed(session: SessionView, check: RefCheck) -> bool:
     """
     if not check.difference_counts or not check.at_switches or restarted_before(session, check):
         return False
-    before = any(other.complete and other.seq < check.seq for other in session.ref_checks)
+    before = _complete_before(session, check)
     return before and max(abs(found) for found in check.difference_counts) >= FEWEST_COUNTS
 
 
@@ -109,7 +107,21 @@ def _counts_found(session: SessionView, check: RefCheck) -> str:
     found = f"Counts found at the switches: axis 1 {d1:+d}, axis 2 {d2:+d}"
     if counts_missed(session, check):
         return f"{found}: counts were missed before it."
-    return f"{found}{NORMAL_AFTER_RESTART if restarted_before(session, check) else '.'}"
+    return f"{found}{whether_normal(session, check)}"
+
+
+def whether_normal(session: SessionView, check: RefCheck) -> str:
+    """The end of a sentence on the counts of a check that found none missed."""
+    if restarted_before(session, check):
+        return "; any number is normal after a restart."
+    shown = check.at_switches and check.difference_counts is not None
+    if shown and not _complete_before(session, check):
+        return "; any number is normal at the first check."
+    return "."
+
+
+def _complete_before(session: SessionView, check: RefCheck) -> bool:
+    return any(other.complete and other.seq < check.seq for other in session.ref_checks)
 
 
 def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fact, ...]:

@@ -7,13 +7,12 @@ from typing import Any, ClassVar
 from textual.widget import Widget
 from textual.widgets import Static
 
-from solarcal.model.evidence.read_outs import restarted_before
 from solarcal.report.blocks import text_of
 from solarcal.report.tables import ref_checks_table
 from solarcal.session.records import RefCheck
 from solarcal.session.view import SessionView
 from solarcal.station.news import Done, ReferenceChecked, Tracking
-from solarcal.station.question_evidence import NORMAL_AFTER_RESTART, counts_missed, found_words
+from solarcal.station.question_evidence import counts_missed, found_words, whether_normal
 from solarcal.station.state import Activity, StationState
 from solarcal.tui.base import Workstation, is_typed
 from solarcal.tui.dialogs.dialog import Dialog, Tone, open_dialog
@@ -159,7 +158,7 @@ def ref_check_words(check: RefCheck, session: SessionView) -> tuple[str, Tone]:
             "not, correct the rotator's zero and begin again.",
             "good",
         )
-    normal = NORMAL_AFTER_RESTART if restarted_before(session, check) else "."
+    normal = whether_normal(session, check)
     return f"Check no. {check.number} complete, recorded: {found_words(check)}{normal}", "good"
 
 
