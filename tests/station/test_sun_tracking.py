@@ -275,6 +275,29 @@ def test_the_command_says_what_it_did(fit_file, capsys):
 
 
 @pytest.mark.parametrize(
+    ("held", "source", "with_offsets"),
+    [
+        ([], "(nothing is uploaded: all zero)", []),
+        (["unit.coefficients=[0.1, 0, 0, 0, 0, 0]"], "(what was uploaded last)", []),
+        (
+            ["unit.offsets=[0.25, -0.5]"],
+            "(nothing is uploaded: all zero)",
+            ["and with the reference offsets O +0.2500 -0.5000 deg"],
+        ),
+    ],
+)
+def test_without_a_file_the_command_says_what_the_unit_holds(held, source, with_offsets, capsys):
+    words = ["track", "--scenario", "tijeras-azel", "--start", "2026-06-05T15:00:00Z", "--json"]
+    words += [f"--set={one}" for one in held]
+    assert run_command([*words, "--until", "15:02", "--every", "60"]) == 0
+    out, err = capsys.readouterr()
+    assert err.splitlines()[0].endswith(source)
+    assert [line for line in err.splitlines() if "reference offsets" in line] == with_offsets
+    offsets = json.loads(out)["offsets"]
+    assert offsets == ({"O1": 0.25, "O2": -0.5} if with_offsets else {"O1": 0.0, "O2": 0.0})
+
+
+@pytest.mark.parametrize(
     ("words", "code", "said"),
     [
         (["--port", "localhost:1", "--driver", "rotctld"], 2, "needs the site"),

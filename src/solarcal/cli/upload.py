@@ -203,6 +203,7 @@ def run_track(args: argparse.Namespace) -> int:
 def _tracked(
     args: argparse.Namespace, tracker: "Tracker", unit: str, clock: "Clock"
 ) -> dict[str, Any]:
+    from solarcal.mount.formula import Coefficients, Offsets
     from solarcal.station.software_controller.rotator_tracker import RotatorTracker
     from solarcal.station.sun_tracking import SunTracking, TrackingRun, read_coefficients
 
@@ -211,7 +212,7 @@ def _tracked(
             f"{unit} has its own tracking: put it into mode TRACK with `solarcal run`, and load "
             "coefficients with `solarcal upload`; this command is for --driver rotctld"
         )
-    source = "what was uploaded last"
+    source = ""
     if args.coefficients is not None:
         found = read_coefficients(args.coefficients, args.method)
         if found.geometry != tracker.site().geometry:
@@ -221,11 +222,16 @@ def _tracked(
             )
         tracker.use_for_now(found.coefficients)
         source = found.source
-    coefficients, _ = tracker.in_force()
+    coefficients, offsets = tracker.in_force()
+    uploaded = coefficients != Coefficients()
+    source = source or ("what was uploaded last" if uploaded else "nothing is uploaded: all zero")
     now_s = clock.utc_s()
     until_s = next_time(args.until, now_s, "--until") if args.until else None
     say(f"{unit}: tracking with P1..P6 {_numbers(coefficients.as_tuple())} ({source})")
-    summary = SunTracking(tracker, clock, TrackingRun(unit, coefficients, source, now_s), say)
+    if offsets != Offsets():
+        say(f"and with the reference offsets O {offsets.O1:+z.4f} {offsets.O2:+z.4f} deg")
+    run = TrackingRun(unit, coefficients, source, now_s, offsets)
+    summary = SunTracking(tracker, clock, run, say)
     done = summary.until(until_s, args.every).document()
     interrupts_obeyed()
     looks, worst = done["looks"], done["off_max_deg"]

@@ -13,7 +13,7 @@ import msgspec
 
 from solarcal.errors import InputFileError, LinkError, SolarcalError
 from solarcal.input_files import read_bytes
-from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients
+from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients, Offsets
 from solarcal.station.analysing import analyse_files, read_files
 from solarcal.sun import sun_position
 from solarcal.timescale import Clock, format_utc
@@ -96,6 +96,7 @@ class TrackingRun:
     coefficients: Coefficients
     source: str
     started_utc_s: float
+    offsets: Offsets = field(default_factory=Offsets)
     ended_utc_s: float = 0.0
     ended_by: str = ""
     lines_lost: int = 0
@@ -109,6 +110,7 @@ class TrackingRun:
             "unit": self.unit,
             "coefficients": msgspec.to_builtins(self.coefficients),
             "coefficients_from": self.source,
+            "offsets": msgspec.to_builtins(self.offsets),
             "started_utc": format_utc(self.started_utc_s, 0),
             "ended_utc": format_utc(self.ended_utc_s, 0),
             "ended_by": self.ended_by,
