@@ -93,7 +93,7 @@ class Choice(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     replay: str = ""
     session: str = ""
     last_coefficients: Six | None = None
-    """P1..P6 given with the command: they count for an emulated tracker too, a profile's do not."""
+    """P1..P6 given with the command: they count for a scenario too, a profile's do not."""
     offers_unfinished: bool = False
     """Ask first which of the unit's unfinished sessions to go on with, if there is one."""
 

@@ -128,12 +128,15 @@ def scenario_settings(args: argparse.Namespace) -> tuple[str, ...]:
 
 
 def run_calibration(
-    args: argparse.Namespace, tracker: "Tracker", name: str, noise_deg: float | None
+    args: argparse.Namespace,
+    tracker: "Tracker",
+    name: str,
+    noise_deg: float | None,
+    profile: Profile | None = None,
 ) -> "Calibration":
     """The calibration itself; its steps are reported on stderr."""
     from solarcal.model.methods import DEFAULT_METHOD
     from solarcal.station.headless import calibrate
-    from solarcal.station.judging import stopping_rule
     from solarcal.station.technician import Schedule
 
     # Until it is completed.
@@ -149,14 +152,21 @@ def run_calibration(
         tracker,
         journal_creator(args.output, name),
         Schedule(points=points, every_min=args.every),
+        profile=_as_asked(profile or Profile(), args),
         method=args.method or DEFAULT_METHOD,
         eye_sigma_deg=0.02 if noise_deg is None else noise_deg,
         force=forced_reason(args),
-        last_coefficients=last_coefficients(args),
-        rule=stopping_rule((), **rule_changes(args)),
         say=say,
         resume=getattr(args, "resume", None),
     )
+
+
+def _as_asked(profile: Profile, args: argparse.Namespace) -> Profile:
+    """The profile with what the options say instead."""
+    changes: dict[str, Any] = {**rule_changes(args), "last_coefficients": last_coefficients(args)}
+    changes["unmodelled"] = {**profile.unmodelled, **changes["unmodelled"]}
+    given = {name: value for name, value in changes.items() if value is not None}
+    return msgspec.structs.replace(profile, **given)
 
 
 @contextmanager
@@ -242,7 +252,8 @@ def run(args: argparse.Namespace) -> int:
     if args.input:
         return run_book(args)
     with tracker_for(args) as (tracker, name, noise_deg):
-        return print_calibration(args, run_calibration(args, tracker, name, noise_deg))
+        profile = named_profile(args)
+        return print_calibration(args, run_calibration(args, tracker, name, noise_deg, profile))
 
 
 def print_calibration(args: argparse.Namespace, calibration: "Calibration") -> int:

@@ -32,6 +32,7 @@ from solarcal.cli.unit_options import (
     add_output_option,
     asks_for_unit,
     journal_creator,
+    named_profile,
 )
 from solarcal.decimals import counted, number_option, whole_option
 from solarcal.errors import ConfigurationError
@@ -296,9 +297,11 @@ def _followed(
     station, emulation = emulated_station(
         tracker,
         "does not report a sun sensor; take points by eye with `solarcal run`",
-        target=args.target,
+        named_profile(args),
         operator="sun sensor",
         pointing_device="emulated sun sensor",
+        target=args.target,
+        say=say,
     )
     path = station.open_session(journal_creator(args.output, name)).path
     kind: type[SensorFollower]

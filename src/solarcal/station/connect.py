@@ -141,6 +141,14 @@ def disagreements(station: StationCore) -> Iterator[str]:
         yield f"the unit's Sun is {sun.difference_deg:.3f} deg from ours: {sun.explanation}"
 
 
+def other_site(station: StationCore, site: Site | None) -> Iterator[str]:
+    """One sentence where an emulated unit, which keeps its own site, is not at this one."""
+    if site is None or station.unit_site is None:
+        return
+    if apart := check_unit_settings(station.unit_site, site, 0.0):
+        yield f"the profile's site is not used: {'; '.join(apart)}"
+
+
 def _typed_otherwise(station: StationCore) -> Iterator[str]:
     """P1..P6 of a unit without a connection, typed again in a session that is gone on with."""
     session, in_force = station.session, station.coefficients_in_force

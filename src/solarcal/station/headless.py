@@ -3,27 +3,26 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Unpack
 
 import msgspec
 import numpy as np
 
-from solarcal.decimals import Six
 from solarcal.errors import ConfigurationError, LinkError, ProcedureRefused
 from solarcal.model.evidence.branch import branch_warning
 from solarcal.model.evidence.unit_state import check_evidence, held_evidence
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.model.solution import Solution
+from solarcal.profiles import Profile
 from solarcal.session.journal import Journal
 from solarcal.session.records import Closed, Header, UploadRecord
 from solarcal.session.view import SessionView
 from solarcal.station.clocks import EmulatedClock
-from solarcal.station.connect import disagreements
+from solarcal.station.connect import disagreements, other_site
 from solarcal.station.fitting import solve
 from solarcal.station.procedure import Station
-from solarcal.station.recording import SessionSettings
+from solarcal.station.recording import profile_settings
 from solarcal.station.technician import AutomaticTechnician, Schedule
-from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule
+from solarcal.stopping_rule import SYNCHRONISED_S
 from solarcal.sun.position import require_supported_times
 from solarcal.timescale import SECONDS_PER_DAY, Clock, SystemClock
 from solarcal.unit.tracker import Emulation, Tracker, Truth
@@ -87,11 +86,10 @@ def calibrate(
     create_journal: Callable[[Header], Journal],
     schedule: Schedule,
     *,
-    rule: StoppingRule = DEFAULT_RULE,
+    profile: Profile | None = None,
     method: str = DEFAULT_METHOD,
     eye_sigma_deg: float = 0.02,
     force: str | None = None,
-    last_coefficients: Six | None = None,
     say: Callable[[str], None] = lambda sentence: None,
     resume: Path | None = None,
     pauses: Clock | None = None,
@@ -102,8 +100,8 @@ def calibrate(
 
     Parameters
     ----------
+    profile : as a new session's header has it; the unit keeps its own site and weather.
     force : why to upload although something speaks against it; recorded with the upload.
-    last_coefficients : what the unit held last, for a new session.
     resume : a session to go on with instead of a new one.
     pauses : what waits between two tries to open a lost line; real time by default, for the
         emulated clock is gone with the line.
@@ -120,10 +118,10 @@ def calibrate(
         tracker,
         "is not an emulator: the automatic technician cannot see its sunspot; calibrate a real "
         "unit with `solarcal run`",
+        profile,
         operator="automatic technician",
         pointing_device="emulated sunspot device",
-        rule=rule,
-        last_coefficients=last_coefficients,
+        say=say,
     )
     now_s = station.clock.utc_s()
     require_supported_times(now_s + np.array([-AROUND_S, AROUND_S]))
@@ -167,21 +165,35 @@ def calibrate(
 
 
 def emulated_station(
-    tracker: Tracker, refused: str, **settings: Unpack[SessionSettings]
+    tracker: Tracker,
+    refused: str,
+    profile: Profile | None = None,
+    *,
+    operator: str,
+    pointing_device: str,
+    target: str = "sun",
+    say: Callable[[str], None],
 ) -> tuple[Station, Emulation]:
     """A connected station in the world of an emulated unit.
 
-    ConfigurationError of another one; ``refused`` says what is amiss then.
+    ConfigurationError of another one; ``refused`` says what is amiss then. ``operator`` and
+    ``pointing_device`` are those where the profile names none.
     """
+    profile = profile or Profile()
     identity = tracker.open()
     emulation = tracker.emulation
     if emulation is None:
         tracker.close()
         raise ConfigurationError(f"{identity.model} {identity.serial} {refused}")
     sky = emulation.sky()
-    settings["weather"], settings["true_sun"] = sky.weather, sky.sun
+    settings = profile_settings(profile, SYNCHRONISED_S)
+    settings |= {"site": None, "weather": sky.weather, "true_sun": sky.sun, "target": target}
+    settings["operator"] = profile.operator or operator
+    settings["pointing_device"] = profile.pointing_device or pointing_device
     station = Station(tracker, EmulatedClock(emulation), **settings)
     station.connect()
+    for sentence in other_site(station, profile.site):
+        say(sentence)
     return station, emulation
 
 

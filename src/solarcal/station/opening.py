@@ -16,7 +16,7 @@ from solarcal.profiles import Profile
 from solarcal.session.journal import Journal
 from solarcal.session.records import Header
 from solarcal.station.clocks import clock_beside, clock_sigma_s
-from solarcal.station.connect import disagreements
+from solarcal.station.connect import disagreements, other_site
 from solarcal.station.procedure import Station
 from solarcal.station.recording import profile_settings
 from solarcal.station.saved_sessions import finished, unfinished_sessions
@@ -87,8 +87,10 @@ def open_line(
         settings = profile_settings(profile, SYNCHRONISED_S if emulated else clock_sigma_s())
         if emulated:
             # It stands at its own place, whatever site the profile is for.
-            settings |= {"site": None, "weather": None, "inclinometer": None}
-            settings["last_coefficients"] = choice.last_coefficients
+            settings |= {"site": None, "weather": None}
+        if choice.scenario:
+            # The profile is that of another tower.
+            settings |= {"inclinometer": None, "last_coefficients": choice.last_coefficients}
         station = Station(tracker, clock, **settings)
         offers = choice.offers_unfinished and not choice.session and output is None
         if offers and tracker.display is not None:
@@ -103,9 +105,10 @@ def open_line(
             station.resume_session(journal)
         else:
             journal = station.open_session(create)
-            if profile.inclinometer is not None and not emulated:
+            if profile.inclinometer is not None and not choice.scenario:
                 station.note(profile.inclinometer.words())
-        noticed = (*journal.warnings, *disagreements(station))
+        site = profile.site if emulated and not choice.scenario else None
+        noticed = (*journal.warnings, *other_site(station, site), *disagreements(station))
         path = journal.path or Path()
         return OpenLine(station, choice, path, resources.pop_all(), create, clock, noticed)
 
