@@ -108,8 +108,7 @@ def _steps(solution: MechanismSolution, rows: Rows, tolerance_deg: float) -> tup
         return ()
     p, first, amount = min(tried, key=lambda one: one[0])
     p *= len(tried)
-    one_sided = [name for name in rows.causes if _looked_for(name).both_sides_of is None]
-    smooth = min(base.each(rows.columns(one_sided))[2].tolist())
+    smooth = min(base.each(rows.columns(rows.causes))[2].tolist())
     sine = float(np.mean(np.sin(np.radians(points.ax2_deg))))
     size = float(np.hypot(amount[0] * sine, amount[1]))
     if p > STEP_LEVEL or p > smooth or size < 0.5 * tolerance_deg:
