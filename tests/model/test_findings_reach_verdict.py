@@ -7,7 +7,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from made_up_trackers import day_of
+from made_up_trackers import JUNE, day_of
 from test_time_stamps import day
 
 from solarcal.errors import ProcedureRefused
@@ -15,6 +15,7 @@ from solarcal.model.analysis import analyse
 from solarcal.model.evidence.branch import side_evidence
 from solarcal.model.evidence.direct import Evidence, direct_findings, weigh
 from solarcal.model.finding import listed, points_named
+from solarcal.model.points import Points
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
 from solarcal.session.interchange import imported_header
 from solarcal.session.view import read_session, view_session
@@ -202,3 +203,36 @@ def test_names_are_listed_as_one_says_them():
     assert points_named((3, 4)) == "points 3 and 4"
     assert points_named((1, 2, 3, 4, 5, 6)) == "points 1, 2, 3, 4, 5 and 6"
     assert points_named(tuple(range(1, 12))) == "points 1, 2, 3, 4, 5, 6 and 5 more"
+
+
+@pytest.mark.parametrize("seed", range(1, 7))
+def test_what_moved_between_two_visits_is_said_to_have_moved_there(seed: int) -> None:
+    """A zero that is a tenth of a degree elsewhere on the second day: divisions of the first day
+    explain nearly as much, and are named beside it."""
+    context, first = day_of("azel", 12, JUNE, noise_deg=0.02, seed=seed)
+    _, second = day_of("azel", 6, JUNE + 20, noise_deg=0.02, seed=seed + 50)
+    moved = second.replace(err1_deg=second.err1_deg + 0.15)
+    both = Points.joined([first, moved])
+    points = replace(both, labels=tuple(range(1, 19)))
+    (step,) = found(analyse(points, context), "step")
+    assert step.subject == "points 12 and 13"
+    assert "moved between the visits: keep the later run" in step.sentence
+    assert step.labels == tuple(range(13, 19))
+
+
+@pytest.mark.parametrize("scale", [1.5, 2.0])
+def test_backlash_where_the_side_changes_is_no_step(scale: float) -> None:
+    """In the afternoon axis 2 comes from the other side, and reads otherwise from there on."""
+    context, points = day_of("azel", 13, JUNE, noise_deg=0.02, seed=3)
+    rising = np.gradient(points.ax2_deg) < 0
+    bent = points.replace(err2_deg=points.err2_deg + np.where(rising, -0.08, 0.08) * scale)
+    sides = np.stack((np.ones(13, dtype=int), np.where(rising, -1, 1)), axis=-1)
+
+    class Sides(Evidence):
+        def approach(self, labels):
+            return sides
+
+    analysis = analyse(bent, context, Sides())
+    assert found(analysis, "step") == []
+    assert [f.subject for f in found(analysis, "backlash")] == ["axis 2"]
+    assert found(analyse(bent, context), "step") != []

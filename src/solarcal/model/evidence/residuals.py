@@ -90,7 +90,7 @@ def _steps(solution: MechanismSolution, rows: Rows, tolerance_deg: float) -> tup
 
     Each division into two runs of three points or more is an F-test of two columns beside the six
     numbers, corrected for the number of divisions; a single smooth cause that explains more is
-    preferred.
+    preferred, and of divisions that explain nearly as much the one at a night.
     """
     points, n = solution.points, len(solution.points)
     order = points.in_time
@@ -106,7 +106,10 @@ def _steps(solution: MechanismSolution, rows: Rows, tolerance_deg: float) -> tup
         tried.append((p, first, amount))
     if not tried:
         return ()
-    p, first, amount = min(tried, key=lambda one: one[0])
+    times_s = np.zeros(n) if points.utc_s is None else points.utc_s[order]
+    nights = np.flatnonzero(np.diff(times_s) > NIGHT_S) + 1
+    p, first, amount = min(tried, key=lambda one: one[0] / (MOVED_ODDS if one[1] in nights else 1))
+    rivals = [at for other, at, _ in sorted(tried, key=lambda one: one[0]) if other < RIVAL * p]
     p *= len(tried)
     smooth = min(base.each(rows.columns(rows.causes))[2].tolist())
     sine = float(np.mean(np.sin(np.radians(points.ax2_deg))))
@@ -114,21 +117,37 @@ def _steps(solution: MechanismSolution, rows: Rows, tolerance_deg: float) -> tup
     if p > STEP_LEVEL or p > smooth or size < 0.5 * tolerance_deg:
         return ()
     before, after = (points.labels[order[i]] for i in (first - 1, first))
+    also = [f"{points.labels[order[at - 1]]} and {points.labels[order[at]]}" for at in rivals]
+    also = [pair for pair in also if pair != f"{before} and {after}"]
+    where = f"between points {before} and {after}"
+    if also:
+        where += f" ({also[0]} would explain nearly as much)"
+    moved = (
+        "the tower, a reference, a clamp or the pointing device moved between the visits: keep the "
+        "later run"
+        if first in nights
+        else "a reference, a clamp or the pointing device moved: do a reference check, and keep "
+        "one of the two runs"
+    )
     runs = (order[:first], order[first:])
     shorter = tuple(points.labels[i] for i in min(runs, key=len))
     return (
         Finding(
             kind="step",
             subject=f"points {before} and {after}",
-            sentence=f"a step between points {before} and {after}: from there on axis 1 reads "
-            f"{amount[0]:+z.3f} deg and axis 2 {amount[1]:+z.3f} deg otherwise (p = {p:.1g}); a "
-            "reference, a clamp or the pointing device moved: do a reference check, and keep one "
-            "of the two runs",
+            sentence=f"a step {where}: from there on axis 1 reads {amount[0]:+z.3f} deg and axis 2 "
+            f"{amount[1]:+z.3f} deg otherwise (p = {p:.1g}); {moved}",
             number=size,
             labels=shorter,
         ),
     )
 
+
+NIGHT_S = 6.0 * 3600.0
+MOVED_ODDS = 100.0
+"""By so much a move is likelier in the hours between two visits than between two points of one."""
+RIVAL = 10.0
+"""A division whose p is within this factor is as good."""
 
 MOST_TESTED = 500
 """Points the residual tests look at: a division of a night into two is a fit of its own."""
