@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Unpack
 
+import msgspec
 import numpy as np
 
 from solarcal.errors import ConfigurationError
@@ -52,6 +53,7 @@ from solarcal.station.judging import (
     asked_for,
     differences,
     own_sessions,
+    read_last,
     stopping_rule,
 )
 from solarcal.stopping_rule import TOLERANCE_DEG, StoppingRule
@@ -220,6 +222,9 @@ def analyse_files(
     table, header = files.table, files.header
     chosen = method or (DEFAULT_METHOD if terms is None else "linear")
     rule = stopping_rule(files.sessions, **changes)
+    if header is not None:
+        lean = read_last(files.sessions).header.inclinometer
+        header = msgspec.structs.replace(header, inclinometer=lean)
     # A session broken off before its first point has nothing to compare; its records still count.
     with_points = [one for one in files.tables if one.count("accepted")]
     solution: Solution | None = None

@@ -43,6 +43,12 @@ def stopping_rule(sessions: Sequence[SessionView], **changes: Unpack[RuleChanges
     return _changed(StoppingRule(least_deg, max(r.probability for r in rules), beside), changes)
 
 
+def read_last(sessions: Sequence[SessionView]) -> SessionView:
+    """The session whose inclinometer counts: the tower may have moved since an earlier one."""
+    read = [one for one in own_sessions(sessions) if one.header.inclinometer is not None]
+    return max(read, key=lambda one: one.header.utc) if read else sessions[0]
+
+
 def own_sessions(sessions: Sequence[SessionView]) -> Sequence[SessionView]:
     """Those of a unit, where there are any: an import has placeholders in its header."""
     return [one for one in sessions if not one.header.unit.imported] or sessions
@@ -103,11 +109,18 @@ def differences(sessions: Sequence[SessionView], changes: RuleChanges) -> Iterat
         del values["unmodelled clock_s"]
         values["limits"] = header.unit.limits.words()
         values["inclinometer"] = "none" if lean is None else lean.words()
+        last = header.last_coefficients
+        held = () if last is None else last.as_tuple()
+        values["last coefficients"] = " ".join(f"{p:+z.6g}" for p in held) or "none"
         for what, value in values.items():
             found.setdefault(what, {}).setdefault(value, []).append(session.path)
     for what, files in found.items():
         if len(files) > 1:
             texts = "; ".join(f"{value} in {listed(paths)}" for value, paths in files.items())
-            first = f"that of {own_sessions(sessions)[0].path} counts"
-            counts = first if what in ("limits", "inclinometer") else "the strictest counts"
+            which = {
+                "limits": own_sessions(sessions)[0],
+                "last coefficients": own_sessions(sessions)[0],
+                "inclinometer": read_last(sessions),
+            }.get(what)
+            counts = "the strictest counts" if which is None else f"that of {which.path} counts"
             yield f"the sessions differ in {what} ({texts}): {counts}"
