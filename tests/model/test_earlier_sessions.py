@@ -71,6 +71,32 @@ def test_the_lean_that_changed_is_told_with_the_sign_of_each_component() -> None
     assert (lean, north, east) == pytest.approx((0.5, 0.3, -0.4), abs=0.15)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_lean_read_after_the_tower_moved_is_held_against_the_last_session_alone(seed) -> None:
+    """The points before it say what moved, whatever an inclinometer reads since."""
+    context = context_of("azel")
+    rng = np.random.default_rng([41, seed])
+    after = random_mechanism(rng)
+    before = msgspec.structs.replace(after, P1=after.P1 - 0.3, P3=after.P3 + 0.4)
+    parts = [
+        measured(context, mechanism, np.linspace(*daylight_s(context, day), 11), rng)
+        for mechanism, day in ((before, JUNE), (after, JUNE + 30))
+    ]
+    read = DEFAULT_PRIOR.with_inclinometer(after.P1 + 0.01, after.P3 - 0.01, 0.02)
+    with_it, without = (merge_sessions(parts, context, prior=one) for one in (read, DEFAULT_PRIOR))
+    alone = fit_exact(parts[1], context, prior=read)
+    assert with_it.change == "tower"
+    assert with_it.shifts == pytest.approx(without.shifts, abs=0.06)
+    posterior = with_it.solution.posterior
+    off = posterior.mean[[0, 2]] - [after.P1, after.P3]
+    assert np.abs(off).max() < 0.05
+    assert (
+        np.sqrt(np.diag(posterior.covariance))[:4].max()
+        <= 1.05 * np.sqrt(np.diag(alone.posterior.covariance))[:4].max()
+    )
+    assert with_it.solution.noise_deg < 0.06
+
+
 def test_an_unchanged_unit_is_fitted_as_one_set_of_points() -> None:
     result = merged(1)
     assert result.change == "same"

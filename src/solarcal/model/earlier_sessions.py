@@ -176,32 +176,38 @@ def _moved(
 def _fit_shifted(
     points: Points, session: SessionIndex, context: SkyContext, prior: Prior, allowed: Sequence[int]
 ) -> tuple[MechanismSolution, FloatArray, FloatArray]:
-    """With shifts of these numbers for every session but the last; solution, shifts, sigmas."""
+    """With shifts of these numbers for every session but the last; solution, shifts, sigmas.
+
+    ``prior`` is of the last session: only what was found without it is held against it, and what
+    moved is as wide as usual.
+    """
     s = int(session.max())
     shifts, sigmas = np.zeros((s, 4)), np.zeros((s, 4))
-    unit = prior.sigma_array()
-    solution = fit_exact(points, context, prior=prior)
-    for turn in range(_TURNS):
+    wide = DEFAULT_PRIOR.sigma_array()
+    solution = fit_exact(points, context, prior=DEFAULT_PRIOR)
+    priors = [DEFAULT_PRIOR] * _TURNS + ([] if prior == DEFAULT_PRIOR else [prior] * _TURNS)
+    for turn, here in enumerate(priors):
+        unit = here.sigma_array()
         if turn:
             shifted = _as_the_last(points, session, context, solution.posterior.mean, shifts)
-            solution = fit_exact(shifted, context, prior=prior)
+            solution = fit_exact(shifted, context, prior=here)
         # In units of the prior, weighted by what the robust fit thinks of each point.
         root = np.sqrt(solution.point_weights)[:, np.newaxis]
         six = (solution.slopes * unit * root[..., np.newaxis]).reshape(-1, 6)
-        more = shift_columns(six, session, allowed)
+        more = shift_columns(six * (wide / unit), session, allowed)
         tested = PointsTested.of(solution.points, context, seen=solution.seen)
         at, weights = tested.rows(solution.posterior.mean, {}), tested.weights[:, np.newaxis]
         left = (at.residuals.reshape(-1, 2) / weights * root).reshape(-1)
         both = np.hstack((six, more))
-        held = shifts[:, list(allowed)].reshape(-1) / np.tile(unit[list(allowed)], s)
-        away = (prior.mean_array() - solution.posterior.mean) / unit
+        held = shifts[:, list(allowed)].reshape(-1) / np.tile(wide[list(allowed)], s)
+        away = (here.mean_array() - solution.posterior.mean) / unit
         normal = both.T @ both + np.eye(both.shape[1])
         step = np.linalg.solve(normal, both.T @ left + np.concatenate((away, -held)))
-        shifts[:, list(allowed)] += (step[6:] * np.tile(unit[list(allowed)], s)).reshape(s, -1)
+        shifts[:, list(allowed)] += (step[6:] * np.tile(wide[list(allowed)], s)).reshape(s, -1)
         covariance = np.linalg.inv(normal)
-        spread = np.sqrt(np.diag(covariance))[6:] * np.tile(unit[list(allowed)], s)
+        spread = np.sqrt(np.diag(covariance))[6:] * np.tile(wide[list(allowed)], s)
         sigmas[:, list(allowed)] = spread.reshape(s, -1)
-    slopes = shift_columns((solution.slopes * unit).reshape(-1, 6), session, allowed)
+    slopes = shift_columns((solution.slopes * wide).reshape(-1, 6), session, allowed)
     return _with_shifts_free(replace(solution, shift_slopes=slopes)), shifts, sigmas
 
 
@@ -267,11 +273,7 @@ def last_prior(last: Coefficients, context: SkyContext, usual: Prior) -> Prior:
 def weigh_inclinometer(
     read: Prior, solve: Callable[[Prior], MechanismSolution]
 ) -> tuple[Prior, tuple[Finding, ...]]:
-    """The prior to use, and a finding where the points contradict the lean of an inclinometer.
-
-    ``read``: the prior with it; ``solve``: the fit by a prior, FitError where the points allow
-    none. The usual prior takes its place where it is contradicted.
-    """
+    """``weigh_last`` of the lean of an inclinometer; ``read``: the prior with it."""
     posterior, lean = solve(DEFAULT_PRIOR).posterior, list(LEAN)
     away = (posterior.mean - read.mean_array())[lean]
     spread = posterior.covariance[np.ix_(lean, lean)] + np.diag(read.sigma_array()[lean] ** 2)
