@@ -6,14 +6,16 @@ from collections.abc import Callable
 
 import numpy as np
 
+from solarcal.decimals import Pair
 from solarcal.errors import ProcedureRefused
 from solarcal.mount.controller import ideal_axes_deg
+from solarcal.station.guards import AxisStands, standing_axis
 from solarcal.station.jogging import BEHIND_DEG
 from solarcal.station.procedure import Station
 from solarcal.station.sun_path import forward_sense, sun_moves_deg, sun_rates_deg_per_s
 from solarcal.sun.day import daylight
 from solarcal.timescale import format_utc
-from solarcal.unit.tracker import Spot, Status
+from solarcal.unit.tracker import Mode, Spot, Status
 
 MIN_POINT_ELEVATION_DEG = 10.0
 TRACKED_ELEVATION_DEG = 0.5
@@ -29,6 +31,9 @@ MOST_RENEWALS = 600
 WATCH_S = 60.0
 WATCH_STEP_S = 5.0
 LONGEST_WATCH_S = 420.0
+STANDS_S = 60.0
+"""An axis that is driven and has not moved for so long does not move."""
+
 CLOUD_WAIT_S = 300.0
 CLOUD_WAITS = 6
 
@@ -107,10 +112,15 @@ class SunCentring:
         An axis that is past the Sun by less than the Sun makes up in a minute is left to be
         caught up with: the jog aims at where the Sun will be then. One that is further past
         goes behind first.
+
+        Raises
+        ------
+        AxisStands
+            An axis does not move, tracked or jogged.
         """
         station = self._station
         tolerance_deg = 3.0 * self._eye_sigma_deg + 0.003
-        status = station.poll()
+        status = self._following()
         # Decided once: going behind the Sun must not turn the sense it is then approached in.
         senses = [
             forward_sense(rate, approach)
@@ -120,6 +130,7 @@ class SunCentring:
         for _ in range(MOST_MOVES):
             spot = self._look_through_clouds()
             if spot is None:
+                self._tracked_since(status)
                 self._say("no spot to be seen")
                 return False
             status = station.poll()
@@ -142,7 +153,9 @@ class SunCentring:
                 )
             )
             try:
-                self._move(target1, target2, aim_s)
+                self._move(status, (target1, target2), aim_s)
+            except AxisStands:
+                raise
             except ProcedureRefused as refusal:
                 # The Sun stands beyond a limit by now, for this slot as good as a cloud.
                 self._say(str(refusal))
@@ -190,12 +203,36 @@ class SunCentring:
             self._station.clock.wait(CLOUD_WAIT_S)
         return None
 
-    def _move(self, target1_deg: float, target2_deg: float, aim_s: float) -> None:
-        """Jog there and stay until ``aim_s`` has passed, renewing the target until at rest."""
-        passed_s = 0.0
+    def _following(self) -> Status:
+        """The status; of axes that rest far from where the unit tracks, after a while."""
+        status, unit = self._station.poll(), self._station.session.header.unit
+        at_rest = status.mode is Mode.TRACK and status.moving == (0, 0)
+        if at_rest and standing_axis(unit, status, status):
+            self._station.clock.wait(STANDS_S)
+            status = self._tracked_since(status)
+        return status
+
+    def _tracked_since(self, before: Status) -> Status:
+        """The status; AxisStands where the unit has tracked and an axis has not followed."""
+        status, unit = self._station.poll(), self._station.session.header.unit
+        if before.mode is status.mode is Mode.TRACK and (
+            stands := standing_axis(unit, before, status)
+        ):
+            raise AxisStands(stands)
+        return status
+
+    def _move(self, before: Status, targets_deg: Pair, aim_s: float) -> None:
+        """Jog there and stay until ``aim_s`` has passed, renewing the targets until at rest."""
+        passed_s, unit = 0.0, self._station.session.header.unit
         for _ in range(MOST_RENEWALS):
-            self._station.jog(target1_deg, target2_deg)
+            self._station.jog(*targets_deg)
             self._station.clock.wait(FINE_MOVE_S)
             passed_s += FINE_MOVE_S
-            if passed_s >= aim_s and self._station.poll().moving == (0, 0):
+            if passed_s < aim_s:
+                continue
+            status = self._station.poll()
+            stands = standing_axis(unit, before, status, targets_deg)
+            if stands and passed_s >= STANDS_S:
+                raise AxisStands(stands)
+            if not stands and status.moving == (0, 0):
                 return

@@ -1,5 +1,6 @@
 """What the procedure does not allow, and why: pure rules, asked before anything is done."""
 
+from solarcal.decimals import Pair
 from solarcal.errors import ProcedureRefused
 from solarcal.mount.geometry import from_limit
 from solarcal.session.records import Header, UnitRecord
@@ -8,6 +9,10 @@ from solarcal.unit.tracker import Mode, Status
 
 class GuardRefused(ProcedureRefused):
     """A guard the technician may overrule, with a reason that is recorded."""
+
+
+class AxisStands(ProcedureRefused):
+    """An axis is driven and does not move: nothing goes on until somebody has looked at it."""
 
 
 MIN_ELEVATION_DEG = 5.0
@@ -69,3 +74,22 @@ def demand_tracking(header: Header, status: Status) -> None:
             f"the axes stand {off:.3f} deg from where the unit drives them, more than two update "
             "ranges; let it settle, or look for a motor that does not run"
         )
+
+
+def standing_axis(
+    unit: UnitRecord, before: Status, status: Status, targets_deg: Pair | None = None
+) -> str:
+    """Which axis has not moved since ``before``, more than two update ranges from its target.
+
+    ``targets_deg``: where the axes are driven; by default as the unit tells. Empty: neither stands.
+    """
+    targets_deg = targets_deg or (status.target1_deg, status.target2_deg)
+    stands = zip(before.reading_deg, status.reading_deg, targets_deg, strict=True)
+    for axis, (was_deg, now_deg, target_deg) in enumerate(stands, 1):
+        off_deg = abs(now_deg - target_deg)
+        if now_deg == was_deg and off_deg > 2.0 * unit.update_range_deg:
+            return (
+                f"axis {axis} does not move: it stands {off_deg:.1f} deg from where the unit "
+                "drives it; look at its motor and encoder"
+            )
+    return ""

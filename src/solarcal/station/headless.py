@@ -39,6 +39,7 @@ class Calibration:
     """What a headless calibration left behind. Truth only where the unit is an emulator.
 
     ``refused``: why nothing was uploaded; the session can be gone on with.
+    ``checks``: how many check points were to be taken.
     """
 
     session: SessionView
@@ -48,11 +49,12 @@ class Calibration:
     refused: str
     truth_before: Truth
     truth_after: Truth
+    checks: int = 0
 
     @property
     def completed(self) -> bool:
-        """The read-back was exact, the unit still holds it, and no check point is beyond the
-        tolerance."""
+        """The read-back was exact, the unit still holds it, and check points that were to be taken
+        were, none beyond the tolerance."""
         return not self.failure
 
     @property
@@ -62,6 +64,8 @@ class Calibration:
             return self.refused
         if self.upload is None or not self.upload.verified:
             return "the values read back differ from those written"
+        if self.checks and not self.session.checks_after(self.upload):
+            return "no check point could be taken after the upload, so nothing proves it"
         against = (
             *held_evidence([self.session]),
             *check_evidence(self.session, self.solution.noise_deg),
@@ -155,7 +159,14 @@ def calibrate(
         if upload is not None:
             station.close("calibration finished")
         return Calibration(
-            station.session, path, solution, upload, technician.refused, truth_before, truth_after
+            session=station.session,
+            path=path,
+            solution=solution,
+            upload=upload,
+            refused=technician.refused,
+            truth_before=truth_before,
+            truth_after=truth_after,
+            checks=schedule.checks,
         )
     finally:
         # Also where it was interrupted: the session can be gone on with.
