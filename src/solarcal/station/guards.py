@@ -12,7 +12,7 @@ class GuardRefused(ProcedureRefused):
 
 
 class AxisStands(ProcedureRefused):
-    """An axis is driven and does not move: nothing goes on until somebody has looked at it."""
+    """An axis is driven and does not move: nothing goes on until its motor and encoder are looked at."""
 
 
 MIN_ELEVATION_DEG = 5.0
