@@ -79,3 +79,17 @@ def test_a_calibration_without_the_check_points_it_was_to_take_is_not_completed(
     unproven = replace(done, checks=2)
     assert not unproven.completed
     assert "no check point could be taken" in unproven.failure
+
+
+@pytest.mark.parametrize("wrong", ["truth.laptop_offset_s=3600", "unit.longitude_deg=106.48"])
+def test_a_sun_that_is_looked_for_elsewhere_is_given_up_after_eight_slots(tmp_path, wrong):
+    path = tmp_path / "s.jsonl"
+    with pytest.raises(ProcedureRefused) as refused:
+        calibrated(path, wrong)
+    said = str(refused.value)
+    for cause in ("at 8 slots in a row", "clouds", "hour or date", "sign of the longitude", "zone"):
+        assert cause in said
+    assert "the tower leans" in said
+    session = read_session(path)
+    assert parse_utc(session.records[-1].utc) - parse_utc(session.records[0].utc) < 86400.0
+    Journal.resume(path).close()

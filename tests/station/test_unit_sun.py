@@ -60,6 +60,23 @@ def test_settings_that_are_not_ours_are_said_with_their_size():
 
 
 @pytest.mark.parametrize(
+    ("zone_west_h", "longitude_deg", "contradicts"),
+    [
+        (7.0, 106.48, True), (-7.0, -106.48, True), (7.0, -106.48, False), (6.0, 253.52, False),
+        # Kashgar keeps Beijing's time, Kiritimati that of the day before; a clock in UTC none.
+        (-8.0, 76.0, False), (-14.0, -157.4, False), (0.0, 106.48, False),
+    ],
+)  # fmt: skip
+def test_a_zone_that_is_not_of_the_longitude_is_said(zone_west_h, longitude_deg, contradicts):
+    site = Site(35.05, longitude_deg)
+    said = check_unit_settings(UnitSite(site, zone_west_h, "azel"), site, 0.0)
+    assert len(said) == contradicts
+    if contradicts:
+        assert f"zone ({zone_west_h:g} h west)" in said[0]
+        assert "contradict each other by 9.9 h" in said[0]
+
+
+@pytest.mark.parametrize(
     ("azimuth_deg", "elevation_deg", "latitude_deg", "solar_h"),
     [
         # At the equator at an equinox the Sun goes straight over: 15 deg an hour.

@@ -36,6 +36,14 @@ STANDS_S = 60.0
 
 CLOUD_WAIT_S = 300.0
 CLOUD_WAITS = 6
+MOST_UNSEEN = 8
+"""Slots in a row without a spot: half a day of clouds, or the Sun is not where it is looked for."""
+
+NO_SPOT = (
+    "no spot was found or centred: clouds; or the hour or date of the clock, or the site "
+    "(latitude, sign of the longitude, zone) is wrong: compare them; or the tower leans so far "
+    "that the Sun falls off the sunspot device; then shim first, or load rough coefficients"
+)
 
 
 def wait_until(station: Station, utc_s: float) -> None:
@@ -91,6 +99,10 @@ class SunCentring:
     station : connected, its session open.
     look : what the sunspot device shows now.
     eye_sigma_deg : how well the spot can be read, one sigma per axis on sky.
+
+    Attributes
+    ----------
+    unseen : so many times in a row there was no spot.
     """
 
     def __init__(
@@ -105,6 +117,7 @@ class SunCentring:
         self._look = look
         self._eye_sigma_deg = eye_sigma_deg
         self._say = say
+        self.unseen = 0
 
     def centre(self) -> bool:
         """Jog until the spot is centred, each axis coming from behind the Sun.
@@ -132,7 +145,9 @@ class SunCentring:
             if spot is None:
                 self._tracked_since(status)
                 self._say("no spot to be seen")
+                self.unseen += 1
                 return False
+            self.unseen = 0
             status = station.poll()
             if adjusted and status.on_sky_deg(spot.error1_deg, spot.error2_deg) <= tolerance_deg:
                 return True

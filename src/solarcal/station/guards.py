@@ -12,7 +12,7 @@ class GuardRefused(ProcedureRefused):
 
 
 class AxisStands(ProcedureRefused):
-    """An axis is driven and does not move: nothing goes on until its motor and encoder are looked at."""
+    """An axis is driven and does not move: first its motor and encoder are to be looked at."""
 
 
 MIN_ELEVATION_DEG = 5.0

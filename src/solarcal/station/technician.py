@@ -87,7 +87,8 @@ class AutomaticTechnician:
         LinkError
             The line was lost; the session says so and keeps everything up to then.
         ProcedureRefused
-            Too few points could be taken to compute coefficients.
+            Too few points could be taken to compute coefficients, an axis does not move, or no spot
+            is to be seen.
         """
         self.prepare()
         self.take_points()
@@ -152,6 +153,11 @@ class AutomaticTechnician:
                 taken += 1
                 if taken == recheck_after:
                     self._persist(self._check_reference)
+            if self.sight.unseen >= centring.MOST_UNSEEN:
+                raise ProcedureRefused(
+                    f"only {counted(taken, 'point')} accepted; given up: at {self.sight.unseen} "
+                    f"slots in a row {centring.NO_SPOT}"
+                )
             slot_utc_s += interval_s
             while slot_utc_s < station.clock.utc_s():
                 slot_utc_s += interval_s
@@ -219,11 +225,7 @@ class AutomaticTechnician:
     def _without_spot(self) -> str:
         if not self._given_up:
             return ""
-        return (
-            f"; at {self._given_up} slots no spot was found or centred: clouds, or the tower leans "
-            "so far that the Sun falls off the sunspot device; then shim first, or load rough "
-            "coefficients"
-        )
+        return f"; at {counted(self._given_up, 'slot')} {centring.NO_SPOT}"
 
     def take_checks(self) -> None:
         station = self.station

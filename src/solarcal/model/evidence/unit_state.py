@@ -35,6 +35,10 @@ SUN_AGREEMENT_DEG = 0.01
 MATCH_DEG = 0.02
 """A hypothesis that brings the difference below this explains it."""
 
+SUN_DEG_PER_H = 3600.0 / SECONDS_PER_SUN_DEG
+ZONE_APART_H = 3.0
+"""No land keeps a time further from that of its Sun, but for summer time at its western edge."""
+
 
 @dataclass(frozen=True, slots=True)
 class UnitSunCheck:
@@ -134,6 +138,15 @@ def check_unit_settings(
         said.append(
             f"the unit's longitude is {told.longitude_deg:.4f}, ours {ours.longitude_deg:.4f} "
             "(positive east)"
+        )
+    zone_h = unit_site.zone_west_h
+    # A clock that runs in UTC, zone 0, may stand anywhere.
+    apart_h = longitude_apart_deg(told.longitude_deg, -SUN_DEG_PER_H * zone_h) / SUN_DEG_PER_H
+    if zone_h and abs(apart_h) > ZONE_APART_H:
+        said.append(
+            f"the unit's zone ({zone_h:g} h west) and its longitude ({told.longitude_deg:.4f}, "
+            f"positive east) contradict each other by {abs(apart_h):.1f} h: one of them is wrong, "
+            "perhaps in its sign"
         )
     hours = round(unit_minus_laptop_s / 3600.0)
     if hours and abs(unit_minus_laptop_s - 3600.0 * hours) < 120.0:
