@@ -14,6 +14,8 @@ from typing import Any
 import pytest
 
 from solarcal.cli import COMMANDS, build_parser
+from solarcal.model.terms import TERMS
+from solarcal.report.judgement import meaning
 from solarcal.tui.keys import ACTIONS, shown_key
 from solarcal.unit.drivers import DRIVERS
 from tools.man_page import PAGE as MAN_PAGE
@@ -272,3 +274,10 @@ def test_man_opens_the_page():
         assert f"\n{heading}\n" in f"\n{plain}"
     for command in COMMANDS:
         assert f"solarcal {command}" in plain
+
+
+def test_coefficients_of_the_examples_have_the_meaning_that_is_printed():
+    row = re.compile(r"^(P[1-6]) +[+-][\d.]+ +[\d.]+ +deg\S* +(.+)$", re.MULTILINE)
+    rows = [(page.name, *found) for page in PAGES for found in row.findall(text_of(page))]
+    assert {page for page, _, _ in rows} >= {"README.md", "what-the-numbers-mean.md"}
+    assert [one for one in rows if one[2] != meaning(TERMS[one[1]], "azel")] == []
