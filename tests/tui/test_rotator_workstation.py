@@ -10,7 +10,7 @@ from solarcal.session.journal import Journal
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.procedure import Station
 from solarcal.station.question_evidence import question_evidence
-from solarcal.tui.dialogs.link import kept_by_station
+from solarcal.tui.dialogs.link import ClockDialog, kept_by_station
 from solarcal.tui.offset.dialog import SunOffsetDialog
 from solarcal.tui.workstation.screen import WorkstationScreen
 from solarcal.unit.tracker import ROTATOR, Capabilities, Emulation, Mode
@@ -92,6 +92,24 @@ async def test_a_unit_without_a_clock_has_nothing_to_set_but_a_time_tick_to_use(
     assert station.state.live.unit_minus_laptop_s == pytest.approx(3.0, abs=0.01)
     facts = question_evidence(2, station.session, station.state.live)
     assert not [fact for fact in facts if "clock" in fact.sentence]
+
+
+@on_loop
+@pytest.mark.parametrize("typed", ["", "3.0"], ids=["no tick", "no uncertainty"])
+async def test_a_time_tick_that_is_refused_lets_the_next_step_follow(typed: str) -> None:
+    async with workstation(rotator_bench()) as (app, pilot):
+        await pilot.press("f10")
+        await shows(pilot, "Use the time tick")
+        if typed:
+            await pilot.press("tab", *typed, "f5")
+            await pilot.pause()
+            assert isinstance(app.screen, ClockDialog)
+            await pilot.press("enter")
+        await pilot.press("enter")
+        await shows(pilot, "needs its uncertainty" if typed else "Give the time tick first")
+        await pilot.press("f5")
+        await shows(pilot, "Start: go to the reference")
+        assert len(app.screen_stack) == 2
 
 
 @on_loop

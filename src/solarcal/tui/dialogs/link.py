@@ -210,6 +210,10 @@ class ClockDialog(PacedDialog):
         how = "Set the unit's clock to use it." if self._has_clock else "Enter uses it."
         self.say(f"Signal - laptop {tick_s:+z.2f} s. {how}")
 
+    def on_input_changed(self) -> None:
+        """A time tick that was typed is not left by the key of another step."""
+        self._finished = False
+
     def on_input_submitted(self, event: Input.Submitted) -> None:
         tick, sigma = self.query(Field)
         if event.input is tick.input and tick.value:
@@ -220,7 +224,7 @@ class ClockDialog(PacedDialog):
     def action_use(self) -> None:
         """Correct the laptop's clock; without a time tick there is nothing to correct it by."""
         if not self.query_one("#tick-minus-laptop", Field).value:
-            self.say(
+            self.finish(
                 f"{NO_CLOCK} Give the time tick first, or press m at a full minute.", "warning"
             )
             return
@@ -236,7 +240,7 @@ class ClockDialog(PacedDialog):
         try:
             tick_s, sigma_s = self._tick()
         except ConfigurationError as error:
-            self.say(str(error), "warning")
+            self.finish(str(error), "warning")
             return
         self.set_focus(None)
         self.offer()
