@@ -12,6 +12,8 @@ from faulty_bench import PersistentTechnician, faulty_line, refused
 from soak.journal_writer import HEADER
 from solarcal.cli import run_command
 from solarcal.emulator.emulation import Emulator
+from solarcal.emulator.rotator import EmulatedRotator
+from solarcal.emulator.rotator_protocols import EasyCommProtocol, RotctldProtocol
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink, serve_pty, serve_tcp
 from solarcal.errors import ConfigurationError, LinkError, UnitRefused, harmless
@@ -22,6 +24,8 @@ from solarcal.session.lines import sealed
 from solarcal.session.records import Answers, Note, PointRecord
 from solarcal.session.view import read_session
 from solarcal.unit.conversation import Timing
+from solarcal.unit.drivers.easycomm import EasyCommRotator
+from solarcal.unit.drivers.rotctld import RotctldRotator
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.frames import decode_request
 from solarcal.unit.link import SerialLink
@@ -128,6 +132,23 @@ def test_a_second_station_on_a_socket_is_refused_and_told_why():
             second.open()
         second.close()
         assert first.status().mode in Mode
+        first.close()
+
+
+@pytest.mark.parametrize(
+    ("driver", "protocol"), [(RotctldRotator, RotctldProtocol), (EasyCommRotator, EasyCommProtocol)]
+)
+def test_a_second_station_on_the_socket_of_a_rotator_is_told_why(driver, protocol):
+    rotator = EmulatedRotator(load_scenario("tijeras-azel"))
+    rotator.protocol = protocol()
+    with serve_tcp(rotator) as url:
+        first = driver(lambda: SerialLink(url), "roof")
+        first.open()
+        second = driver(lambda: SerialLink(url), "roof")
+        with pytest.raises(LinkError, match="roof is in use by another station; close that one"):
+            second.open()
+        second.close()
+        first.position_deg()
         first.close()
 
 

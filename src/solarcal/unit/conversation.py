@@ -32,6 +32,12 @@ TURNED_AWAY = b"# busy"
 """How a server that has a station already greets a second one."""
 
 
+def refuse_if_turned_away(line: bytes, where: str) -> None:
+    """LinkError where a server says that it has a station already."""
+    if line.startswith(TURNED_AWAY):
+        raise LinkError(f"{where} is in use by another station; close that one first")
+
+
 class Timing(msgspec.Struct, frozen=True):
     """How long to wait and how often to repeat (``docs/protocol.md``, Timing).
 
@@ -210,11 +216,8 @@ class Conversation:
                 return
             if line is None:
                 return
-            self._refuse_if_turned_away(line)
-
-    def _refuse_if_turned_away(self, line: bytes) -> None:
-        if line.startswith(TURNED_AWAY) and not self._understood:
-            raise LinkError(f"{self.port} is in use by another station; close that one first")
+            if not self._understood:
+                refuse_if_turned_away(line, self.port)
 
     def _await(self, waiting: _Waiting, answer_s: float) -> None:
         """Return when the request is settled, was damaged, or ``answer_s`` have passed.
@@ -254,7 +257,8 @@ class Conversation:
     def _hand_over(self, line: bytes) -> None:
         """Give a reply to the request it answers; mark all as damaged when none can tell."""
         self.recent.append(_readable(line))
-        self._refuse_if_turned_away(line)
+        if not self._understood:
+            refuse_if_turned_away(line, self.port)
         if line.startswith(b">"):
             # Our own frame, from an adapter that hears what it sends, or from a plug that loops.
             self._echoes = True

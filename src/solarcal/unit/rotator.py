@@ -13,6 +13,7 @@ from collections.abc import Callable
 import msgspec
 
 from solarcal.mount.geometry import AxisLimits
+from solarcal.unit.conversation import refuse_if_turned_away
 from solarcal.unit.link import Link
 from solarcal.unit.stop_guard import StopGuard
 
@@ -86,6 +87,11 @@ class Rotator(ABC):
     @abstractmethod
     def park(self) -> None:
         """Go to its own parking position, past any request that is waiting."""
+
+    def _received(self, line: bytes) -> None:
+        """Remember a line; LinkError where a server has another station already."""
+        self._recent.append("< " + line.decode("ascii", "backslashreplace"))
+        refuse_if_turned_away(line, self.where)
 
     def recent_traffic(self) -> tuple[str, ...]:
         """The last lines both ways, oldest first."""

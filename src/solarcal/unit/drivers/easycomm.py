@@ -173,7 +173,7 @@ class EasyCommRotator(Rotator):
     def _read(self, timeout_s: float) -> bytes | None:
         line = self._open_link().read_line(timeout_s)
         if line is not None:
-            self._recent.append("< " + line.decode("ascii", "backslashreplace"))
+            self._received(line)
         return line
 
     def _discard(self) -> None:

@@ -135,6 +135,7 @@ class RotctldRotator(Rotator):
                 # A STOP goes out all the same.
                 stray = link.read_line(0.0) if nobody_waits and not interrupts else None
                 if stray is not None:
+                    self._received(stray)
                     raise ProtocolError(f"{self.where} sent {_text(stray)!a} without a request")
                 self._recent.append("> " + line.decode("ascii").rstrip())
                 link.write(line)
@@ -183,13 +184,13 @@ class RotctldRotator(Rotator):
 
     def _hand_over(self, line: bytes) -> None:
         """A line belongs to the oldest request that has no whole reply yet."""
-        self._recent.append("< " + line.decode("ascii", "backslashreplace"))
-        if not self._waiting:
-            raise ProtocolError(self._give_up(f"{self.where} sent {line[:60]!a} without a request"))
-        oldest = self._waiting[0]
         try:
+            self._received(line)
+            if not self._waiting:
+                raise ProtocolError(f"{self.where} sent {line[:60]!a} without a request")
+            oldest = self._waiting[0]
             oldest.done = oldest.reply.feed(line)
-        except ProtocolError as error:
+        except (LinkError, ProtocolError) as error:
             self._give_up(str(error))
             raise
         if oldest.done:
