@@ -6,10 +6,16 @@ import re
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
 from solarcal.cli import run_command
+from solarcal.emulator.emulation import Emulator
+from solarcal.emulator.scenario import load_scenario
+from solarcal.emulator.server import serve_tcp
+from solarcal.mount.formula import Coefficients
+from solarcal.session.view import read_session
 from solarcal.station.analysing import analyse_files, read_files
 from solarcal.station.curves import table_plot_data
 
@@ -171,3 +177,42 @@ def test_points_of_several_files_are_named_with_theirs(
     clocks = [f["sentence"] for f in both["findings"] if "laptop's own clock" in f["sentence"]]
     assert len(clocks) == 1
     assert clocks[0].startswith("a constant error of the laptop's own clock")
+
+
+def test_the_fit_of_two_days_is_written_and_recorded_in_the_newer(
+    files: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In whatever order they are named."""
+    june, september = (tmp_path / f"{name}.jsonl" for name in ("june", "september"))
+    for path in (june, september):
+        path.write_bytes(files[path.stem].read_bytes())
+    was = june.read_bytes()
+    fitted = fit(capsys, september, june)["coefficients"]
+    with serve_tcp(Emulator(load_scenario("tijeras-azel", []), seed=3), "127.0.0.1", 0) as port:
+        line = ["--port", port, "--json"]
+        assert run_command(["upload", str(september), str(june), *line]) == 0
+        told = json.loads(capsys.readouterr().out)
+    assert (told["file"], told["files"]) == ("september.jsonl", ["september.jsonl", "june.jsonl"])
+    assert told["verified"] is True
+    unit = read_session(september).header.unit
+    written = Coefficients(**{name: found["value"] for name, found in fitted.items()})
+    assert told["new_coefficients"] == msgspec.to_builtins(
+        written.rounded(unit.tilt_decimals, unit.scale_decimals)
+    )
+    assert june.read_bytes() == was
+    records = read_session(september).records
+    assert records[-1].seq == told["seq"]
+    assert "the fit of september.jsonl, june.jsonl together" in str(records[-3])
+
+
+def test_the_files_of_two_units_are_not_written_into_one(
+    files: dict[str, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = [files[name].read_bytes() for name in ("september", "other")]
+    words = ["upload", str(files["september"]), str(files["other"]), "--port", "/dev/nowhere"]
+    assert run_command(words) == 2
+    assert "another-unit" in capsys.readouterr().err
+    assert [files[name].read_bytes() for name in ("september", "other")] == before
+    words[2] = "points.csv"
+    assert run_command(words) == 2
+    assert "points.csv: uploads are recorded in the session file" in capsys.readouterr().err

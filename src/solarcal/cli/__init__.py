@@ -33,7 +33,7 @@ COMMANDS: dict[str, str] = {
     "forecast": "forecast the pointing error over the year from saved points",
     "plan": "plan the next points, and find the end of the calibration",
     "report": "write the certificate of a calibration, and a zip archive",
-    "upload": "write the fit of a session into its unit and read it back",
+    "upload": "write the fit of one or more sessions into their unit and read it back",
     "rollback": "restore the coefficients before the newest upload",
     "track": "follow the Sun with a rotator and its coefficients",
     "replay": "replay a saved session",

@@ -33,7 +33,14 @@ if TYPE_CHECKING:
 
 
 def add_upload_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", type=Path, metavar="FILE", help="session file (.jsonl)")
+    parser.add_argument(
+        "files",
+        nargs="+",
+        type=Path,
+        metavar="FILE",
+        help="session file (.jsonl); several of one unit are fitted together, and the upload is "
+        "recorded in the newest",
+    )
     add_unit_options(parser)
     add_method_option(parser)
     add_force_option(parser)
@@ -45,13 +52,22 @@ def run_upload(args: argparse.Namespace) -> int:
     from solarcal.station.analysing import analyse_files, read_files
     from solarcal.station.clocks import clock_beside
     from solarcal.station.procedure import Station
-    from solarcal.station.uploading import losses_recorded, offer_upload, refuse_doubtful
+    from solarcal.station.uploading import (
+        losses_recorded,
+        newest_session,
+        offer_upload,
+        refuse_doubtful,
+    )
 
     args.exit_code = 1
     force = forced_reason(args)
-    demand_session(args.file)
-    with Journal.resume(args.file) as journal:
-        judged = analyse_files(read_files([args.file], {}), method=args.method)
+    for path in args.files:
+        demand_session(path)
+    several, newest = len(args.files) > 1, newest_session(args.files)
+    with Journal.resume(newest) as journal:
+        judged = analyse_files(read_files(args.files, {}), method=args.method)
+        for sentence in judged.warnings if several else ():
+            say(sentence)
         analysis = judged.of_the_controller()
         # Before the line is opened: what does not fit needs no unit to be refused.
         refuse_doubtful(offer_upload(analysis, journal.header.unit), force)
@@ -65,13 +81,20 @@ def run_upload(args: argparse.Namespace) -> int:
             )
             forced = refuse_doubtful(offer, force)
             with losses_recorded(station):
+                if several:
+                    names = ", ".join(path.name for path in args.files)
+                    station.note(f"uploaded next: the fit of {names} together")
                 record = station.upload(offer.rounded, method=judged.solution.method, forced=forced)
     args.exit_code = 0 if record.verified else 1
     if args.json:
         from solarcal.station.documents import offer_document, upload_document
 
         print_json(
-            {**upload_document(args.file, journal.header.unit, record), **offer_document(offer)}
+            {
+                **upload_document(newest, journal.header.unit, record),
+                **offer_document(offer),
+                "files": [path.name for path in args.files],
+            }
         )
     else:
         from solarcal.report.judgement import rounding_blocks, verdict_blocks
@@ -82,7 +105,7 @@ def run_upload(args: argparse.Namespace) -> int:
         print(text_of(*rounding_blocks(offer)), end="\n\n")
         print(text_of(*upload_table(record)))
         print(
-            f"\nRecorded in {one_line(str(args.file))} as {record.seq}; `solarcal rollback` "
+            f"\nRecorded in {one_line(str(newest))} as {record.seq}; `solarcal rollback` "
             "restores the previous ones."
         )
     return int(args.exit_code)

@@ -1,7 +1,7 @@
 """Coefficients of a saved session into its unit, and back out again."""
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -152,6 +152,20 @@ def find_upload(folder: Path, identity: UnitIdentity) -> tuple[Path, tuple[str, 
             f"{identity.serial}; name the session file"
         )
     return best[1], tuple(unreadable)
+
+
+def newest_session(paths: Sequence[Path]) -> Path:
+    """The session that an upload of these is recorded in: the one begun last that is no import."""
+    if len(paths) == 1:
+        return paths[0]
+
+    def begun(path: Path) -> tuple[bool, str, str]:
+        session = read_session(path)
+        # An earlier state of the same session was begun with it.
+        last = max((record.utc for record in session.records), default="")
+        return not session.header.unit.imported, session.header.utc, last
+
+    return max(paths, key=begun)
 
 
 def propose_upload(
