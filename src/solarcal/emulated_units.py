@@ -19,6 +19,7 @@ from solarcal.profiles import MountDescription, Profile
 from solarcal.session.view import read_session
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.connect import open_tracker
+from solarcal.station.described_unit import described_by_session
 from solarcal.station.opening import OpenLine, open_line
 from solarcal.station.saved_sessions import emulated_again
 from solarcal.station.software_controller.coefficient_store import MemoryStore, StoredCorrection
@@ -139,6 +140,8 @@ def open_choice(
                 speed=1.0,
             ).tracker
         else:
+            if choice.session and demand_driver(choice.driver).rotator is not None:
+                profile = described_by_session(profile, read_session(choice.session).header)
             url = choice.port
             if choice.scenario:
                 # In a thread of this process, on a line like any other.

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from solarcal.cli import run_command
+from solarcal.cli import run, run_command
 from solarcal.mount.formula import Coefficients, correction_deg
 from solarcal.session.records import UploadRecord
 from solarcal.session.view import read_session
@@ -93,6 +93,19 @@ def test_the_session_is_keyed_in_later_and_rolled_back(
     uploads = [r for r in read_session(path).records if isinstance(r, UploadRecord)]
     assert [(u.verified, u.rollback) for u in uploads] == [(True, False), (True, True)]
     assert uploads[1].new_offsets == uploads[0].old_offsets
+
+
+def test_going_on_without_the_site_file_is_refused_at_once_with_the_command(
+    before_upload: Path, tmp_path: Path, capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "s.jsonl"
+    run_command([*BY_HAND, "--input", str(before_upload), "-o", str(path)])
+    monkeypatch.setattr(run, "has_terminal", lambda: True)
+    monkeypatch.setattr(run, "run_workstation", lambda choice, **_: 0 if choice.session else 1)
+    capsys.readouterr()
+    assert run_command(["run", "--continue", str(path)]) == 2
+    assert f"solarcal run --continue {path} --site FILE" in capsys.readouterr().err
+    assert run_command(["run", "--continue", str(path), "--site", SITE]) == 0
 
 
 @pytest.mark.parametrize(

@@ -2,14 +2,17 @@
 
 import json
 
+import msgspec
 import pytest
 
 from solarcal.cli import run_command
-from solarcal.config import read_toml
+from solarcal.config import Choice, read_toml
+from solarcal.emulated_units import open_choice
 from solarcal.emulator.rotator import EmulatedRotator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import serve_tcp
 from solarcal.mount.formula import Coefficients, Offsets
+from solarcal.profiles import Profile, load_site_file
 from solarcal.session.view import read_session, view_session
 from solarcal.station.software_controller.coefficient_store import StoredCorrection
 
@@ -85,6 +88,27 @@ def test_a_real_rotator_is_not_calibrated_without_an_eye(folder, port, capsys):
     line = ["--port", port, "--site", str(folder / "site.toml")]
     assert run_command(["calibrate", *line]) == 2
     assert "cannot see its sunspot" in capsys.readouterr().err
+
+
+def test_a_session_goes_on_at_the_site_of_its_header(folder, port):
+    """The mount too, whatever the remembered profile does not tell."""
+    profile = load_site_file(folder / "site.toml")
+    limits = {"limits1_deg": (-100.0, 100.0), "limits2_deg": (5.0, 80.0)}
+    mount = msgspec.structs.replace(profile.mount, drive2="rotary:-250.5", **limits)
+    day = folder / "day.jsonl"
+    choice = Choice(port=port, driver="rotctld")
+    begun = msgspec.structs.replace(profile, mount=mount)
+    line = open_choice(choice, begun, output=day)
+    line.station.leave()
+    line.resources.close()
+    line = open_choice(msgspec.structs.replace(choice, session=str(day)), Profile())
+    station = line.station
+    unit = station.session.header.unit
+    parameters = station.tracker.parameters()
+    assert station.unit_site.site == unit.site == profile.site
+    assert (parameters.limits, parameters.drive2) == (unit.limits, unit.drive2)
+    assert parameters.limits.axis1.high_deg == 100.0
+    line.resources.close()
 
 
 def _of(path):

@@ -40,7 +40,7 @@ from solarcal.decimals import speed_option
 from solarcal.errors import ConfigurationError, FitError
 from solarcal.profiles import load_profile, load_site_file
 from solarcal.timescale import SystemClock
-from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, ON_A_LINE, demand_driver
+from solarcal.unit.drivers import DEFAULT_DRIVER, DRIVERS, ON_A_LINE, demand_driver, has_line
 
 if TYPE_CHECKING:
     from solarcal.profiles import Profile
@@ -95,7 +95,7 @@ def run(args: argparse.Namespace) -> int:
             scenario=args.scenario, driver=args.driver or DEFAULT_DRIVER, last_coefficients=last
         )
     elif args.session:
-        choice = _continued(args.session)
+        choice = _continued(args.session, profile)
     return run_workstation(
         choice, profile=profile, output=args.output, trace=args.trace, offline=args.offline
     )
@@ -115,7 +115,7 @@ def _refuse_what_is_passed_over(args: argparse.Namespace) -> None:
         refuse_options(args, flags, "a unit; --offline opens none")
 
 
-def _continued(path: Path) -> "Choice":
+def _continued(path: Path, profile: "Profile") -> "Choice":
     from solarcal.station.saved_sessions import continuing, look_into
 
     saved = look_into(path)
@@ -125,6 +125,11 @@ def _continued(path: Path) -> "Choice":
     if choice is None:
         raise ConfigurationError(
             f"it is not known on which line {path} was taken; start solarcal and choose it there"
+        )
+    if not has_line(choice.driver) and profile.site is None:
+        raise ConfigurationError(
+            f"driver {choice.driver} needs the site and the mount, as this session was begun: "
+            f"solarcal run --continue {path} --site FILE"
         )
     return choice
 

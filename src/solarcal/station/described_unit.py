@@ -1,14 +1,18 @@
 """A unit that cannot be asked: its mount as it was described, its controller as it was typed."""
 
 from dataclasses import dataclass, field
+from typing import cast
+
+import msgspec
 
 from solarcal.decimals import Pair
 from solarcal.errors import ConfigurationError
 from solarcal.mount.controller import ControllerModel, ideal_axes_deg
-from solarcal.mount.drive import Drive, parse_drive, reading_deg, register
+from solarcal.mount.drive import Drive, format_drive, parse_drive, reading_deg, register
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import AxisLimits, Limits, MountGeometry, default_ax1_centre
-from solarcal.profiles import MountDescription
+from solarcal.profiles import GeometryName, MountDescription, Profile
+from solarcal.session.records import Header
 from solarcal.site import Site
 from solarcal.station.sun_path import forward_sense, sun_rates_deg_per_s
 from solarcal.station.typed.forms import Values
@@ -61,6 +65,32 @@ def unit_parameters(
         reference2_deg=description.reference2_deg,
         tilt_decimals=description.tilt_decimals,
         scale_decimals=description.scale_decimals,
+    )
+
+
+def described_by_session(profile: Profile, header: Header) -> Profile:
+    """The profile of a session that is gone on with: the header's site and mount where it has none.
+
+    Not for a unit whose display is read: the header does not tell what it shows.
+    """
+    unit = header.unit
+    mount = MountDescription(
+        unit_name=unit.serial,
+        geometry=cast(GeometryName, header.geometry),
+        ax1_centre_deg=header.ax1_centre_deg,
+        drive1=format_drive(unit.drive1),
+        drive2=format_drive(unit.drive2),
+        limits1_deg=(unit.limits.axis1.low_deg, unit.limits.axis1.high_deg),
+        limits2_deg=(unit.limits.axis2.low_deg, unit.limits.axis2.high_deg),
+        update_range_deg=unit.update_range_deg,
+        reference1_deg=unit.reference1_deg,
+        reference2_deg=unit.reference2_deg,
+        zone_west_h=unit.zone_west_h,
+        tilt_decimals=unit.tilt_decimals,
+        scale_decimals=unit.scale_decimals,
+    )
+    return msgspec.structs.replace(
+        profile, site=profile.site or unit.site, mount=profile.mount or mount
     )
 
 
