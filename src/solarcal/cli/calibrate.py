@@ -286,9 +286,7 @@ def run_book(args: argparse.Namespace) -> int:
         raise ConfigurationError(
             "--tolerance, --done-probability and --unmodelled: with --input they are the profile's"
         )
-    profile = named_profile(args) or Profile()
-    if (last := last_coefficients(args)) is not None:
-        profile = msgspec.structs.replace(profile, last_coefficients=last)
+    profile = _as_asked(named_profile(args) or Profile(), args)
     asked_driver(args, profile)
     name = profile.mount.unit_name if profile.mount is not None else ""
     calibration = calibrate_by_book(
