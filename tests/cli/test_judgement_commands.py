@@ -543,3 +543,22 @@ def test_a_sun_off_the_device_all_day_is_named_as_such(tmp_path, capsys):
     assert "only 0 points accepted" in last
     assert "no spot was found or centred" in last
     assert last.endswith("then shim first, or load rough coefficients")
+
+
+@pytest.mark.parametrize("drift", [60, -100])
+def test_a_drifting_unit_clock_is_no_wrong_site(drift, tmp_path, capsys):
+    """The recorded clocks explain the ideal angles; a site that would is not asked for."""
+    path = tmp_path / "drift.jsonl"
+    words = ["calibrate", "--seed", "1", "--set", f"truth.unit_drift_s_per_day={drift}"]
+    run_command([*words, "-o", str(path)])
+    found = said(capsys, "fit", str(path))
+    assert found["verdict"]["state"] == "continue"
+    kinds = [f["kind"] for f in found["findings"] if f["certainty"] == "found"]
+    assert "site" not in kinds
+    (stamps,) = [f for f in found["findings"] if f["kind"] == "time_stamps"]
+    sign = "+" if drift > 0 else "-"
+    assert stamps["sentence"].startswith(f"the unit's clock was up to {sign}")
+    assert "set the wrong one right" in stamps["sentence"]
+    assert stamps["unit"] == "s"
+    assert stamps["number"] * drift > 0
+    assert "clock_drift" in kinds

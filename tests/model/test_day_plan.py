@@ -237,7 +237,19 @@ class TestRecommendation:
         day = plan(solution.posterior, context, at, clear=clear, until_utc_s=at)
         assert day.now.probability >= 0.95
         assert day.sentence.startswith("no more points are needed") == clear
-        assert ("would be enough, but evidence speaks against the verdict" in day.sentence) != clear
+        assert (
+            "would be enough, but the verdict names what else is against it" in day.sentence
+        ) != clear
+
+    def test_more_points_than_the_probability_needs_are_explained(self):
+        context, points = day_of("azel", 16, JUNE)
+        solution = fit_exact(points.subset(range(13)), context)
+        at = float(points.utc_s[12]) + 60.0
+        day = plan(solution.posterior, context, at, clear=False)
+        assert day.now.probability >= 0.95
+        assert day.reaches
+        assert "; the verdict names what is against it now" in day.sentence
+        assert "the verdict names" not in plan(solution.posterior, context, at, clear=True).sentence
 
     def test_points_are_planned_at_full_five_minutes_on_either_visit(self):
         """Also where the Sun's noon is at an odd minute."""

@@ -24,7 +24,7 @@ from benchmarks.diagnosis import (
 )
 from solarcal.model.analysis import findings_of
 from solarcal.model.evidence.read_outs import Loss, undo_losses
-from solarcal.model.evidence.residuals import diagnose
+from solarcal.model.evidence.residuals import _small, diagnose
 from solarcal.model.f_tests import PointsTested
 from solarcal.model.finding import Finding
 from solarcal.model.methods import fit_exact
@@ -74,6 +74,11 @@ def test_a_large_cross_axis_error_is_named_a_small_one_is_not(cause: str) -> Non
     # The benchmark counts a hundred.
     assert large[0] >= 0.8
     assert small[1] >= 0.8
+
+
+def test_angles_that_are_compared_are_in_one_unit() -> None:
+    assert (_small(0.01), _small(0.02)) == ("36.0 arcsec", "0.020 deg")
+    assert (_small(0.01, 0.024), _small(0.01, 0.015)) == ("0.010 deg", "36.0 arcsec")
 
 
 def test_what_a_cause_makes_of_pointing_is_what_is_left_less_without_it() -> None:

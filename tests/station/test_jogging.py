@@ -96,6 +96,7 @@ def test_a_step_back_makes_the_axis_unfit_until_it_has_come_forward_far_enough()
     record = jog.set_here()
     assert record.approach[0] == view.senses[0]
     assert record.slack_axes == (1,)
+    assert jog.look().watch.from_behind == (False, True)
     station.poll()
     said = question_evidence(1, station.session, station.state.live)
     told = [fact.sentence for fact in said if fact.against]

@@ -83,7 +83,9 @@ async def test_an_upload_is_read_back_and_rolled_back_and_each_is_recorded(
     before = station.tracker.stored().coefficients
     async with workstation(station) as (app, pilot):
         await pilot.press("u")
-        await shows(pilot, "in force", "in sigmas", "5 points", "Upload?", "better (P 100 %)")
+        await shows(
+            pilot, "in force", "in sigmas", "5 points", "Upload?", "better, more than 99.5 % sure"
+        )
         await pilot.press("y")
         # Few points are not done: asked a second time, with the reason of the verdict.
         await shows(pilot, "not DONE. Press", "Against it", "% sure (95 % needed)", "once more")

@@ -188,6 +188,10 @@ class _Planner:
             f"{percent(stop.probability, self.rule.probability)} probability of "
             f"{self.rule.tolerance_deg:g} deg; next at {clock_utc(stop.times_utc_s[0])}"
         )
+        if self.now.probability >= self.rule.probability:
+            sentence += (
+                "; the verdict names what is against it now, and more points may settle that"
+            )
         return self._concluded(stops, stop, sentence)
 
     def _hopeless(self, day: DayStops, found: Sequence[Candidate]) -> Plan:
@@ -226,7 +230,9 @@ class _Planner:
         sure = f"{percent(best, needed)} probability of {self.rule.tolerance_deg:g} deg"
         sentence = f"the best of today is {sure} ({100 * needed:g} % needed); {when}"
         if best >= needed:
-            sentence = f"{sure} would be enough, but evidence speaks against the verdict; {when}"
+            sentence = (
+                f"{sure} would be enough, but the verdict names what else is against it; {when}"
+            )
         return self._concluded(stops, recommended, sentence, True, back_s, visit)
 
     def _second_visit(

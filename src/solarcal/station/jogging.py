@@ -222,7 +222,7 @@ class SunOffsetJog:
         came = self._watch.from_behind if self._watch else (True, True)
         record = self.station.set_sun_offset(tuple(i for i, ok in enumerate(came, 1) if not ok))
         self.release()
-        self._watch = self._standing = None
+        self._standing = None
         self.station.track()
         return record
 

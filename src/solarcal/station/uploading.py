@@ -20,6 +20,7 @@ from solarcal.session.view import SessionView, read_session
 from solarcal.station.analysing import analyse_session
 from solarcal.station.procedure import Station
 from solarcal.station.state import newest_upload
+from solarcal.stopping_rule import percent
 from solarcal.unit.tracker import UnitIdentity
 
 BETTER_PROBABILITY = 0.95
@@ -97,7 +98,7 @@ def offer_upload(
                 "no improvement beyond its uncertainty: 95 % of the year within "
                 f"{now.year_p95_deg:.3f} deg with the P and O it holds now, "
                 f"{kept.year_p95_deg:.3f} deg with the new coefficients, better with a probability "
-                f"of {100.0 * better:.0f} %"
+                f"of {percent(better, BETTER_PROBABILITY)}"
             )
     return UploadOffer(judgement, fitted, rounded, kept, now, better, tuple(against))
 

@@ -90,6 +90,8 @@ class Evidence:
         if self.table is not None:
             claimed = not self.sessions or any(s.header.unit.imported for s in self.sessions)
             stamps = stamp_evidence(self.table, context, tolerance_deg, kind_claimed=claimed)
+            if stamps and not claimed:
+                stamps = self._of_the_units_clock(stamps, context, tolerance_deg)
         noise_deg = 0.0 if solution is None else solution.noise_deg
         found: dict[Finding, list[str]] = {}
         for session in self.sessions:
@@ -102,6 +104,36 @@ class Evidence:
             for finding, where in found.items()
         )
         return (*stamps, *sides, *seen, *held_evidence(self.sessions), *self.between)
+
+    def _of_the_units_clock(
+        self, stamps: tuple[Finding, ...], context: SkyContext, tolerance_deg: float
+    ) -> tuple[Finding, ...]:
+        """What the laptop's stamps say, where the unit's own clock does not explain it all."""
+        assert self.table is not None
+        ahead_s = {
+            (session.path, point.seq): point.unit_minus_laptop_s
+            for session in self.sessions
+            for point in session.accepted
+        }
+        places = zip(self.table.sources, self.table.labels, strict=True)
+        by_unit_s = np.array([ahead_s.get(place) or 0.0 for place in places])
+        shown = replace(self.table, utc_s=self.table.utc_s + by_unit_s)
+        if stamp_evidence(shown, context, tolerance_deg, kind_claimed=False):
+            return stamps
+        worst_s = float(by_unit_s[np.argmax(np.abs(by_unit_s))])
+        apart_deg = abs(worst_s) / SECONDS_PER_SUN_DEG
+        return (
+            replace(
+                stamps[0],
+                kind="time_stamps",
+                subject=UNIT_CLOCK,
+                sentence=f"the unit's clock was up to {worst_s:+z.1f} s from the laptop's at the "
+                f"points, {apart_deg:.3f} deg of Sun, which explains that its ideal angles are not "
+                "those of the laptop's time: compare both clocks, and set the wrong one right",
+                number=worst_s,
+                unit="s",
+            ),
+        )
 
 
 NO_EVIDENCE = Evidence()

@@ -246,11 +246,12 @@ def _cause(cause: Cause, tolerance_deg: float) -> Finding:
     sigmas = abs(cause.value) / cause.sigma
     names = [TERMS[c].meaning for c in causes]
     name = subject = names[0]
+    largest = max(*cause.leaves_deg, cause.without_deg)
     leaves = [
-        f"{called} would leave {_small(rms)}"
+        f"{called} would leave {_small(rms, largest)}"
         for called, rms in zip(names, cause.leaves_deg, strict=True)
     ]
-    against = f"against {_small(cause.without_deg)} with the six numbers"
+    against = f"against {_small(cause.without_deg, largest)} with the six numbers"
     if cause.rivals:
         subject = "cross-axis term" if cross else listed(names, "or")
         r = cause.correlations[0]

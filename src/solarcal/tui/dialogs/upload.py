@@ -26,7 +26,13 @@ from solarcal.station.news import (
 )
 from solarcal.station.procedure import Station
 from solarcal.station.sign_off import sign_off
-from solarcal.station.uploading import UploadOffer, propose_upload, refuse_doubtful, too_few_points
+from solarcal.station.uploading import (
+    BETTER_PROBABILITY,
+    UploadOffer,
+    propose_upload,
+    refuse_doubtful,
+    too_few_points,
+)
 from solarcal.stopping_rule import percent
 from solarcal.tui.base import is_typed
 from solarcal.tui.dialogs.dialog import Dialog, reason_field
@@ -288,9 +294,10 @@ def proposal_table(proposal: UploadOffer) -> str:
     )
     if proposal.held is not None and proposal.better is not None:
         already = not proposal.better and all(c.new == c.old for c in proposal.changes)
+        sure = percent(proposal.better, BETTER_PROBABILITY)
         lines.append(
             f"in force now, 95 %: {proposal.held.year_p95_deg:.4f} deg; the new ones are "
-            + ("in force already" if already else f"better (P {100.0 * proposal.better:.0f} %)")
+            + ("in force already" if already else f"better, {sure} sure")
         )
     lines.append(STATE_WORDS[proposal.judgement.verdict.state])
     return "\n".join(lines)
