@@ -93,7 +93,7 @@ def test_limits_and_inclinometers_that_differ_are_said(other, swapped: bool) -> 
     assert "axis 1 -90 to 90, axis 2" in by_limits
     assert lean.words() in by_lean
     assert by_limits.endswith(f": that of {first} counts")
-    assert by_lean.endswith(f": that of {first} counts")
+    assert by_lean.endswith(f": that of {path} counts"), "the newest reading"
 
 
 def test_sessions_of_one_rule_differ_in_nothing(other) -> None:
