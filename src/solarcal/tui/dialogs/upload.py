@@ -296,8 +296,8 @@ def proposal_table(proposal: UploadOffer) -> str:
         already = not proposal.better and all(c.new == c.old for c in proposal.changes)
         sure = percent(proposal.better, BETTER_PROBABILITY)
         lines.append(
-            f"in force now, 95 %: {proposal.held.year_p95_deg:.4f} deg; the new ones are "
-            + ("in force already" if already else f"better, {sure} sure")
+            f"in force now, 95 %: {proposal.held.year_p95_deg:.4f} deg; the new ones"
+            + (" are in force already" if already else f": better, {sure} sure")
         )
     lines.append(STATE_WORDS[proposal.judgement.verdict.state])
     return "\n".join(lines)
