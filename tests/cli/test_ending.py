@@ -58,11 +58,11 @@ process.end_by_signals()
 for _ in range(2):
     try:
         os.kill(os.getpid(), signal.SIGTERM)
-        time.sleep(10.0)
+        time.sleep(120.0)
     except BaseException:
         pass
 try:
-    time.sleep(10.0)
+    time.sleep(120.0)
 finally:
     time.sleep(0.3)
     print("closed")
@@ -85,7 +85,7 @@ signal.signal(signal.SIGINT, signal.SIG_DFL)
 end_by_signals()
 try:
     import begun
-    time.sleep(10.0)
+    time.sleep(120.0)
 except KeyboardInterrupt:
     print("loaded" if "begun" in sys.modules else "broken off")
 """
@@ -116,7 +116,7 @@ class Deleted:
         time.sleep(0.1)
 try:
     Deleted()
-    time.sleep(10.0)
+    time.sleep(120.0)
 except KeyboardInterrupt:
     print("interrupted")
 """
@@ -124,8 +124,9 @@ except KeyboardInterrupt:
 
 def test_an_interrupt_within_a_del_is_not_lost():
     done = subprocess.run(
-        [sys.executable, "-c", WITHIN_A_DEL], capture_output=True, text=True, check=False
-    )
+        [sys.executable, "-c", WITHIN_A_DEL],
+        capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
     assert (done.stdout, done.stderr) == ("interrupted\n", "")
 
 

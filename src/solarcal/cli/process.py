@@ -126,7 +126,7 @@ def _raise_ended(number: int, frame: FrameType | None) -> None:
         # Who sent it sees whether it ends, and sends another one.
         raise KeyboardInterrupt
     wait_s = DEFERRED_S if deferred else AGAIN_S
-    again = threading.Timer(wait_s, signal.raise_signal, args=(number,))
+    again = threading.Timer(wait_s, _ask_again, args=(number,))
     again.daemon = True
     again.start()
     if deferred:
@@ -134,6 +134,15 @@ def _raise_ended(number: int, frame: FrameType | None) -> None:
     # Closing must not be broken off by a second one.
     if not any(isinstance(error, KeyboardInterrupt) for error in _chain(sys.exc_info()[1])):
         raise Ended(number)
+
+
+def _ask_again(number: int) -> None:
+    """In the main thread: a signal raised in another one does not wake it from a wait."""
+    main = threading.main_thread().ident
+    if main is not None and hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(main, number)
+    else:
+        signal.raise_signal(number)
 
 
 def _within_import_or_del(frame: FrameType | None) -> bool:
