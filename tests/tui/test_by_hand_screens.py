@@ -235,7 +235,7 @@ async def test_the_form_of_a_point_with_a_doubt(size: tuple[int, int]) -> None:
         ax1, ax2, *_ = displayed(clock.now_s, (float(O1), float(O2)))
         await fill(pilot, ax1=ax1, ax2=ax2, o1=O1.removeprefix("-"), o2=O2)
         await pilot.press("ctrl+w")
-        await shows(pilot, "Keep as typed")
+        await shows(pilot, "Keep as typed", "Looked at")
         compare("by-hand-point", size, only_dialog(await settled_text(pilot)))
 
 

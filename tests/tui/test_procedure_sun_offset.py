@@ -33,6 +33,8 @@ async def pass_time(pilot: Pilot[int], time: Emulation | Emulator, seconds: floa
     for _ in range(int(seconds)):
         time.advance(1.0)
         seen = dialog._view
+        # Now, and not at the next tick of its clock.
+        dialog._look()
         await until(pilot, lambda seen=seen: dialog._view is not seen)
 
 

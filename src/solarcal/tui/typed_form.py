@@ -138,6 +138,7 @@ class DisplayFormScreen(Dialog):
         now_s = self._asked.clock.utc_s()
         if self._looked_utc_s is None:
             self._looked_utc_s = now_s
+            self._show_clock()
         if self._doubted is not None and self._looked_again_utc_s is None:
             self._looked_again_utc_s = now_s
 
