@@ -72,6 +72,13 @@ def test_a_day_is_calibrated_uploaded_and_rolled_back(folder, port, capsys):
     assert run_command(["rollback", str(day), *line]) == 0
     assert kept(folder).coefficients == Coefficients()
 
+    # The session tells site and mount where no profile does.
+    line = ["--port", port, "--driver", "rotctld"]
+    assert run_command(["upload", str(day), *line, "--force", "a trial"]) == 0
+    assert kept(folder).coefficients == uploads[-1].new_coefficients
+    assert run_command(["rollback", str(day), *line]) == 0
+    assert kept(folder).coefficients == Coefficients()
+
 
 def test_a_mount_described_otherwise_is_not_the_sessions(folder, port, capsys):
     day = folder / "day.jsonl"

@@ -11,11 +11,10 @@ from solarcal.config import new_session_path
 from solarcal.decimals import shortened
 from solarcal.errors import ConfigurationError, InputFileError
 from solarcal.input_files import read_utf8
-from solarcal.profiles import load_profile, load_site_file, profile_names
+from solarcal.profiles import Profile, load_profile, load_site_file, profile_names
 from solarcal.unit.drivers import DEFAULT_DRIVER, demand_driver
 
 if TYPE_CHECKING:
-    from solarcal.profiles import Profile
     from solarcal.session.journal import Journal
     from solarcal.session.records import Header
     from solarcal.unit.tracker import Tracker
@@ -142,14 +141,19 @@ def named_profile(args: argparse.Namespace) -> "Profile | None":
     return load_profile(args.profile)
 
 
-def asked_tracker(args: argparse.Namespace) -> "closing[Tracker]":
+def asked_tracker(args: argparse.Namespace, header: "Header | None" = None) -> "closing[Tracker]":
     """The tracker these options ask for, its line open; closed again whatever happens.
 
+    ``header``: of the session it is for; a rotator stands where that says, unless a profile does.
     Raises as ``station.connect.open_tracker``.
     """
     from solarcal.station.connect import open_tracker
 
     profile = named_profile(args)
+    if header is not None and demand_driver(asked_driver(args, profile)).rotator is not None:
+        from solarcal.station.described_unit import described_by_session
+
+        profile = described_by_session(profile or Profile(), header)
     book = None
     if args.input:
         from solarcal.station.typed.field_book import BookClock, FieldBook

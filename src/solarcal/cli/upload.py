@@ -71,7 +71,7 @@ def run_upload(args: argparse.Namespace) -> int:
         analysis = judged.of_the_controller()
         # Before the line is opened: what does not fit needs no unit to be refused.
         refuse_doubtful(offer_upload(analysis, journal.header.unit), force)
-        with asked_tracker(args) as tracker:
+        with asked_tracker(args, journal.header) as tracker:
             station = Station(tracker, clock_beside(tracker.emulation))
             station.connect()
             station.resume_session(journal)
@@ -133,16 +133,18 @@ def add_rollback_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run_rollback(args: argparse.Namespace) -> int:
     from solarcal.session.journal import Journal
-    from solarcal.session.view import view_session
+    from solarcal.session.view import read_session, view_session
     from solarcal.station.clocks import clock_beside
     from solarcal.station.procedure import Station
     from solarcal.station.state import newest_upload
     from solarcal.station.uploading import find_upload, losses_recorded
 
     args.exit_code = 1
+    header = None
     if args.file is not None:
         demand_session(args.file)
-    with asked_tracker(args) as tracker:
+        header = read_session(args.file).header
+    with asked_tracker(args, header) as tracker:
         station = Station(tracker, clock_beside(tracker.emulation))
         identity = station.connect()
         path = args.file
