@@ -38,6 +38,19 @@ def connected(*settings):
     return station
 
 
+def uploaded():
+    """Three points of a short day, their fit in the unit; the station and its technician."""
+    station = connected()
+    schedule = Schedule(points=3, every_min=20.0, checks=2)
+    technician = AutomaticTechnician(
+        station, station.tracker.emulation.spot, schedule, force="a short day"
+    )
+    technician.prepare()
+    technician.take_points()
+    technician.upload()
+    return station, technician
+
+
 def asked(station):
     return next_step(station.state).action
 
@@ -154,14 +167,7 @@ def test_after_the_upload_two_check_points_prove_it():
 
 
 def test_after_a_rollback_the_points_go_on():
-    station = connected()
-    schedule = Schedule(points=3, every_min=20.0)
-    technician = AutomaticTechnician(
-        station, station.tracker.emulation.spot, schedule, force="a short day"
-    )
-    technician.prepare()
-    technician.take_points()
-    technician.upload()
+    station, technician = uploaded()
     station.rollback()
     judgement = analyse_session(station.session)
     step = next_step(station.state, judgement=judgement)
@@ -192,14 +198,7 @@ def test_an_old_sun_offset_is_to_be_set_again():
 
 
 def test_check_points_beyond_the_tolerance_do_not_prove_it():
-    station = connected()
-    schedule = Schedule(points=3, every_min=20.0, checks=2)
-    technician = AutomaticTechnician(
-        station, station.tracker.emulation.spot, schedule, force="a short day"
-    )
-    technician.prepare()
-    technician.take_points()
-    technician.upload()
+    station, technician = uploaded()
     technician.take_checks()
     session = station.session
     checks = tuple(msgspec.structs.replace(c, sky_error_deg=0.3) for c in session.checks)
