@@ -172,7 +172,7 @@ class SessionView:
                     known.setdefault(record.offsets, record.seq)
             elif isinstance(record, UploadRecord):
                 known.setdefault(record.new_offsets, record.seq)
-            elif _writes_offsets(record):
+            elif isinstance(record, CheckRecord) and record.status == "accepted":
                 known.setdefault(Offsets(), record.seq)
         return known
 

@@ -102,8 +102,11 @@ def differences(sessions: Sequence[SessionView], changes: RuleChanges) -> Iterat
 
     What is asked for instead is no difference, nor how well each session's clock is known.
     """
+    own = own_sessions(sessions)
+    if not own:
+        return
     found: dict[str, dict[str, list[str]]] = {}
-    for session in own_sessions(sessions):
+    for session in own:
         header, lean = session.header, session.header.inclinometer
         values = _named(_changed(header.rule, changes))
         del values["unmodelled clock_s"]
@@ -114,13 +117,10 @@ def differences(sessions: Sequence[SessionView], changes: RuleChanges) -> Iterat
         values["last coefficients"] = " ".join(f"{p:+z.6g}" for p in held) or "none"
         for what, value in values.items():
             found.setdefault(what, {}).setdefault(value, []).append(session.path)
+    counting = {"limits": own[0], "last coefficients": own[0], "inclinometer": read_last(own)}
     for what, files in found.items():
         if len(files) > 1:
             texts = "; ".join(f"{value} in {listed(paths)}" for value, paths in files.items())
-            which = {
-                "limits": own_sessions(sessions)[0],
-                "last coefficients": own_sessions(sessions)[0],
-                "inclinometer": read_last(sessions),
-            }.get(what)
+            which = counting.get(what)
             counts = "the strictest counts" if which is None else f"that of {which.path} counts"
             yield f"the sessions differ in {what} ({texts}): {counts}"
