@@ -140,6 +140,25 @@ def test_a_followed_aim_keeps_the_spot_where_it_is() -> None:
     assert after.error2_deg == pytest.approx(before.error2_deg, abs=0.02)
 
 
+def test_a_look_that_comes_late_does_not_send_a_followed_axis_backward() -> None:
+    """The next looks are early again; the target that was sent for a late one lies before them."""
+    station, _ = emulated_station("tijeras-azel", "truth.noise_deg=0.0")
+    jog = SunOffsetJog(station)
+    jog.look()
+    jog.nudge(0.0, 0.01)
+    renew(jog, 6)
+    jog.go_behind()
+    assert all(renew(jog, 20).watch.from_behind)
+    for seconds in (4.0, 1.0, 0.5, 0.1, 0.1, 4.5, 0.5, 1.0, 1.0, 1.0):
+        station.clock.wait(seconds)
+        view = jog.look()
+        assert all(view.watch.from_behind)
+    assert view.status.off_ideal_deg == pytest.approx(view.aim.wanted_deg, abs=0.02)
+    # A step back is still a step back.
+    jog.nudge(-0.05 * view.senses[0], 0.0)
+    assert renew(jog, 3).watch.from_behind == (False, True)
+
+
 def test_a_standing_aim_lets_the_sun_go_by() -> None:
     station, _ = emulated_station()
     stood1_deg, stood2_deg = station.poll().reading_deg

@@ -125,6 +125,7 @@ class SunOffsetJog:
         self._watch: ApproachWatch | None = None
         self._found_tracking: bool | None = None
         self._looked_utc_s: float | None = None
+        self._sun_of_utc_s = -math.inf
         self._standing: tuple[int, int] | None = None
 
     @property
@@ -266,8 +267,11 @@ class SunOffsetJog:
 
     def _lead_s(self, status: Status) -> float:
         least, most = RENEWAL_LEAD_S
-        ago_s = status.unit_utc_s - (self._looked_utc_s or status.unit_utc_s)
-        return min(max(ago_s, least), most)
+        now_s = status.unit_utc_s
+        lead_s = min(max(now_s - (self._looked_utc_s or now_s), least), most)
+        # Never an earlier Sun than the last renewal's, which would drive the axes backward.
+        self._sun_of_utc_s = max(now_s + lead_s, min(self._sun_of_utc_s, now_s + most))
+        return self._sun_of_utc_s - now_s
 
     def _rates(self, status: Status) -> Pair:
         header, unit_site = self.station.session.header, self.station.unit_site
