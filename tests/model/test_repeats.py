@@ -51,7 +51,8 @@ def test_readings_of_one_instant_that_differ_are_said_with_their_size() -> None:
     points = made()
     once = twice(points, err2_deg=points.err2_deg + np.array([0.0, 0.002, 0.009, 0.1, 0.0, 0.0]))
     assert len(once) == N
-    (said,) = contradicted(once.copies)
+    (finding,) = contradicted(once.copies)
+    said = finding.sentence
     assert said.startswith("point 104 contradicts its first reading of the same instant (points 4 ")
     assert "differ by 0.100 deg on the sky" in said
 

@@ -103,7 +103,7 @@ def test_two_readings_of_one_instant_are_one_point(csv, tmp_path, reading_deg: f
     write_table(replace(table, ax1_deg=ax1, err2_deg=err2), other)
     read = files(csv, other)
     assert one_point_each(read)
-    said = [w for w in read.warnings if "contradict" in w]
+    said = [finding.sentence for finding in read.contradictions]
     assert len(said) == (reading_deg > 0.01)
     for text in said:
         assert "differ by 0.100 deg on the sky" in text
@@ -111,16 +111,18 @@ def test_two_readings_of_one_instant_are_one_point(csv, tmp_path, reading_deg: f
         assert f"of {other}" in text
     alone, both = analyse_files(files(csv)), analyse_files(read)
     assert both.solution.values.tolist() == alone.solution.values.tolist()
+    assert {*read.contradictions} <= {*both.findings}
 
 
-def test_two_readings_of_one_instant_in_one_file_are_said_among_the_warnings(csv: Path) -> None:
+def test_two_readings_of_one_instant_in_one_file_are_a_finding(csv: Path) -> None:
     table = read_table(csv)
     shifted = replace(table, err2_deg=table.err2_deg + 0.1)
     write_table(merge_tables((table, replace(shifted, sources=("b",) * COUNT))), csv)
     judged = analyse_files(files(csv))
     assert judged.solution.n_points == COUNT
-    (said,) = judged.warnings
+    (said,) = [f.sentence for f in judged.findings if f.kind == "contradiction"]
     assert "differ by 0.100 deg on the sky" in said
+    assert said in judged.analysis.verdict.reasons
 
 
 def test_of_a_session_and_its_earlier_state_the_session_counts(tmp_path: Path) -> None:

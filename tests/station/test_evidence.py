@@ -170,6 +170,15 @@ def test_a_table_brings_its_sides_and_sessions_merge(day):
     assert merged.change == "same"
 
 
+def test_without_times_the_session_taken_as_the_last_is_named(day):
+    table = replace(day.table, utc_s=np.full(len(day.table), np.nan), ideal="apparent")
+    half = len(table) // 2
+    later = replace(table, err2_deg=table.err2_deg + 0.5, sources=("later",) * len(table))
+    parts = [table.rows(range(half)), later.rows(range(half, len(table)))]
+    (moved,) = [f for f in solve_merged(parts).findings if f.kind == "moved"]
+    assert moved.sentence.endswith("later, given last, is taken as the last")
+
+
 @pytest.mark.parametrize("known_of", ["both", "one", "none"])
 def test_sigmas_of_merged_sessions_count_only_where_every_one_gives_them(day, known_of):
     half = len(day.table) // 2

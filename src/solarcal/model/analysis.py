@@ -23,6 +23,7 @@ from solarcal.model.plan import Plan
 from solarcal.model.planner import plan, times_of
 from solarcal.model.points import Points
 from solarcal.model.prior import Prior
+from solarcal.model.repeats import contradicted
 from solarcal.model.sky_context import SkyContext
 from solarcal.model.solution import Solution
 from solarcal.model.verdict import Verdict, assess, conclude
@@ -137,6 +138,7 @@ def findings_of(
     )
     return (
         *evidence.findings(context, tested, tolerance_deg, solution.points),
+        *contradicted(solution.points.copies),
         *diagnose(
             tested,
             evidence.approach(tested.points.labels),

@@ -33,6 +33,7 @@ Kind = Literal[
     "limits",
     "answers",
     "another_unit",
+    "contradiction",
     "restarted",
     "upload",
     "check_point",

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from solarcal.model.finding import points_named
+from solarcal.model.finding import Finding, points_named
 from solarcal.units import FloatArray, wrap_deg
 
 SAME_S = 2.0
@@ -77,15 +77,23 @@ def _join(first: NDArray[np.intp], rows: NDArray[np.intp], places: FloatArray) -
             first[row] = first[rows[same[0]]]
 
 
-def contradicted(copies: Iterable[Copy]) -> list[str]:
-    """A sentence on the copies that differ from their first by more than rounding and sigma."""
+def contradicted(copies: Iterable[Copy]) -> tuple[Finding, ...]:
+    """A finding on the copies that differ from their first by more than rounding and sigma."""
     apart = [copy for copy in copies if copy[2]]
     if not apart:
-        return []
+        return ()
     label, first, most_deg = max(apart, key=lambda copy: copy[2])
+    others = tuple(label for label, *_ in apart)
     contradict = "contradicts its" if len(apart) == 1 else "contradict their"
-    return [
-        f"{points_named(tuple(label for label, *_ in apart))} {contradict} first reading of the "
-        f"same instant (points {first} and {label} differ by {most_deg:.3f} deg on the sky): only "
-        "the first is used; check which one is right"
-    ]
+    return (
+        Finding(
+            kind="contradiction",
+            subject=points_named(others),
+            sentence=f"{points_named(others)} {contradict} first reading of the same instant "
+            f"(points {first} and {label} differ by {most_deg:.3f} deg on the sky): only the first "
+            "is used; check which one is right, and strike the other out",
+            number=most_deg,
+            direct=True,
+            labels=(*others, *(first for _, first, _ in apart)),
+        ),
+    )

@@ -9,17 +9,17 @@ from pathlib import Path
 from typing import Unpack
 
 import msgspec
-import numpy as np
 
 from solarcal.errors import ConfigurationError
 from solarcal.model.analysis import Analysis, analyse, findings_of
 from solarcal.model.earlier_sessions import Merged, merge_sessions
 from solarcal.model.evidence.direct import Evidence
 from solarcal.model.evidence.sun_path import stamp_evidence
-from solarcal.model.finding import Finding
+from solarcal.model.finding import Finding, listed
 from solarcal.model.methods import DEFAULT_METHOD, fit
+from solarcal.model.overlapping_sessions import contradiction, groups_in_time
+from solarcal.model.points import Points
 from solarcal.model.prior import Prior
-from solarcal.model.repeats import contradicted
 from solarcal.model.solution import Solution
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients
 from solarcal.session.interchange import (
@@ -95,12 +95,16 @@ def analyse_session(
 
 @dataclass(frozen=True, slots=True)
 class UnitFiles:
-    """Files of one unit as they were read: each one's table, all of them, and the sessions."""
+    """Files of one unit as they were read: each one's table, all of them, and the sessions.
+
+    ``contradictions``: on readings of one instant that differ from file to file.
+    """
 
     paths: tuple[Path, ...]
     tables: tuple[PointTable, ...]
     table: PointTable
     sessions: tuple[SessionView, ...]
+    contradictions: tuple[Finding, ...] = ()
 
     @property
     def header(self) -> Header | None:
@@ -184,13 +188,14 @@ def read_files(paths: Sequence[str | Path], fill_in: FillIn) -> UnitFiles:
     files = tuple(Path(path) for path in paths)
     loaded = load_all(files, fill_in)
     require_one_unit([table for table, _ in loaded])
-    once = counted_once(loaded) if len(loaded) > 1 else loaded
+    once, contradictions = counted_once(loaded) if len(loaded) > 1 else (loaded, ())
     tables = labelled_by_file([table for table, _ in once])
     return UnitFiles(
         files,
         tables,
         merge_tables(tables),
         tuple(session for _, session in once if session is not None),
+        contradictions,
     )
 
 
@@ -230,7 +235,7 @@ def analyse_files(
     solution: Solution | None = None
     moved: tuple[Finding, ...] = ()
     if len(with_points) > 1 and chosen == "robust":
-        merged = solve_merged(with_points, header, last_coefficients)
+        merged = solve_merged(with_points, header, last_coefficients, rule.tolerance_deg)
         solution, moved = merged.solution, merged.findings
         prior = merged.solution.prior
         context = sky_context(table, header)
@@ -240,14 +245,14 @@ def analyse_files(
         prior, moved = chosen_prior(points, context, header, chosen, last_coefficients)
         if terms is not None and tuple(terms) != COEFFICIENT_NAMES:
             solution = fit(points, context, method=chosen, prior=prior, terms=terms)
-    evidence = Evidence(table, files.sessions, moved)
+    evidence = Evidence(table, files.sessions, (*files.contradictions, *moved))
     asked = asked_for(files.sessions, rule, chosen, last_coefficients, bolt_circle)
     differing = tuple(differences(files.sessions, changes))
 
     def judged(
         solution: Solution, findings: tuple[Finding, ...], analysis: Analysis | None
     ) -> FileAnalysis:
-        warnings = (*files.warnings, *differing, *contradicted(solution.points.copies))
+        warnings = (*files.warnings, *differing)
         return FileAnalysis(files, solution, findings, analysis, rule, asked, warnings)
 
     if solution is not None and solution.terms != COEFFICIENT_NAMES:
@@ -283,30 +288,53 @@ def solve_merged(
     tables: Sequence[PointTable],
     header: Header | None = None,
     last_coefficients: Coefficients | None = None,
+    tolerance_deg: float = TOLERANCE_DEG,
 ) -> Merged:
     """Several sessions of one unit in order of time, with the test whether the tower moved.
 
     ``tables`` must be of one unit (``session.points.merge_tables`` refuses others); the context is
     the first one's. The last coefficients are the header's where none are given.
     """
-    ordered = sorted(tables, key=_first_instant)
-    context = sky_context(ordered[0], header)
     # Sigmas count only where every table gives them.
-    weighted = all(table.sigma_deg is not None for table in ordered)
-    parts = [point_set(t if weighted else replace(t, sigma_deg=None)).distinct() for t in ordered]
-    names = [t.sources[0] if t.sources else f"session {k + 1}" for k, t in enumerate(ordered)]
+    weighted = all(table.sigma_deg is not None for table in tables)
+    parts = [point_set(t if weighted else replace(t, sigma_deg=None)).distinct() for t in tables]
+    names = [t.sources[0] if t.sources else f"session {k + 1}" for k, t in enumerate(tables)]
+    in_time = groups_in_time(parts)
+    groups = in_time or [[at] for at in range(len(parts))]
+    context = sky_context(tables[groups[0][0]], header)
+    called = [listed([names[at] for at in group]) for group in groups]
+    joined = [Points.joined([parts[at] for at in group]) for group in groups]
 
     def merged(prior: Prior) -> Merged:
-        return merge_sessions(parts, context, prior=prior, names=names)
+        return merge_sessions(joined, context, prior=prior, names=called)
 
-    prior, contradictions = chosen_prior(
-        parts[0], context, header, DEFAULT_METHOD, last_coefficients,
+    prior, against = chosen_prior(
+        joined[0], context, header, DEFAULT_METHOD, last_coefficients,
         lambda one: merged(one).solution,
     )  # fmt: skip
     found = merged(prior)
-    return replace(found, findings=(*contradictions, *found.findings))
-
-
-def _first_instant(table: PointTable) -> float:
-    known = table.utc_s[np.isfinite(table.utc_s)]
-    return float(known.min()) if len(known) else 0.0
+    moved = found.findings
+    if in_time is None and found.change != "same":
+        order = f"; not every file has time stamps: {names[-1]}, given last, is taken as the last"
+        moved = tuple(replace(one, sentence=one.sentence + order) for one in moved)
+    differing = tuple(
+        finding
+        for group in groups
+        if len(group) > 1
+        for finding in contradiction(
+            [parts[at] for at in group], [names[at] for at in group], context, prior,
+            tolerance_deg / 2.0,
+        )
+    )  # fmt: skip
+    of_groups = found.solution.session_shifts
+    shifts = {
+        names[at]: of_groups[name]
+        for name, group in zip(called, groups, strict=True)
+        if name in of_groups
+        for at in group
+    }
+    return replace(
+        found,
+        solution=replace(found.solution, session_shifts=shifts),
+        findings=(*against, *differing, *moved),
+    )

@@ -6,7 +6,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 
-from solarcal.model.finding import points_named
+from solarcal.model.finding import Finding, points_named
 from solarcal.model.repeats import ANGLES, contradicted, repeats
 from solarcal.session.points import PointLabel, PointTable, table_of_points
 from solarcal.session.records import PointRecord
@@ -15,8 +15,9 @@ from solarcal.session.view import SessionView
 Loaded = tuple[PointTable, SessionView | None]
 
 
-def counted_once(loaded: Sequence[Loaded]) -> list[Loaded]:
-    """Files of one unit, each point in one of them only, and warnings of what they lost.
+def counted_once(loaded: Sequence[Loaded]) -> tuple[list[Loaded], tuple[Finding, ...]]:
+    """Files of one unit, each point in one of them only, with warnings of what they lost; and
+    findings on readings of one instant that contradict each other.
 
     A unit's session has its points before other files, then the file with more of them. A file
     without points of its own is left out, records and all, and so is a session that another one
@@ -48,7 +49,7 @@ def counted_once(loaded: Sequence[Loaded]) -> list[Loaded]:
             counts = f"{'is' if one else 'are'} not used: not accepted, or struck out, in "
             counts += _name(left[of])
         said.append(f"{points_named(labels)} of {_name(left[at])} {counts}")
-    said += contradicted(
+    contradictions = contradicted(
         (_label(tables, late), _label(tables, early), apart_deg)
         for late, early, apart_deg in found
         if early[0] >= len(withheld)
@@ -62,7 +63,7 @@ def counted_once(loaded: Sequence[Loaded]) -> list[Loaded]:
     files = [left[at] for at in sorted(left)]
     table, session = files[0]
     files[0] = (replace(table, warnings=(*table.warnings, *said)), session)
-    return files
+    return files, contradictions
 
 
 def _name(file: Loaded) -> str:

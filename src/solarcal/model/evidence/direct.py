@@ -239,6 +239,11 @@ def weigh(evidence: Iterable[Finding], used: AbstractSet[int], tolerance_deg: fl
                 wrong.append(finding.sentence)
             case "branch" | "answers" | "restarted" if not used.isdisjoint(finding.labels):
                 waiting.append(finding.sentence)
+            case "contradiction" if number > tolerance_deg / 2.0:
+                if not finding.labels:
+                    wrong.append(finding.sentence)
+                elif not used.isdisjoint(finding.labels):
+                    waiting.append(finding.sentence)
             case "not_held" | "upload" | "check_point" | "not_proven":
                 waiting.append(finding.sentence)
             case "unit_sun" if number > tolerance_deg:
