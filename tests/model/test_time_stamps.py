@@ -11,14 +11,18 @@ import numpy as np
 import pytest
 
 from solarcal.cli import run_command
+from solarcal.model.analysis import findings_of
+from solarcal.model.evidence.direct import Evidence
+from solarcal.model.evidence.stamp_search import day_and_month_exchanged_s
 from solarcal.model.evidence.sun_path import _thinned, stamp_evidence
+from solarcal.model.finding import Finding
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
 from solarcal.session.interchange import session_from_table, write_table
 from solarcal.session.points import PointTable
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.station.analysing import stamp_findings
-from solarcal.station.fitting import sky_context
+from solarcal.station.fitting import sky_context, solve_table
 from solarcal.sun import sun_position
 from solarcal.timescale import parse_utc
 
@@ -27,8 +31,13 @@ TRACKER = Mechanism(P1=0.3, P2=-0.36, P3=0.1, P4=0.25, P5=0.0, P6=0.0)
 
 
 def day(ideal: str = "apparent", geometry: str = "azel", n: int = 10) -> PointTable:
-    """Honest points of a June day: angles of the Sun at their stamps, errors of a mechanism."""
-    utc_s = parse_utc("2026-06-21T16:20:55Z") + 2700.0 * np.arange(n)
+    """Honest points of a June day."""
+    return sun_at(parse_utc("2026-06-21T16:20:55Z") + 2700.0 * np.arange(n), ideal, geometry)
+
+
+def sun_at(utc_s: np.ndarray, ideal: str = "apparent", geometry: str = "azel") -> PointTable:
+    """Angles of the Sun at these instants, errors of a mechanism."""
+    n = len(utc_s)
     if ideal == "solartrak":
         sun = sun_position("solartrak", utc_s, SITE)
     elif ideal == "airless":
@@ -98,6 +107,63 @@ def test_the_simplest_explanation_is_named_with_its_size(
     if number is not None:
         assert found.number == pytest.approx(number, abs=0.01 * abs(number))
     assert found.labels == points.labels
+
+
+def from_north(t: PointTable) -> dict[str, np.ndarray]:
+    return {"ax1_deg": 180.0 - t.ax1_deg}
+
+
+def elevation(t: PointTable) -> dict[str, np.ndarray]:
+    return {"ax2_deg": 90.0 - t.ax2_deg}
+
+
+CONVENTIONS = {
+    "azel": {
+        "azimuth from North, positive East": from_north,
+        "azimuth from South, positive West": lambda t: {"ax1_deg": -t.ax1_deg},
+        "of axis 2 are 90 deg - AX2 (elevation)": elevation,
+        "positive East) and of axis 2 are 90 deg - AX2 (elevation)": (
+            lambda t: from_north(t) | elevation(t)
+        ),
+    },
+    "tiltroll-ew": {
+        "of axis 1 are -AX1 (tilt positive North):": lambda t: {"ax1_deg": -t.ax1_deg},
+        "roll from due West": lambda t: {"ax2_deg": 180.0 - t.ax2_deg},
+    },
+    "tiltroll-ns": {"of axis 1 are -AX1 (tilt positive West):": lambda t: {"ax1_deg": -t.ax1_deg}},
+    "polar": {
+        "hour angle positive in the afternoon": lambda t: {"ax1_deg": -t.ax1_deg},
+        "(declination)": elevation,
+    },
+}
+
+
+@pytest.mark.parametrize(
+    ("geometry", "words"), [(name, words) for name in CONVENTIONS for words in CONVENTIONS[name]]
+)
+def test_angles_counted_otherwise_are_named_and_no_cause_is_looked_for_beside(geometry, words):
+    table = day(geometry=geometry)
+    table = replace(table, **CONVENTIONS[geometry][words](table))
+    (stamps, residuals) = analyse_table(table)
+    assert stamps.kind == "geometry"
+    assert words in stamps.sentence
+    assert residuals.certainty == "not_determinable"
+
+
+def analyse_table(table: PointTable) -> tuple[Finding, ...]:
+    return findings_of(solve_table(table), sky_context(table), Evidence(table))
+
+
+def test_day_and_month_exchanged_are_named_and_the_fit_is_still_tested() -> None:
+    shift_s = parse_utc("2026-06-04T16:00:00Z") - parse_utc("2026-06-21T16:00:00Z")
+    utc_s = day().utc_s + shift_s
+    exchanged_s = utc_s + parse_utc("2026-04-06T00:00:00Z") - parse_utc("2026-06-04T00:00:00Z")
+    assert day_and_month_exchanged_s(exchanged_s) == pytest.approx(utc_s)
+    table = replace(sun_at(utc_s), utc_s=exchanged_s)
+    first, *others = analyse_table(table)
+    assert (first.kind, first.unit) == ("time_stamps", "s")
+    assert first.sentence.startswith("day and month of the time stamps are exchanged:")
+    assert "sag" in {finding.kind for finding in others}
 
 
 def test_a_shift_that_a_longitude_would_explain_as_well_names_both() -> None:

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from solarcal.model.evidence.direct import NO_EVIDENCE, Evidence
+from solarcal.model.evidence.direct import NO_EVIDENCE, Evidence, not_one_tracker_of_the_sun
 from solarcal.model.evidence.residuals import (
     MOST_TESTED,
+    NOT_TESTED,
     diagnose,
     solution_to_test,
     thinned,
@@ -136,9 +137,14 @@ def findings_of(
     tested = (
         thinned(solution, context, prior) if many else solution_to_test(solution, context, prior)
     )
-    return (
+    direct = (
         *evidence.findings(context, tested, tolerance_deg, solution.points),
         *contradicted(solution.points.copies),
+    )
+    if not_one_tracker_of_the_sun(direct, solution.points.labels):
+        return (*direct, NOT_TESTED)
+    return (
+        *direct,
         *diagnose(
             tested,
             evidence.approach(tested.points.labels),

@@ -22,6 +22,7 @@ from solarcal.model.evidence.read_outs import (
 )
 from solarcal.model.evidence.recorded_twice import point_contradictions, session_contradictions
 from solarcal.model.evidence.sun_path import (
+    IDEAL_ANGLES,
     UNIT_CLOCK,
     stamp_evidence,
 )
@@ -92,6 +93,8 @@ class Evidence:
             stamps = stamp_evidence(self.table, context, tolerance_deg, kind_claimed=claimed)
             if stamps and not claimed:
                 stamps = self._of_the_units_clock(stamps, context, tolerance_deg)
+            if not_one_tracker_of_the_sun(stamps, self.table.accepted().labels):
+                sides = ()
         noise_deg = 0.0 if solution is None else solution.noise_deg
         found: dict[Finding, list[str]] = {}
         for session in self.sessions:
@@ -137,6 +140,21 @@ class Evidence:
 
 
 NO_EVIDENCE = Evidence()
+
+
+def not_one_tracker_of_the_sun(found: Iterable[Finding], labels: Sequence[int]) -> bool:
+    """Whether most of these points are not what a fit takes them for.
+
+    Then their residuals are those of a wrong place, and no cause in them is one of the tracker.
+    """
+    for finding in found:
+        if finding.kind == "contradiction" and not finding.labels:
+            return True
+        elsewhere = finding.kind in ("time_stamps", "site") and finding.subject == IDEAL_ANGLES
+        concerned = set(labels).intersection(finding.labels)
+        if (elsewhere or finding.kind == "geometry") and 2 * len(concerned) > len(labels):
+            return True
+    return False
 
 
 def evidence_sentences(session: SessionView) -> tuple[str, ...]:

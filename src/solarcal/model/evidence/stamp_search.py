@@ -11,12 +11,14 @@ import msgspec
 import numpy as np
 from scipy.optimize import minimize, minimize_scalar
 
+from solarcal.model.evidence.angle_conventions import AngleConvention, other_conventions
 from solarcal.model.finding import Kind
 from solarcal.model.sky_context import Ideal, SkyContext
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry
 from solarcal.session.points import PointTable
 from solarcal.site import Site, longitude_apart_deg
 from solarcal.sun.ephemeris import SiteEphemeris
+from solarcal.sun.position import FIRST_UTC_S, LAST_UTC_S
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY
 from solarcal.units import FloatArray, rms
@@ -39,6 +41,7 @@ class _Change:
     longitude_deg: float | FloatArray | None = None
     geometry: str | None = None
     ideal: Ideal | None = None
+    convention: AngleConvention | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,8 +78,12 @@ class StampSearch:
         self.rows = rows
         self.context = context
         self.site = context.site
+        self.exchanged_s = day_and_month_exchanged_s(rows.utc_s)
+        known = np.concatenate((rows.utc_s, self.exchanged_s))
         self.sun = SiteEphemeris(
-            Site(0.0, 0.0), float(rows.utc_s.min()) - MARGIN_S, float(rows.utc_s.max()) + MARGIN_S
+            Site(0.0, 0.0),
+            max(float(known.min()) - MARGIN_S, FIRST_UTC_S),
+            min(float(known.max()) + MARGIN_S, LAST_UTC_S - 1.0),
         )
 
     def left(self, change: _Change) -> FloatArray:
@@ -99,10 +106,15 @@ class StampSearch:
         )
         if (change.ideal or self.context.ideal) == "apparent":
             zenith = apparent_zenith_deg(zenith, self.context.refraction, self.context.air)
+        given1, given2 = self.rows.ax1_deg, self.rows.ax2_deg
+        if change.convention is not None:
+            given1, given2 = change.convention.native_deg(given1, given2)
+            if given2.min() < 0.0 or given2.max() > 180.0:
+                return np.full(utc_s.shape, np.inf)
         there = msgspec.structs.replace(self.context, geometry=geometry)
         ax1, ax2 = (a.reshape(utc_s.shape) for a in there.believed_axes_deg(azimuth, zenith))
         return np.asarray(
-            geometry.sky_separation_deg(self.rows.ax1_deg, self.rows.ax2_deg, ax1, ax2),
+            geometry.sky_separation_deg(given1, given2, ax1, ax2),
             dtype=np.float64,
         )
 
@@ -117,9 +129,8 @@ class StampSearch:
             good = [e for e in family(whole_file) if float(e.left_deg.max()) <= limit_deg]
             if good:
                 best = min(good, key=lambda e: e.rms_deg)
-                if family != self._one_number:
-                    return best
-                # The others beside the first: a time shift is nearly a longitude.
+                # The others beside the first: a time shift is nearly a longitude, at an equinox
+                # the other hemisphere an azimuth from North.
                 enough_deg = KIND_FACTOR * max(best.rms_deg, AS_GOOD_DEG)
                 as_good = [e for e in good if e.rms_deg <= enough_deg]
                 return replace(as_good[0], words=", or ".join(e.words for e in as_good))
@@ -133,6 +144,13 @@ class StampSearch:
         shifts = (*(1800.0 * k for k in _HALF_HOURS), SECONDS_PER_DAY, -SECONDS_PER_DAY)
         for shift_s in shifts:
             yield self._shifted(shift_s)
+        exchanged_s = self.exchanged_s - self.rows.utc_s
+        if exchanged_s.any():
+            yield self._explained(
+                _Change(shift_s=exchanged_s), "time_stamps",
+                "day and month of the time stamps are exchanged",
+                -float(exchanged_s[np.argmax(np.abs(exchanged_s))]),
+            )  # fmt: skip
         if not whole_file:
             return
         latitude, longitude = self.site.latitude_deg, self.site.longitude_deg
@@ -168,6 +186,12 @@ class StampSearch:
                         f"the angles are those of a {name} mount, not {self.context.geometry.name}",
                         worst_deg,
                     )  # fmt: skip
+
+        for convention in other_conventions():
+            yield self._explained(
+                _Change(convention=convention), "geometry",
+                f"the ideal angles {convention.words(self.context.geometry.name)}", worst_deg,
+            )  # fmt: skip
 
     def _one_number(self, whole_file: bool) -> Iterator[Explanation]:
         shifts = np.arange(-50400.0, 50401.0, 120.0)
@@ -247,3 +271,15 @@ class StampSearch:
             options={"xatol": 1e-6 * (high - low)},
         )
         return float(found.x)
+
+
+def day_and_month_exchanged_s(utc_s: FloatArray) -> FloatArray:
+    """The instants (n,) with day and month exchanged; as they are from the 13th of a month on."""
+    date = np.floor(utc_s / SECONDS_PER_DAY).astype("datetime64[D]")
+    month, year = date.astype("datetime64[M]"), date.astype("datetime64[Y]")
+    day = (date - month.astype("datetime64[D]")).astype(int)
+    other = (year.astype("datetime64[M]") + day).astype("datetime64[D]") + (
+        month - year.astype("datetime64[M]")
+    ).astype(int)
+    shift_days = np.where(day < 12, (other - date).astype(int), 0)
+    return np.asarray(utc_s + SECONDS_PER_DAY * shift_days, dtype=np.float64)

@@ -3,8 +3,9 @@
 A stamp and a pair of ideal angles say the same thing twice. Where they disagree, a time, a site, a
 mount or the kind of the angles is not what the file says, and the fit is of another tracker. The
 simplest single change that brings all points together is named with its size: first changes without
-a number of their own (a whole hour, another hemisphere, a mirrored longitude, another mount,
-another kind of angles), then one number (a time shift, a latitude, a longitude), then a place.
+a number of their own (a whole hour, day and month exchanged, another hemisphere, a mirrored
+longitude, another mount, angles counted otherwise, another kind of angles), then one number (a time
+shift, a latitude, a longitude), then a place.
 """
 
 import math
@@ -44,6 +45,9 @@ MOST_DECLINATION_DEG = 29.5
 
 UNIT_CLOCK = "unit clock"
 """Whose time it is where a unit computed the ideal angles and the laptop stamped them."""
+
+IDEAL_ANGLES = "ideal angles"
+"""What is wrong where no angles of the Sun are in a file."""
 
 _MOST_POINTS = 24
 """So many points, evenly chosen, are enough for a search."""
@@ -95,7 +99,7 @@ def _no_sun(rows: PointTable, context: SkyContext) -> tuple[Finding, ...]:
     return (
         Finding(
             kind="site",
-            subject="site",
+            subject=IDEAL_ANGLES,
             sentence=f"the ideal angles of {points_named(labels)} are not the Sun's: at latitude "
             f"{context.site.latitude_deg:.2f} they reach a declination of {worst:.1f} deg, the Sun "
             "never leaves 23.5 nor the Moon 28.8; correct the site or the geometry, or give utc",
@@ -155,7 +159,7 @@ def _compared(
         return (
             Finding(
                 kind="time_stamps",
-                subject="time stamps",
+                subject=IDEAL_ANGLES if len(chosen) == len(rows) else "time stamps",
                 sentence=f"{start}: no single time shift, site, mount or kind of ideal angles "
                 "explains it; check utc, site and geometry, or leave utc empty",
                 number=worst,
@@ -184,7 +188,7 @@ def _compared(
 def _subject(kind: Kind, from_a_file: bool) -> str:
     if kind == "time_stamps":
         return "time stamps" if from_a_file else UNIT_CLOCK
-    return {"ideal_kind": "ideal angles", "site": "site"}.get(kind, "mount")
+    return {"ideal_kind": IDEAL_ANGLES, "site": "site"}.get(kind, "mount")
 
 
 def _cure(found: Explanation, from_a_file: bool) -> str:
@@ -194,6 +198,11 @@ def _cure(found: Explanation, from_a_file: bool) -> str:
         return f"give ideal={found.change.ideal} (or --ideal {found.change.ideal})"
     if found.kind == "time_stamps":
         return "correct utc, or leave it empty"
+    if found.change.convention is not None:
+        return (
+            "give AX1 and AX2 as docs/physics.md has them, and reading - ideal of these as the "
+            "errors: where an axis is counted the other way their sign changes"
+        )
     return f"correct the {'site' if found.kind == 'site' else 'geometry'}"
 
 
@@ -256,7 +265,7 @@ def _kind_shown(
     return (
         Finding(
             kind="ideal_kind",
-            subject="ideal angles",
+            subject=IDEAL_ANGLES,
             sentence=f"the ideal angles are {KIND_WORDS[best]}, not {context.ideal}: taken as "
             f"{context.ideal} they are up to {worst:.3f} deg from the Sun at their time stamps, "
             f"taken as {best} {left_deg[best]:.4f} deg rms; give ideal={best} (or --ideal {best})",
