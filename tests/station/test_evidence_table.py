@@ -361,6 +361,8 @@ ELSEWHERE = {
     "a check point and the upload, restarts, missed counts and the unit on the line": RECORDS,
     "kind of ideal angles and stamps": "tests/model/test_time_stamps.py",
     "sessions of one unit": "tests/model/test_earlier_sessions.py",
+    "sessions that overlap in time": "tests/model/test_overlapping_sessions.py",
+    "two readings of one instant": "tests/model/test_overlapping_sessions.py",
     "check points and the tolerance": "tests/report/test_certificate.py",
     "the year with what was uploaded": "tests/report/test_certificate.py",
 }
