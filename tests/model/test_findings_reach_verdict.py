@@ -129,16 +129,31 @@ def test_points_on_both_sides_of_the_branch_are_two_calibrations():
     table = day(n=10)
     ax1 = np.where(np.arange(10) < 6, 150.0 + 5.0 * np.arange(10), -175.0 + 5.0 * np.arange(10))
     crossing = replace(table, ax1_deg=ax1, utc_s=table.utc_s)
-    (finding, *_) = [
-        f for f in Evidence(crossing).findings(sky_context(table), None, 0.1) if f.kind == "branch"
-    ]
+    (finding,) = side_evidence(crossing)
     assert finding.labels == (7, 8, 9, 10)
     assert "two calibrations" in finding.sentence
     assert weigh([finding], set(table.labels), 0.1).waiting == (finding.sentence,)
     one_side = replace(crossing, status=("accepted",) * 6 + ("rejected",) * 4)
-    assert not [
-        f for f in Evidence(one_side).findings(sky_context(table), None, 0.1) if f.kind == "branch"
-    ]
+    assert side_evidence(one_side) == ()
+
+
+def side_of_the_few(ax1_deg: np.ndarray) -> tuple[int, ...]:
+    """Labels of the points that are beyond the end of the branch, of a day begun at midnight."""
+    times = np.arange(len(ax1_deg)) * 5760.0
+    table = replace(day(n=len(ax1_deg)), utc_s=times, ax1_deg=ax1_deg)
+    return tuple(label for finding in side_evidence(table) for label in finding.labels)
+
+
+def test_on_a_polar_day_the_points_before_the_jump_are_the_odd_ones():
+    round_the_clock = np.array([-179.4, *np.linspace(158.1, -179.1, 15)])
+    assert side_of_the_few(round_the_clock) == (1,)
+    again = np.array([*round_the_clock, *np.linspace(157.9, -178.8, 15)])
+    assert side_of_the_few(again) == (1,)
+
+
+def test_days_that_cross_the_end_at_noon_have_the_same_two_sides():
+    noon_in_the_north = np.array([100.0, 130.0, 170.0, -170.0, -120.0])
+    assert side_of_the_few(np.tile(noon_in_the_north, 2)) == (4, 5, 9, 10)
 
 
 def test_points_that_are_too_low_to_be_fitted_are_on_no_side():
@@ -155,8 +170,7 @@ def test_points_that_are_too_low_to_be_fitted_are_on_no_side():
     assert [f for f in findings if f.kind == "branch"] == []
     (one_beyond,) = side_evidence(nights)
     assert one_beyond.labels
-    (single,) = side_evidence(nights.rows([3, 9, 8]))
-    assert re.match(r"point \d+ lies beyond", single.sentence)
+    assert re.match(r"point \d+ lies beyond", one_beyond.sentence)
 
 
 def test_a_read_out_frozen_at_points_too_low_to_be_fitted_is_no_reason(good_day):

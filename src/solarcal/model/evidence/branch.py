@@ -3,10 +3,12 @@
 Where the path crosses the edge of the branch, points on its two sides are two calibrations.
 """
 
+from collections.abc import Sequence
 from collections.abc import Set as AbstractSet
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solarcal.model.finding import Finding, points_named
 from solarcal.model.sky_context import LOWEST_ELEVATION_DEG
@@ -38,11 +40,15 @@ def side_evidence(
         return ()
     order = np.argsort(used.utc_s, kind="stable")
     from_centre = np.asarray(wrap_deg(used.ax1_deg - table.ax1_centre_deg), dtype=np.float64)
+    steps = np.abs(np.diff(from_centre[order]))
     # A step of more than 270 deg along the branch is a short one across its ends.
-    if not (np.abs(np.diff(from_centre[order])) > 270.0).any():
+    if not (steps > 270.0).any():
         return ()
-    sides = [np.flatnonzero(from_centre > 0.0), np.flatnonzero(from_centre <= 0.0)]
-    few, many = sorted(sides, key=len)
+    runs = np.split(order, np.flatnonzero(steps > 180.0) + 1)
+    *others, many = sorted(_ranges(runs, from_centre), key=len)
+    if not others:
+        return ()
+    few = np.sort(np.concatenate(others))
     labels = tuple(used.labels[i] for i in few)
     end = table.ax1_centre_deg + 180.0
     return (
@@ -57,6 +63,20 @@ def side_evidence(
             labels=labels,
         ),
     )
+
+
+def _ranges(
+    runs: Sequence[NDArray[np.intp]], from_centre_deg: FloatArray
+) -> list[NDArray[np.intp]]:
+    """Runs of points in time as ranges of the branch, the highest first: those that overlap are on
+    one side."""
+    ranges: list[NDArray[np.intp]] = []
+    for run in sorted(runs, key=lambda run: float(from_centre_deg[run].max()), reverse=True):
+        if ranges and from_centre_deg[run].max() >= from_centre_deg[ranges[-1]].min():
+            ranges[-1] = np.concatenate((ranges[-1], run))
+        else:
+            ranges.append(run)
+    return ranges
 
 
 def branch_evidence(session: SessionView) -> tuple[Finding, ...]:
