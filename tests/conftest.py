@@ -5,6 +5,7 @@ import gc
 import gettext
 import itertools
 import os
+import signal
 import socket
 import sys
 from collections.abc import Callable
@@ -22,6 +23,10 @@ gc.disable()
 # As the program itself starts: see solarcal.__main__. Two workers with two threads each on two
 # cores wait for one another.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# A shell starts what runs in the background deaf to Ctrl-C, and so every program that a test starts.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Bytecode is kept, whatever the shell says: without it each worker rewrites the assertions of all
 # tests anew, and every program that a test starts compiles itself before it begins.
