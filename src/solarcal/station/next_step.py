@@ -190,10 +190,10 @@ def _next_point(
             due_utc_s,
         )
     if planned is not None and planned.points:
-        last = n + planned.points
         but = "" if day is None or not day.hopeless else NOT_TODAY
+        of = f" of ~{n + planned.points}" if planned.points > 1 else ", perhaps the last"
         return NextStep(
-            f"Point {n + 1} of ~{last}: set the Sun offset, then take it.{but}",
+            f"Point {n + 1}{of}: set the Sun offset, then take it.{but}",
             "sun_offset",
             due_utc_s,
         )
