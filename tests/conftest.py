@@ -24,7 +24,7 @@ gc.disable()
 # cores wait for one another.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# A shell starts what runs in the background deaf to Ctrl-C, and so every program that a test starts.
+# A shell starts what runs in the background deaf to Ctrl-C, and so all that a test starts.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
