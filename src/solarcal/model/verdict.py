@@ -14,6 +14,7 @@ from solarcal.model.cross_checks import LAST_POINTS, CrossChecks, cross_check
 from solarcal.model.evidence.direct import weigh
 from solarcal.model.finding import Finding
 from solarcal.model.forecast import Forecast
+from solarcal.model.gears import SPOT_DEG, unseen_gears, wrong_ratios
 from solarcal.model.mechanism_solution import (
     SHIM_FIRST_DEG,
     BaseTilt,
@@ -41,6 +42,8 @@ TOO_LARGE_FACTOR = 30.0
 BLUNDER_SHARE_LIMIT = 0.25
 LEFT_OUT_FACTOR = 3.0
 FEWEST_TO_STOP = 4
+NORMAL_95 = 2.448
+"""Of errors normal in two directions 95 % are within so many sigmas of one: sqrt(-2 ln 0.05)."""
 LEAST_SHARE = 0.01
 """Of the posterior: what is less likely is not worth a sentence."""
 STILL_SURE = 0.8
@@ -114,6 +117,8 @@ def assess(
     seen = weigh(evidence, set(solution.points.labels), tolerance_deg)
     wrong = [*lean_reasons, *seen.wrong, *_misfits(solution, checks, tolerance_deg)]
     waiting, remarks = _borne_out(solution, checks, tolerance_deg)
+    if expected.sure and isinstance(solution, MechanismSolution):
+        remarks = [*unseen_gears(solution, expected), *remarks]
     return Assessment(
         wrong=tuple(wrong),
         doubts=seen.waiting,
@@ -219,7 +224,8 @@ def _misfits(solution: Solution, checks: CrossChecks | None, tolerance_deg: floa
     noise, sigma = solution.noise_deg, solution.points.sigma_deg
     if sigma is None and noise > NOISE_LIMIT_DEG and solution.n_points >= FEWEST_TO_STOP:
         reasons.append(
-            f"the points scatter by {noise:.2f} deg about the fit; a spot is read to 0.03 deg"
+            f"the points scatter by {noise:.2f} deg about the fit; a spot is read to "
+            f"{SPOT_DEG:g} deg"
         )
     if sigma is not None:
         expected = float((sigma**2).mean() ** 0.5)
@@ -240,7 +246,7 @@ def _misfits(solution: Solution, checks: CrossChecks | None, tolerance_deg: floa
             f"{checks.order_limit:.2g} for {n} points): "
             f"{sigmas_too_large(solution, checks) or 'the model lacks an effect'}"
         )
-    return reasons
+    return [*wrong_ratios(solution), *reasons] if reasons else []
 
 
 def sigmas_too_large(solution: MechanismSolution, checks: CrossChecks) -> str:
@@ -280,6 +286,15 @@ def _borne_out(
         )
     if checks is None or not isinstance(solution, MechanismSolution):
         return waiting, told
+    sigma, noise = solution.points.sigma_deg, solution.noise_deg
+    read_deg = SPOT_DEG if sigma is None else float((sigma**2).mean() ** 0.5)
+    own_deg = NORMAL_95 * max(noise**2 - read_deg**2, 0.0) ** 0.5
+    if own_deg > tolerance_deg:
+        waiting.append(
+            f"the points scatter by {noise:.3f} deg about the fit, and a spot is read to "
+            f"{read_deg:.2g} deg: if the rest is the tracker's own, 95 % of its pointing is within "
+            f"{own_deg:.2f} deg only; read one spot ten times to find out"
+        )
     if checks.left_out_rms_deg is not None:
         limit = max(tolerance_deg, LEFT_OUT_FACTOR * solution.noise_deg)
         (waiting if checks.left_out_rms_deg > limit else told).append(
