@@ -8,6 +8,7 @@ from made_up_trackers import JUNE, TRACKER, day_of, judge
 from scipy.spatial.transform import Rotation
 
 from solarcal.errors import ConfigurationError
+from solarcal.model.analysis import analyse
 from solarcal.model.cross_checks import (
     _order_probability,
     _spectrum,
@@ -356,3 +357,75 @@ def test_points_without_any_residual_have_no_order():
     )
     assert small is not None
     assert small == pytest.approx(large)
+
+
+class TestScatter:
+    """What the points scatter by beyond how well a spot is read may be the tracker's own."""
+
+    @staticmethod
+    def periodic(sigma_deg=None):
+        context, points = day_of("azel", 40)
+        error = 0.15 * np.sin(2.0 * np.pi * points.ax1_deg / 7.3)
+        seen = Points(
+            geometry=points.geometry,
+            ax1_deg=points.ax1_deg,
+            ax2_deg=points.ax2_deg,
+            err1_deg=points.err1_deg + error,
+            err2_deg=points.err2_deg + 0.15 * np.sin(2.0 * np.pi * points.ax2_deg / 7.3),
+            utc_s=points.utc_s,
+            sigma_deg=sigma_deg,
+        )
+        return verdict_of(seen, context)
+
+    def test_an_error_of_the_wheel_is_not_averaged_away(self):
+        verdict = self.periodic()
+        assert verdict.state == "continue"
+        assert "if the rest is the tracker's own, 95 % of its pointing" in verdict.reasons[0]
+
+    def test_readings_that_say_how_good_they_are_are_believed(self):
+        reasons = self.periodic(np.full(40, 0.1)).reasons
+        assert not any("tracker's own" in reason for reason in reasons)
+
+
+class TestGears:
+    @pytest.mark.parametrize(
+        ("geometry", "wrong", "said"),
+        [
+            ("azel", {"P5": 0.045}, "P5 = +0.045"),
+            ("azel", {"P6": -0.03}, "P6 = -0.03"),
+            ("tiltroll-ew", {"P5": 0.02}, "P5 = +0.02"),
+        ],
+    )
+    def test_a_wrong_gear_ratio_is_named(self, geometry, wrong, said):
+        mechanism = Mechanism(**({"P1": 0.2, "P2": -0.3, "P3": 0.1, "P4": 0.4} | wrong))
+        context, points = day_of(geometry, 12, mechanism=mechanism)
+        verdict = verdict_of(points, context)
+        assert verdict.state == "does_not_fit"
+        assert verdict.reasons[0].startswith(said)
+        way = "more" if "+" in said else "less"
+        assert f"% {way} than it reads" in verdict.reasons[0]
+
+    def test_what_a_polar_day_does_not_show_is_said(self):
+        """Declination stands still: P6 is known beforehand alone, and December needs it."""
+        mechanism = Mechanism(0.05, 0.1, -0.04, -0.1, 0.0002, -0.0003)
+        context, points = day_of("polar", 20, mechanism=mechanism, noise_deg=0.01)
+        verdict = verdict_of(points, context)
+        assert verdict.state == "done"
+        (said,) = (reason for reason in verdict.reasons if "do not show P6" in reason)
+        # 0.004 on the 46.9 deg from one solstice to the other: 0.188 deg.
+        assert "95 % of the year would be within 0.1" in said
+
+    def test_what_a_day_shows_is_not_doubted(self):
+        context, points = day_of("azel", 14, noise_deg=0.02)
+        assert not any("do not show" in reason for reason in verdict_of(points, context).reasons)
+
+
+def test_points_that_do_not_fit_promise_no_end():
+    wrong = Mechanism(0.2, -0.3, 0.1, 0.4, 0.03, 0.0)
+    for mechanism, fits in ((TRACKER, True), (wrong, False)):
+        context, points = day_of("azel", 14, mechanism=mechanism)
+        taken = points.subset(range(6))
+        day = analyse(taken, context, at_utc_s=float(taken.utc_s[-1])).plan
+        assert day.stops
+        assert day.sentence.startswith("first find why the points do not fit") != fits
+        assert any(map(day.reached_by, day.stops)) == fits

@@ -56,6 +56,7 @@ class Plan:
     stops : one for each remaining half hour.
     recommended : one of ``stops`` (or ``now``), its schedule as short as the rule allows.
     done : nothing more is needed.
+    fits : the points fit; those of a plan for points that do not can promise nothing.
     hopeless : no schedule of today comes near the rule.
     come_back_utc_s : mean solar noon of the next date whose points would meet it; None: not needed
         or none.
@@ -68,6 +69,7 @@ class Plan:
     stops: tuple[PlannedStop, ...]
     recommended: PlannedStop
     done: bool
+    fits: bool
     hopeless: bool
     come_back_utc_s: float | None
     second_visit_utc_s: tuple[float, ...]
@@ -80,7 +82,8 @@ class Plan:
 
     def reached_by(self, stop: PlannedStop) -> bool:
         """Whether the calibration will be done at this stop."""
-        return stop.probability >= self.rule.probability and (stop is not self.now or self.done)
+        reached = self.fits and stop.probability >= self.rule.probability
+        return reached and (stop is not self.now or self.done)
 
     @property
     def reaches(self) -> bool:
