@@ -46,7 +46,7 @@ def kinds(session: SessionView, certainty: str = "found") -> set[str]:
 
 def test_a_good_day_has_nothing_but_the_laptop_clock_to_say(day):
     assert kinds(day) == set()
-    assert kinds(day, "not_determinable") == {"laptop_clock"}
+    assert kinds(day, "not_determinable") == {"laptop_clock", "missed_counts"}
     assert any(
         "laptop's own clock cannot be found" in sentence for sentence in evidence_sentences(day)
     )
@@ -126,6 +126,24 @@ def lost_counts(day) -> SessionView:
         difference_counts=(1, counts),
     )
     return view_session(lost.header, (*lost.records, check))
+
+
+def test_what_no_later_check_proves_is_said(day):
+    """Counts missed after the last check show in nothing but the next one."""
+    (said,) = (f for f in analyse_session(day).findings if f.kind == "missed_counts")
+    assert said.sentence.startswith(f"no reference check since point {day.accepted[-1].seq}")
+    last = day.records[-1]
+    for change, proven in (
+        ({}, True),
+        ({"complete": False}, False),
+        ({"difference_counts": None}, False),
+    ):
+        check = RefCheck(
+            seq=last.seq + 1, utc=last.utc, number=2, complete=True, difference_counts=(0, 1)
+        )
+        later = msgspec.structs.replace(check, **change)
+        view = view_session(day.header, (*day.records, later))
+        assert (kinds(view, "not_determinable") == {"laptop_clock"}) == proven
 
 
 def test_missed_counts_are_dated_by_the_points_and_then_nothing_else_fires(day, lost_counts):

@@ -317,24 +317,34 @@ def count_evidence(
     session: SessionView, solution: "MechanismSolution | None" = None
 ) -> tuple[Finding, ...]:
     """What the reference checks found; a fit of the points dates it."""
-    if session.accepted and session.header.unit.has_switches and not session.ref_checks:
-        return (
-            Finding(
-                kind="missed_counts",
-                subject="reference checks",
-                sentence="no reference check is recorded: whether counts were missed is not "
-                "determinable",
-                certainty="not_determinable",
-                direct=True,
-            ),
-        )
+    unproven = session.header.unit.has_switches and _unproven(session)
+    cannot_tell = Finding(
+        kind="missed_counts",
+        subject="reference checks",
+        sentence=f"{unproven}: whether counts were missed is not determinable",
+        certainty="not_determinable",
+        direct=True,
+    )
     dated: dict[Loss, Moment] = {}
     found = losses(session)
     real = [loss for _, _, loss in found]
     if solution is not None and real:
         _, when = undo_losses(solution.points, solution.context, solution.posterior.mean, real)
         dated = dict(zip(real, when, strict=True))
-    return tuple(
+    missed = (
         missed_counts_finding(check.number, counts, loss, dated.get(loss))
         for check, counts, loss in found
     )
+    return (*missed, cannot_tell) if unproven else tuple(missed)
+
+
+def _unproven(session: SessionView) -> str:
+    """Why no reference check proves that the last point was read without missed counts; or not."""
+    if not session.accepted:
+        return ""
+    if not session.ref_checks:
+        return "no reference check is recorded"
+    last = session.accepted[-1].seq
+    complete = (check for check in session.ref_checks if check.complete and check.at_switches)
+    since = any(check.seq > last and check.difference_counts is not None for check in complete)
+    return "" if since else f"no reference check since point {last}"
