@@ -424,7 +424,7 @@ def test_points_that_do_not_fit_promise_no_end():
     wrong = Mechanism(0.2, -0.3, 0.1, 0.4, 0.03, 0.0)
     for mechanism, fits in ((TRACKER, True), (wrong, False)):
         context, points = day_of("azel", 14, mechanism=mechanism)
-        taken = points.subset(range(6))
+        taken = points.subset(range(7))
         day = analyse(taken, context, at_utc_s=float(taken.utc_s[-1])).plan
         assert day.stops
         assert day.sentence.startswith("first find why the points do not fit") != fits
