@@ -420,7 +420,7 @@ class TestGears:
         assert not any("do not show" in reason for reason in verdict_of(points, context).reasons)
 
 
-def test_points_that_do_not_fit_promise_no_end():
+def test_a_plan_for_points_that_do_not_fit_ends_nowhere():
     wrong = Mechanism(0.2, -0.3, 0.1, 0.4, 0.03, 0.0)
     for mechanism, fits in ((TRACKER, True), (wrong, False)):
         context, points = day_of("azel", 14, mechanism=mechanism)

@@ -56,7 +56,7 @@ def wrong_ratios(solution: MechanismSolution) -> list[str]:
         solution.prior.sigma_array() + np.sqrt(np.diag(free.posterior.covariance))
     )
     return [
-        f"P{scale + 1} = {value:+.4f} alone leaves a scatter of {free.noise_deg:.3f} deg: axis "
+        f"P{scale + 1} = {value:+z.4f} alone leaves a scatter of {free.noise_deg:.3f} deg: axis "
         f"{axis} turns {100.0 * abs(value):.1f} % {'more' if value > 0.0 else 'less'} than it "
         "reads; correct its gear ratio (counts a degree) and take the points again, or fit with "
         "--method exact"

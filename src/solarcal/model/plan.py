@@ -56,7 +56,7 @@ class Plan:
     stops : one for each remaining half hour.
     recommended : one of ``stops`` (or ``now``), its schedule as short as the rule allows.
     done : nothing more is needed.
-    fits : the points fit; those of a plan for points that do not can promise nothing.
+    fits : the points fit; where they do not, no stop will be done.
     hopeless : no schedule of today comes near the rule.
     come_back_utc_s : mean solar noon of the next date whose points would meet it; None: not needed
         or none.
