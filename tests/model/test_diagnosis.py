@@ -5,9 +5,9 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-import made_up_trackers  # noqa: F401  (puts the benchmarks on the path)
 import numpy as np
 import pytest
+from made_up_trackers import day_of
 
 from benchmarks.diagnosis import (
     DECEMBER,
@@ -23,6 +23,7 @@ from benchmarks.diagnosis import (
     rate,
 )
 from solarcal.model.analysis import findings_of
+from solarcal.model.evidence.direct import weigh
 from solarcal.model.evidence.read_outs import Loss, undo_losses
 from solarcal.model.evidence.residuals import _small, diagnose
 from solarcal.model.f_tests import PointsTested
@@ -33,6 +34,7 @@ from solarcal.model.prior import Prior
 from solarcal.model.residual_tests import run_residual_tests
 from solarcal.model.sky_context import SkyContext
 from solarcal.mount.geometry import MountGeometry
+from solarcal.mount.mechanism import Mechanism
 from solarcal.session.interchange import read_table
 from solarcal.timescale import parse_utc
 
@@ -107,6 +109,28 @@ def test_a_collimation_too_large_to_reach_every_point_is_still_found() -> None:
     day = made_up_day("tiltroll-ew", (JUNE,), 0, cause="C", amount=4.0)
     named = {cause for finding in day.found() for cause in finding.causes}
     assert "collimation" in named
+
+
+def test_more_of_a_cause_than_there_is_in_nature_is_no_cause() -> None:
+    """A sag of 2 deg, air of five times the standard: something else follows the same pattern."""
+    for cause, amount, name in (("SAG", 2.0, "gravity sag"), ("REFRACTION", -5.0, "refraction")):
+        day = made_up_day("azel", (JUNE,), 1, cause=cause, amount=amount, noise_deg=0.01)
+        (unknown,) = day.found()
+        assert unknown.kind == "unmodelled"
+        assert "pattern of unknown cause" in unknown.sentence
+        assert f"{name} o" in unknown.sentence
+        assert weigh([unknown], frozenset(), 0.1).waiting == (unknown.sentence,)
+    (natural,) = made_up_day("azel", (JUNE,), 1, cause="SAG", amount=0.45, noise_deg=0.01).found()
+    assert natural.causes[0] == "sag"
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_vanishes_once_the_six_numbers_have_moved_is_not_found(seed: int) -> None:
+    """Gears so wrong that a fit by the usual prior is far from the points."""
+    mechanism = Mechanism(P1=0.3, P2=-0.36, P3=0.5, P4=0.25, P5=0.045, P6=-0.0006)
+    context, points = day_of("polar", mechanism=mechanism, seed=seed, noise_deg=0.005)
+    findings = diagnose(fit_exact(points, context))
+    assert [finding.sentence for finding in findings if finding.certainty == "found"] == []
 
 
 def test_backlash_has_its_amount_axis_and_cure() -> None:

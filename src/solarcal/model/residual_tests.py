@@ -6,7 +6,7 @@ The most significant cause is taken into the model and the others are tested aga
 Holm's levels: the chance that a clean day fires anything at all is 5 %.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import comb
 
@@ -25,7 +25,7 @@ from solarcal.model.f_tests import (
 )
 from solarcal.model.least_squares import solution_of
 from solarcal.model.prior import Prior
-from solarcal.model.terms import TERMS
+from solarcal.model.terms import TERMS, occurs
 from solarcal.units import FloatArray
 
 SURE_LEVEL = 5e-5
@@ -33,6 +33,8 @@ SURE_LEVEL = 5e-5
 sends a person to a bolt, and a wrong one to the wrong bolt."""
 LARGE_LEVEL = 0.03
 """Enough for an effect so large that it will be looked at anyway."""
+NATURAL_ODDS = 100.0
+"""Up to this factor of probabilities a cause is preferred to an unnatural amount of another."""
 RIVAL_SHARE = 0.5
 """A rival explains at least this part of what the cause explains."""
 
@@ -76,11 +78,13 @@ class BadPoint:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ResidualTests:
-    """``weakest``: the smallest amount of each cause not found that would be, nine times in ten."""
+    """``weakest``: the smallest amount of each cause not found that would be, nine times in ten;
+    ``unnatural``: the cause that explains what is left best, in an amount that nature has not."""
 
     causes: tuple[Cause, ...]
     bad: tuple[BadPoint, ...]
     weakest: dict[str, float]
+    unnatural: Cause | None = None
 
 
 def run_residual_tests(
@@ -122,6 +126,9 @@ class _Search:
         self.amounts: dict[str, float] = {}
         self.bad: list[int] = []
         self.left_then: dict[str, tuple[float, dict[str, float]]] = {}
+        self.first = rows, values
+        self.refused: set[str] = set()
+        self.unnatural: Cause | None = None
         self.rows = rows
         self.family = len(self.rows.causes) + 1
         self.count = len(self.model.points)
@@ -135,12 +142,18 @@ class _Search:
             level = FAMILY_LEVEL / max(self.family - len(self.amounts) - bool(self.bad), 1)
             room = int(_MOST_BAD_SHARE * n) - len(self.bad)
             others = [name for name in self.rows.causes if name not in self.amounts]
-            tests: list[tuple[float, str | tuple[int, ...]]] = list(
-                zip(fit.each(self._columns(others))[2].tolist(), others, strict=True)
-            )
+            each = list(self._each(fit, others))
+            best = min((one for one in each if not occurs(*one[1:])), default=(1.0, "", 0.0, 0.0))
+            tests: list[tuple[float, str | tuple[int, ...]]] = [
+                one[:2] for one in each if occurs(*one[1:]) and one[1] not in self.refused
+            ]
             tests += [(p, chosen) for chosen, p in self._point_tests(fit, room)]
             p, taken = min(tests, key=lambda test: test[0], default=(1.0, ""))
-            if p > level:
+            if p > level or NATURAL_ODDS * best[0] < p:
+                if best[0] <= level:
+                    leaves = self._rms(self._fit([*self.amounts, best[1]]).left)
+                    without = self._rms(fit.left)
+                    self.unnatural = Cause(*best[1:], best[0], (), (leaves,), (), without)
                 return
             if isinstance(taken, str):
                 # As it stood then: what is found later must not change what this one explained.
@@ -152,6 +165,25 @@ class _Search:
             else:
                 self.bad.extend(taken)
             self._move()
+            self._refuse_what_vanished()
+
+    def _each(
+        self, fit: ColumnFit, names: Sequence[str]
+    ) -> Iterator[tuple[float, str, float, float]]:
+        """Probability, name, amount and sigma of each, alone beside what is in the fit."""
+        amounts, sigmas, p = map(np.ndarray.tolist, fit.each(self._columns(names)))
+        yield from zip(p, names, amounts, sigmas, strict=True)
+
+    def _refuse_what_vanished(self) -> None:
+        """Begin again without a cause that beside the others is no finding, or not natural."""
+        for name in self.amounts:
+            alone = self._fit([other for other in self.amounts if other != name])
+            ((p, _, value, sigma),) = self._each(alone, [name])
+            if p > FAMILY_LEVEL / self.family or not occurs(name, value, sigma):
+                self.refused.add(name)
+                self.rows, self.values = self.first
+                self.amounts, self.bad, self.left_then = {}, [], {}
+                return
 
     def _point_tests(self, fit: ColumnFit, room: int) -> list[tuple[tuple[int, ...], float]]:
         """Every point, and the suspects together; probabilities corrected for the choice."""
@@ -237,6 +269,7 @@ class _Search:
             causes=tuple(taken),
             bad=tuple(self._bad_point(i) for i in sorted(self.bad)),
             weakest=weakest,
+            unnatural=self.unnatural,
         )
 
     def _taken_together(self) -> list[Cause]:
@@ -245,7 +278,7 @@ class _Search:
             others = [other for other in self.amounts if other != name]
             alone, together = self._fit(others), self._fit()
             column = self._columns([name])
-            value, sigma, p = (float(found[0]) for found in alone.each(column))
+            ((p, _, value, sigma),) = self._each(alone, [name])
             tested = TERMS[name].tested
             large = tested is not None and abs(value) >= tested.large
             level = LARGE_LEVEL if large else SURE_LEVEL
@@ -253,8 +286,10 @@ class _Search:
             rivals = []
             for rival in self.rows.causes:
                 beside = self._fit([*others, rival])
+                ((_, _, amount, spread),) = self._each(alone, [rival])
                 if (
                     rival not in self.amounts
+                    and occurs(rival, amount, spread)
                     and alone.squares - beside.squares >= RIVAL_SHARE * explained
                     and beside.each(column)[2][0] > level
                 ):

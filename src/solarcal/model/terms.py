@@ -42,6 +42,14 @@ SAG_PRIOR_DEG = 0.2
 AIR_PRIOR = 1.0
 """Forgotten refraction, as a part of the standard air's."""
 
+MOST_SAG = 0.5
+"""Degrees. A steel cantilever of length L may bend by L / 180 (BS EN 1993-1-1, UK national annex,
+NA.2.23); under its own weight its end then turns by 4 / 3 / 180 = 7.4 mrad, 0.42 deg."""
+MORE_AIR = (-1.0, 1.5)
+"""Beside the assumed air: none to 2.5 times the standard air in all. Refraction goes with pressure
+over temperature (Meeus, ch. 16): 1.3 times the standard at 1050 hPa and -50 C, and 1.6 times as
+much where a site 4 km high is given as at the sea."""
+
 Kind: TypeAlias = Literal["lean", "zero", "scale", "other"]
 Row: TypeAlias = FloatArray | float
 
@@ -77,7 +85,8 @@ class LookedFor:
     worth_knowing : an amount that occurs in practice. Where it would go unnoticed, the report says
         so.
     large : so large that it will be looked at anyway: a weaker proof will do.
-    largest : no mechanism has more.
+    largest : more is no answer of the equations.
+    natural : from and to what mechanisms and the air have, as far as that is known.
     finding : the kind of finding it makes.
     both_sides_of : the axis (1 or 2) that must have come from both sides before anything is
         reported.
@@ -88,6 +97,7 @@ class LookedFor:
     largest: float
     finding: FindingKind = "unmodelled"
     both_sides_of: int | None = None
+    natural: tuple[float, float] = (-np.inf, np.inf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +159,13 @@ def terms_tested(geometry_name: str) -> tuple[Term, ...]:
         for term in TERMS.values()
         if term.tested is not None and term.only in (None, geometry_name)
     )
+
+
+def occurs(name: str, amount: float, sigma: float) -> bool:
+    """Whether so much of a term, within two of its sigmas, is natural."""
+    tested = TERMS[name].tested
+    least, most = (-np.inf, np.inf) if tested is None else tested.natural
+    return bool(least - 2.0 * sigma <= amount <= most + 2.0 * sigma)
 
 
 def _sag(at: NativeAngles) -> tuple[Row, Row]:
@@ -266,7 +283,9 @@ _ALL = (
         SAG_PRIOR_DEG,
         _sag,
         exact="sag_deg",
-        tested=LookedFor(worth_knowing=0.2, large=0.2, largest=20.0, finding="sag"),
+        tested=LookedFor(
+            0.2, large=0.2, largest=20.0, finding="sag", natural=(-MOST_SAG, MOST_SAG)
+        ),
     ),
     Term(
         "REFRACTION",
@@ -275,7 +294,7 @@ _ALL = (
         AIR_PRIOR,
         None,
         exact="air",
-        tested=LookedFor(worth_knowing=1.0, large=0.5, largest=50.0, finding="refraction"),
+        tested=LookedFor(1.0, large=0.5, largest=50.0, finding="refraction", natural=MORE_AIR),
     ),
     *(
         Term(

@@ -74,8 +74,11 @@ def diagnose(
         suspects=[i for i, label in enumerate(points.labels) if label in outliers],
         noise_deg=solution.noise_deg,
     )
+    stepped = steps(solution, rows, tolerance_deg)
+    unknown = () if stepped or tests.unnatural is None else (_unknown(tests.unnatural),)
     return (
-        *steps(solution, rows, tolerance_deg),
+        *stepped,
+        *unknown,
         *(_cause(cause, tolerance_deg) for cause in tests.causes),
         *(_bad_point(bad, solution) for bad in tests.bad),
         *_undecided(tests),
@@ -229,6 +232,20 @@ def _cause(cause: Cause, tolerance_deg: float) -> Finding:
         causes=kinds,
         leaves_deg=cause.leaves_deg,
         effect_deg=effect,
+    )
+
+
+def _unknown(best: Cause) -> Finding:
+    """What is left asks for a cause, and the best known one would be more of it than there is."""
+    amount = _amount(best.name, best.value, best.sigma)
+    name, left = TERMS[best.name].meaning, best.leaves_deg[0]
+    return Finding(
+        kind="unmodelled",
+        subject="residuals",
+        sentence=f"the residuals have a pattern of unknown cause (p = {best.probability:.1g}): "
+        f"{name} of {amount} would explain it best, and there is not so much of it; check what "
+        "slips, bends or was moved during the day",
+        effect_deg=float(np.sqrt(max(best.without_deg**2 - left**2, 0.0))),
     )
 
 

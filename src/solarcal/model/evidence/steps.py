@@ -5,6 +5,7 @@ import numpy as np
 from solarcal.model.f_tests import ZEROS, ColumnFit, Rows
 from solarcal.model.finding import Finding
 from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.terms import occurs
 from solarcal.units import FloatArray
 
 SHORTEST_RUN = 3
@@ -43,7 +44,9 @@ def steps(solution: MechanismSolution, rows: Rows, tolerance_deg: float) -> tupl
     p, first, amount = min(tried, key=lambda one: one[0] / (MOVED_ODDS if one[1] in nights else 1))
     rivals = [at for other, at, _ in sorted(tried, key=lambda one: one[0]) if other < RIVAL * p]
     p *= len(tried)
-    smooth = min(base.each(rows.columns(rows.causes))[2].tolist())
+    each = zip(rows.causes, *base.each(rows.columns(rows.causes)), strict=True)
+    natural = (chance for name, value, sigma, chance in each if occurs(name, value, sigma))
+    smooth = min(natural, default=1.0)
     sine = float(np.mean(np.sin(np.radians(points.ax2_deg))))
     size = float(np.hypot(amount[0] * sine, amount[1]))
     if p > STEP_LEVEL or p > smooth or size < 0.5 * tolerance_deg:
