@@ -75,10 +75,9 @@ def diagnose(
         noise_deg=solution.noise_deg,
     )
     stepped = steps(solution, rows, tolerance_deg)
-    unknown = () if stepped or tests.unnatural is None else (_unknown(tests.unnatural),)
     return (
         *stepped,
-        *unknown,
+        *(() if stepped else _unknown(tests.unnatural, tolerance_deg)),
         *(_cause(cause, tolerance_deg) for cause in tests.causes),
         *(_bad_point(bad, solution) for bad in tests.bad),
         *_undecided(tests),
@@ -235,17 +234,24 @@ def _cause(cause: Cause, tolerance_deg: float) -> Finding:
     )
 
 
-def _unknown(best: Cause) -> Finding:
+def _unknown(best: Cause | None, tolerance_deg: float) -> tuple[Finding, ...]:
     """What is left asks for a cause, and the best known one would be more of it than there is."""
+    if best is None:
+        return ()
+    effect = float(np.sqrt(max(best.without_deg**2 - best.leaves_deg[0] ** 2, 0.0)))
+    if effect < NEGLIGIBLE_SHARE * tolerance_deg:
+        return ()
     amount = _amount(best.name, best.value, best.sigma)
-    name, left = TERMS[best.name].meaning, best.leaves_deg[0]
-    return Finding(
-        kind="unmodelled",
-        subject="residuals",
-        sentence=f"the residuals have a pattern of unknown cause (p = {best.probability:.1g}): "
-        f"{name} of {amount} would explain it best, and there is not so much of it; check what "
-        "slips, bends or was moved during the day",
-        effect_deg=float(np.sqrt(max(best.without_deg**2 - left**2, 0.0))),
+    return (
+        Finding(
+            kind="unmodelled",
+            subject="residuals",
+            sentence="the residuals have a pattern of unknown cause (p = "
+            f"{best.probability:.1g}): {TERMS[best.name].meaning} of {amount} would explain it "
+            "best, and there is not so much of it; check what slips, bends or was moved during "
+            "the day",
+            effect_deg=effect,
+        ),
     )
 
 
