@@ -11,11 +11,12 @@ from typing import Unpack
 from solarcal.errors import ConfigurationError
 from solarcal.model.analysis import Analysis
 from solarcal.model.analysis import analyse as analyse_points
+from solarcal.model.evidence.direct import Evidence
 from solarcal.model.forecast import Forecast
 from solarcal.model.methods import DEFAULT_METHOD
 from solarcal.model.methods import fit as fit_points
 from solarcal.model.points import Points
-from solarcal.model.sky_context import SkyContext
+from solarcal.model.sky_context import Ideal, SkyContext
 from solarcal.model.solution import Solution
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.mount.geometry import MountGeometry
@@ -23,6 +24,7 @@ from solarcal.mount.mechanism import Mechanism
 from solarcal.session.interchange import FillIn
 from solarcal.site import Site, Weather
 from solarcal.station.analysing import UnitFiles, analyse_files, read_files
+from solarcal.station.fitting import points_table
 from solarcal.sun import SunPosition, sun_position
 
 __all__ = [
@@ -101,6 +103,7 @@ def analyse(
     method: str = DEFAULT_METHOD,
     tolerance_deg: float | None = None,
     site: Site | None = None,
+    ideal: Ideal = "apparent",
 ) -> Analysis:
     """Fit, forecast the year, weigh the evidence, and judge.
 
@@ -114,7 +117,10 @@ def analyse(
         Of files: what 95 % of the year's pointing shall be within; default the session's, else
         0.1 deg.
     site
-        Of points of your own: where the tracker is.
+        Of points of your own: where the tracker is. Where they have ``utc_s``, their ideal angles
+        are compared with the Sun, as those of files are.
+    ideal
+        Of points of your own: ``apparent``, ``airless`` or ``solartrak`` ideal angles.
 
     Raises
     ------
@@ -124,7 +130,9 @@ def analyse(
     if isinstance(source, Points):
         if site is None:
             raise ConfigurationError("points of your own need a site: site=Site(LAT, LON)")
-        return analyse_points(source, SkyContext(site, source.geometry), method=method)
+        context = SkyContext.for_points(source, site, ideal=ideal)
+        evidence = Evidence(points_table(source, site, ideal))
+        return analyse_points(source, context, evidence, method=method)
     return analyse_files(source, method=method, tolerance_deg=tolerance_deg).of_the_controller()
 
 
@@ -134,6 +142,9 @@ def forecast(
     method: str = DEFAULT_METHOD,
     tolerance_deg: float | None = None,
     site: Site | None = None,
+    ideal: Ideal = "apparent",
 ) -> Forecast:
     """Forecast the pointing error over the year; parameters as for :func:`analyse`."""
-    return analyse(source, method=method, tolerance_deg=tolerance_deg, site=site).forecast
+    return analyse(
+        source, method=method, tolerance_deg=tolerance_deg, site=site, ideal=ideal
+    ).forecast

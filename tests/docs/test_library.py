@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import solarcal
@@ -48,6 +49,27 @@ def test_points_of_ones_own_are_judged_at_a_site():
     with pytest.raises(Exception, match="need a site"):
         solarcal.analyse(points)
     assert solarcal.forecast(points, site=solarcal.Site(35.05, -106.48)).year_rms_deg > 0.0
+
+
+@pytest.mark.parametrize(("ideal", "late_s", "kind"), [
+    ("apparent", 0.0, None), ("airless", 0.0, None),
+    ("apparent", 3600.0, "time_stamps"), ("airless", -3600.0, "time_stamps"),
+])  # fmt: skip
+def test_points_of_ones_own_are_compared_with_the_sun(ideal, late_s, kind):
+    mount, site = solarcal.MountGeometry("azel", 35.05), solarcal.Site(35.05, -106.48)
+    utc_s = 1782052800.0 + 3600.0 * np.arange(8)
+    refraction = "hughes" if ideal == "apparent" else "none"
+    sun = solarcal.sun_position("precise", utc_s, site, refraction=refraction)
+    ax1, ax2 = mount.axes_from_horizontal(sun.azimuth_deg, sun.zenith_deg)
+    err1, err2 = solarcal.Mechanism(P1=0.3).errors_deg(mount, ax1, ax2)
+    points = solarcal.Points(
+        geometry=mount, ax1_deg=ax1, ax2_deg=ax2, err1_deg=err1, err2_deg=err2,
+        utc_s=utc_s + late_s,
+    )  # fmt: skip
+    analysis = solarcal.analyse(points, site=site, ideal=ideal)
+    found = [f.kind for f in analysis.findings if f.certainty == "found"]
+    assert found == ([kind] if kind else [])
+    assert (analysis.verdict.state == "does_not_fit") == bool(kind)
 
 
 def test_importing_the_package_imports_nothing_else():

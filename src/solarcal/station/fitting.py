@@ -23,6 +23,7 @@ from solarcal.mount.geometry import MountGeometry
 from solarcal.session.points import NUMBERS, PointTable, table_of_points
 from solarcal.session.records import Header, PointRecord
 from solarcal.session.view import SessionView
+from solarcal.site import Site
 from solarcal.sun.position import sun_known
 
 
@@ -93,6 +94,31 @@ def point_set(table: PointTable) -> Points:
         labels=used.labels,
         utc_s=used.utc_s,
         **{name: getattr(used, name) for name in NUMBERS},
+    )
+
+
+def points_table(points: Points, site: Site, ideal: Ideal) -> PointTable:
+    """Points of one's own as a table: accepted rows without a session; ``point_set`` backwards."""
+    n = len(points)
+    return PointTable(
+        geometry=points.geometry.name,
+        latitude_deg=site.latitude_deg,
+        longitude_deg=site.longitude_deg,
+        elevation_m=site.elevation_m,
+        unit="",
+        ax1_centre_deg=points.geometry.ax1_centre_deg,
+        ideal=ideal,
+        utc_s=np.full(n, np.nan) if points.utc_s is None else points.utc_s,
+        ax1_deg=points.ax1_deg,
+        ax2_deg=points.ax2_deg,
+        err1_deg=points.err1_deg,
+        err2_deg=points.err2_deg,
+        status=("accepted",) * n,
+        approach=((0, 0),) * n,
+        note=("",) * n,
+        labels=points.labels,
+        sources=("",) * n,
+        **{name: getattr(points, name) for name in NUMBERS},
     )
 
 
