@@ -18,7 +18,7 @@ from solarcal.model.evidence.sun_path import _thinned, stamp_evidence
 from solarcal.model.finding import Finding
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
-from solarcal.session.interchange import session_from_table, write_table
+from solarcal.session.interchange import imported_header, session_from_table, write_table
 from solarcal.session.points import PointTable
 from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.station.analysing import stamp_findings
@@ -364,6 +364,13 @@ def test_the_report_and_the_replay_of_an_import_say_it_too(doors, capsys, tmp_pa
     assert "3600 s late" in " ".join(capsys.readouterr().out.split())
     run_command(["report", session, "-o", str(tmp_path / "out.txt")])
     assert "3600 s late" in " ".join((tmp_path / "out.txt").read_text().split())
+
+
+def test_airless_points_high_up_are_fitted_the_same_after_an_import() -> None:
+    """The air of an import is that of its elevation, as the file's is."""
+    table = day("airless")
+    header = imported_header(table, parse_utc("2026-07-01"))
+    assert solve_table(table, header=header).values.tolist() == solve_table(table).values.tolist()
 
 
 def test_importing_says_it_at_once(doors, capsys, tmp_path) -> None:

@@ -34,7 +34,7 @@ from solarcal.session.records import (
     UnitRecord,
 )
 from solarcal.session.view import SessionView, read_session, view_session
-from solarcal.site import Site
+from solarcal.site import Site, Weather, standard_pressure_hpa
 from solarcal.stopping_rule import DEFAULT_UNMODELLED
 from solarcal.timescale import format_utc
 from solarcal.units import FloatArray
@@ -292,6 +292,8 @@ def imported_header(table: PointTable, utc_s: float) -> Header:
         geometry=table.geometry,
         ax1_centre_deg=centre,
         sun_model=table.ideal,
+        # As a fit of the file takes it that this session is made of.
+        weather=Weather(standard_pressure_hpa(site.elevation_m)),
         unmodelled=DEFAULT_UNMODELLED,
         unknown=tuple(name for name, value in given.items() if value is None),
     )
