@@ -11,6 +11,7 @@ from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
 from solarcal.errors import ProcedureRefused
+from solarcal.model.finding import Finding
 from solarcal.session.journal import Journal
 from solarcal.station import guards
 from solarcal.station.analysing import analyse_session
@@ -249,6 +250,33 @@ def test_the_verdict_says_when_there_are_enough_and_when_something_is_wrong():
     assert "Good for the year" in good.sentence
     wrong = next_step(station.state, 40.0, with_verdict(judgement, "does_not_fit"))
     assert "why the points do not fit" in wrong.sentence
+
+
+def test_what_more_points_do_not_settle_comes_first():
+    station, judgement = judged_day()
+    named = replace(with_verdict(judgement, "continue").verdict, first="first settle it")
+    step = next_step(station.state, 40.0, replace(judgement, verdict=named))
+    assert step.action == "void"
+    assert "More points alone will not do" in step.sentence
+
+
+def test_missed_counts_are_looked_into_before_the_upload():
+    station, judgement = judged_day()
+    lost = Finding(kind="missed_counts", subject="axis 1", sentence="check 2 found +200 counts")
+    found = replace(with_verdict(judgement, "done"), findings=(lost,))
+    step = next_step(station.state, 40.0, found)
+    assert "counts were missed: find the cause, then upload" in step.sentence
+
+
+def test_a_low_sun_is_waited_for_with_a_stale_offset_and_with_check_points_too():
+    station, technician = uploaded()
+    assert "too low for check point 1 of 2 (-6 deg)" in next_step(station.state, -6.0).sentence
+    technician.sight.centre()
+    station.set_sun_offset()
+    station.clock.wait(1900.0)
+    station.poll()
+    for step in (next_step(station.state, -6.0), next_step(connected().state, -6.0)):
+        assert "set it again" not in step.sentence
 
 
 @pytest.mark.parametrize("points", [2, 8, 14])

@@ -114,7 +114,7 @@ def analyse(
             rule=rule,
             expected=expected,
             clear=assessment.clear,
-            fits=not assessment.wrong,
+            first=assessment.first,
             taken_utc_s=times_of(solution.points),
             until_utc_s=until_utc_s,
             points=points_left,

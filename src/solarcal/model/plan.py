@@ -56,7 +56,7 @@ class Plan:
     stops : one for each remaining half hour.
     recommended : one of ``stops`` (or ``now``), its schedule as short as the rule allows.
     done : nothing more is needed.
-    fits : the points fit; where they do not, no stop will be done.
+    first : what has to be done before any stop can be done, or nothing.
     hopeless : no schedule of today comes near the rule.
     come_back_utc_s : mean solar noon of the next date whose points would meet it; None: not needed
         or none.
@@ -69,7 +69,7 @@ class Plan:
     stops: tuple[PlannedStop, ...]
     recommended: PlannedStop
     done: bool
-    fits: bool
+    first: str
     hopeless: bool
     come_back_utc_s: float | None
     second_visit_utc_s: tuple[float, ...]
@@ -82,7 +82,7 @@ class Plan:
 
     def reached_by(self, stop: PlannedStop) -> bool:
         """Whether the calibration will be done at this stop."""
-        reached = self.fits and stop.probability >= self.rule.probability
+        reached = not self.first and stop.probability >= self.rule.probability
         return reached and (stop is not self.now or self.done)
 
     @property

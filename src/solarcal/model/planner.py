@@ -48,7 +48,7 @@ def plan(
     rule: StoppingRule = DEFAULT_RULE,
     expected: Forecast | None = None,
     clear: bool = False,
-    fits: bool = True,
+    first: str = "",
     taken_utc_s: Sequence[float] = (),
     until_utc_s: float | None = None,
     points: int | None = None,
@@ -63,7 +63,7 @@ def plan(
     expected : the forecast of the points taken, where there is one. With what may be there beside
         P1..P6 it is of another posterior: more points remove none of that.
     clear : nothing known speaks against the fit: only then can the calibration be done.
-    fits : false where something speaks against the fit that more points do not settle.
+    first : what to do about that which speaks against the fit and more points do not settle.
     taken_utc_s : when they were taken. The plan is the one made after the last of them, as long as
         its next point has not been missed.
     until_utc_s : the technician must leave then.
@@ -85,7 +85,7 @@ def plan(
     since_s = (at_utc_s - context.first_midnight_utc_s) % SECONDS_PER_DAY
     today = [t for t in taken_utc_s if at_utc_s - since_s <= t <= at_utc_s]
     planner = _Planner(
-        at_utc_s, posterior, context, unit, year, covariance, rule, now, clear, fits,
+        at_utc_s, posterior, context, unit, year, covariance, rule, now, clear, first,
         today, until_utc_s, points, tuple(struck),
     )  # fmt: skip
     return planner.plan()
@@ -104,7 +104,7 @@ class _Planner:
     rule: StoppingRule
     now: PlannedStop
     clear: bool
-    fits: bool
+    first: str
     today: list[float]
     until_utc_s: float | None
     points: int | None
@@ -191,7 +191,7 @@ class _Planner:
             f"{percent(stop.probability, self.rule.probability)} probability of "
             f"{self.rule.tolerance_deg:g} deg; next at {clock_utc(stop.times_utc_s[0])}"
         )
-        if self.fits and self.now.probability >= self.rule.probability:
+        if not self.first and self.now.probability >= self.rule.probability:
             sentence += (
                 "; the verdict names what is against it now, and more points may settle that"
             )
@@ -261,8 +261,8 @@ class _Planner:
         back_s: float | None = None,
         visit: tuple[float, ...] = (),
     ) -> Plan:
-        if not self.fits:
-            sentence = f"first find why the points do not fit; as if they did: {sentence}"
+        if self.first:
+            sentence = f"{self.first}; by the points as they are: {sentence}"
         return Plan(
             at_utc_s=self.at_utc_s,
             rule=self.rule,
@@ -270,7 +270,7 @@ class _Planner:
             stops=tuple(stops),
             recommended=recommended,
             done=self.done,
-            fits=self.fits,
+            first=self.first,
             hopeless=hopeless,
             come_back_utc_s=back_s,
             second_visit_utc_s=visit,

@@ -52,10 +52,12 @@ STILL_SURE = 0.8
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """The state and the sentences it rests on, the deciding one first."""
+    """The state and the sentences it rests on, the deciding one first; ``first``: what to do before
+    more points can help."""
 
     state: State
     reasons: tuple[str, ...]
+    first: str = ""
     checks: CrossChecks | None = None
     base: BaseTilt | None = None
     shims: tuple[Shim, ...] = ()
@@ -79,7 +81,8 @@ class Assessment:
     """What is known of a fit before the day is planned.
 
     ``wrong`` says that it does not fit, ``reservations`` what keeps it from being done although
-    the forecast would allow it, ``remarks`` the rest.
+    the forecast would allow it, ``doubts`` those of them that more points do not settle,
+    ``remarks`` the rest.
     """
 
     wrong: tuple[str, ...]
@@ -89,6 +92,13 @@ class Assessment:
     checks: CrossChecks | None
     base: BaseTilt | None
     shims: tuple[Shim, ...]
+
+    @property
+    def first(self) -> str:
+        """What more points alone do not settle."""
+        if self.wrong:
+            return "first find why the points do not fit"
+        return "first settle what the verdict names" if self.doubts else ""
 
     @property
     def clear(self) -> bool:
@@ -117,12 +127,14 @@ def assess(
     seen = weigh(evidence, set(solution.points.labels), tolerance_deg)
     wrong = [*lean_reasons, *seen.wrong, *_misfits(solution, checks, tolerance_deg)]
     waiting, remarks = _borne_out(solution, checks, tolerance_deg)
+    # Few points hardly know their scatter; while they are not sure anyway, it is no news.
+    doubts = (*seen.waiting, *(_scatter(solution, tolerance_deg) if expected.sure else ()))
     if expected.sure and isinstance(solution, MechanismSolution):
         remarks = [*unseen_gears(solution, expected), *remarks]
     return Assessment(
         wrong=tuple(wrong),
-        doubts=seen.waiting,
-        reservations=(*seen.waiting, *waiting),
+        doubts=doubts,
+        reservations=(*doubts, *waiting),
         remarks=(*seen.cautions, *remarks),
         checks=checks,
         base=base,
@@ -147,7 +159,10 @@ def conclude(assessment: Assessment, expected: Forecast, planned: Plan | None = 
     else:
         state = "continue"
         reasons = [sure, *assessment.reservations, *assessment.remarks]
-    return Verdict(state, tuple(reasons), assessment.checks, assessment.base, assessment.shims)
+    first = assessment.first if expected.sure or assessment.wrong else ""
+    return Verdict(
+        state, tuple(reasons), first, assessment.checks, assessment.base, assessment.shims
+    )
 
 
 def sure_sentence(expected: Forecast) -> str:
@@ -273,6 +288,22 @@ def out_of_order(checks: CrossChecks, tolerance_deg: float) -> bool:
     )
 
 
+def _scatter(solution: Solution, tolerance_deg: float) -> list[str]:
+    """What the points scatter by beyond how well a spot is read may be the tracker's own."""
+    if not isinstance(solution, MechanismSolution):
+        return []
+    sigma, noise = solution.points.sigma_deg, solution.noise_deg
+    read_deg = SPOT_DEG if sigma is None else float((sigma**2).mean() ** 0.5)
+    own_deg = NORMAL_95 * max(noise**2 - read_deg**2, 0.0) ** 0.5
+    if own_deg <= tolerance_deg:
+        return []
+    return [
+        f"the points scatter by {noise:.3f} deg about the fit, and a spot is read to "
+        f"{read_deg:.2g} deg: if the rest is the tracker's own, 95 % of its pointing is within "
+        f"{own_deg:.2f} deg only; read one spot ten times to find out"
+    ]
+
+
 def _borne_out(
     solution: Solution, checks: CrossChecks | None, tolerance_deg: float
 ) -> tuple[list[str], list[str]]:
@@ -286,15 +317,6 @@ def _borne_out(
         )
     if checks is None or not isinstance(solution, MechanismSolution):
         return waiting, told
-    sigma, noise = solution.points.sigma_deg, solution.noise_deg
-    read_deg = SPOT_DEG if sigma is None else float((sigma**2).mean() ** 0.5)
-    own_deg = NORMAL_95 * max(noise**2 - read_deg**2, 0.0) ** 0.5
-    if own_deg > tolerance_deg:
-        waiting.append(
-            f"the points scatter by {noise:.3f} deg about the fit, and a spot is read to "
-            f"{read_deg:.2g} deg: if the rest is the tracker's own, 95 % of its pointing is within "
-            f"{own_deg:.2f} deg only; read one spot ten times to find out"
-        )
     if checks.left_out_rms_deg is not None:
         limit = max(tolerance_deg, LEFT_OUT_FACTOR * solution.noise_deg)
         (waiting if checks.left_out_rms_deg > limit else told).append(
@@ -308,7 +330,10 @@ def _borne_out(
             f"{apart_from(checks.last_moved_deg, most)} deg rms (limit {most:.3g} deg)"
         )
     if checks.order_probability is not None and not out_of_order(checks, tolerance_deg):
-        told.append(f"no trend in the residuals (p = {checks.order_probability:.2g})")
+        told.append(
+            f"no trend in the residuals (p = {checks.order_probability:.2g}, limit "
+            f"{checks.order_limit:.2g})"
+        )
     too_large = sigmas_too_large(solution, checks)
     if too_large and not out_of_order(checks, tolerance_deg):
         told.append(too_large)

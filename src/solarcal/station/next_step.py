@@ -84,7 +84,7 @@ def next_step(
     newest = session.uploads[-1] if session.uploads else None
     back = newest is not None and newest.rollback and newest.verified and session.holds_upload
     if newest is not None and not back:
-        return _after_upload(state, session, judgement)
+        return _after_upload(state, session, sun_elevation_deg, judgement)
     if (preparation := _preparation(state, session)) is not None:
         return preparation
     step = _next_point(state, session, sun_elevation_deg, judgement)
@@ -143,9 +143,10 @@ def _next_point(
     judgement: Analysis | None,
 ) -> NextStep:
     n = len(session.accepted)
-    if stale(session.fresh_sun_offset, state.live.laptop_utc_s):
+    low = _low(sun_elevation_deg)
+    if not low and stale(session.fresh_sun_offset, state.live.laptop_utc_s):
         return NextStep(f"{STALE}: set it again, then take point {n + 1}.", "sun_offset")
-    if session.fresh_sun_offset is not None:
+    if not low and session.fresh_sun_offset is not None:
         status = state.live.status
         if status is not None and status.mode is Mode.LIMIT:
             return NextStep(f"{guards.AT_LIMIT[0].upper()}{guards.AT_LIMIT[1:]}.")
@@ -161,7 +162,15 @@ def _next_point(
         )
     misfit = judgement is not None and judgement.verdict.state == "does_not_fit"
     if judgement is not None and judgement.verdict.state == "done":
+        if any(f.kind == "missed_counts" and f.certainty == "found" for f in judgement.findings):
+            return NextStep(
+                "Good for the year, but counts were missed: find the cause, then upload.", "upload"
+            )
         return NextStep("Good for the year: upload the coefficients, then verify them.", "upload")
+    if judgement is not None and judgement.verdict.first and not misfit:
+        return NextStep(
+            "More points alone will not do: settle what the verdict names (strike out: x).", "void"
+        )
     day = None if judgement is None else judgement.plan
     planned = None if day is None else day.recommended
     if planned is not None and planned.points:
@@ -172,15 +181,13 @@ def _next_point(
         due_utc_s = parse_utc(session.accepted[-1].utc) + POINT_INTERVAL_S if n else None
     now_utc_s = state.live.laptop_utc_s
     waits = due_utc_s is not None and now_utc_s is not None and due_utc_s > now_utc_s
-    low = sun_elevation_deg is not None and sun_elevation_deg < guards.MIN_ELEVATION_DEG
     # A planned time is one with the Sun high enough.
     if low and not (waits and planned is not None and planned.points):
         enough = n >= ENOUGH_POINTS and not misfit
         least = "upload what you have, or go on" if enough else "go on"
         why = " Meanwhile find out why the points do not fit." if misfit else ""
         return NextStep(
-            f"The Sun is too low for a point ({sun_elevation_deg:z.0f} deg); {least} "
-            f"when it is above {guards.MIN_ELEVATION_DEG:.0f} deg.{why}",
+            f"The Sun is too low for a point{low}; {least} {HIGH_ENOUGH}.{why}",
             "upload" if enough else None,
         )
     if misfit:
@@ -205,8 +212,21 @@ def _next_point(
     return NextStep(rest + ".", "sun_offset", due_utc_s)
 
 
+HIGH_ENOUGH = f"when it is above {guards.MIN_ELEVATION_DEG:.0f} deg"
+
+
+def _low(sun_elevation_deg: float | None) -> str:
+    """How low the Sun is where that is too low for a point; else nothing."""
+    if sun_elevation_deg is None or sun_elevation_deg >= guards.MIN_ELEVATION_DEG:
+        return ""
+    return f" ({sun_elevation_deg:z.0f} deg)"
+
+
 def _after_upload(
-    state: StationState, session: SessionView, judgement: Analysis | None
+    state: StationState,
+    session: SessionView,
+    sun_elevation_deg: float | None,
+    judgement: Analysis | None,
 ) -> NextStep:
     upload = session.uploads[-1]
     if not upload.verified:
@@ -234,6 +254,8 @@ def _after_upload(
         return NextStep("Signed off: calibrated and proven. Write the report.", "report")
     offset = session.fresh_sun_offset
     number = f"check point {len(since) + 1} of {max(CHECK_POINTS, len(since) + 1)}"
+    if low := _low(sun_elevation_deg):
+        return NextStep(f"The Sun is too low for {number}{low}; go on {HIGH_ENOUGH}.")
     if stale(offset, state.live.laptop_utc_s):
         return NextStep(f"{STALE}: set it again, then take {number}.", "sun_offset")
     if offset is not None:

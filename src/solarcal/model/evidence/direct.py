@@ -269,7 +269,9 @@ def weigh(evidence: Iterable[Finding], used: AbstractSet[int], tolerance_deg: fl
             case "laptop_clock" if number > 0.5 * tolerance_deg * SECONDS_PER_SUN_DEG:
                 wrong.append(finding.sentence)
             case "missed_counts" if number > tolerance_deg / 2.0:
-                if not used.isdisjoint(finding.labels):
+                if used.isdisjoint(finding.labels):
+                    cautions.append(finding.sentence)
+                else:
                     waiting.append(f"{finding.sentence}; take others, then strike these out")
             case "last_coefficients" | "inclinometer":
                 cautions.append(finding.sentence)
