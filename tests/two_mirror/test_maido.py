@@ -6,6 +6,7 @@ import functools
 import io
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +16,11 @@ import pytest
 import solarcal.two_mirror
 from solarcal.cli import run_command
 from solarcal.errors import ConfigurationError
+from solarcal.session.interchange.csv_points import read_points_csv, write_points_csv
+from solarcal.station.analysing import stamp_findings
 from solarcal.sun.energy import disc_share
 from solarcal.two_mirror.controller import LoopMode
-from solarcal.two_mirror.day import MirrorDay, day_lines, simulate_day
+from solarcal.two_mirror.day import MirrorDay, day_lines, day_table, simulate_day
 from solarcal.two_mirror.scenario import load_mirror_scenario, mirror_scenario_names
 from solarcal.two_mirror.tuning import tune
 from solarcal.two_mirror.world import quadrant_parts
@@ -317,6 +320,17 @@ def test_the_log_goes_back_through_fit(
     assert fitted["points"] == simulated["points"]
     for angle in ("alpha_deg", "beta_deg", "gamma_deg"):
         assert fitted["base"][angle] == pytest.approx(simulated["base"][angle], abs=1e-6)
+    assert fitted["warnings"] == []
+
+
+def test_time_stamps_that_disagree_with_the_angles_are_a_warning_of_the_fit(
+    logged: tuple[Path, dict[str, Any]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table, late = read_points_csv(logged[0]), tmp_path / "late.csv"
+    write_points_csv(replace(table, utc_s=table.utc_s + 3600.0), late)
+    assert run_command(["two-mirror", "fit", str(late), "--json"]) == 0
+    (warning,) = json.loads(capsys.readouterr().out)["warnings"]
+    assert "the time stamps are 3600 s late" in warning
 
 
 def test_a_log_replaces_no_file(
@@ -406,6 +420,8 @@ def test_the_moon_is_followed_and_gives_the_base_back() -> None:
     assert moon.solution.base.beta_deg == pytest.approx(0.888, abs=0.005)
     assert moon.solution.base.gamma_deg == pytest.approx(0.174, abs=0.005)
     assert day_lines(moon)[0] == "maido, 2026-01-03, the Moon"
+    # Its angles are not the Sun's at that time.
+    assert stamp_findings(day_table(moon)) == ()
 
 
 def test_a_thin_moon_is_refused_and_an_unknown_target_too() -> None:

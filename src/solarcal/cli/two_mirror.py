@@ -127,6 +127,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
     from solarcal.session.interchange.csv_points import read_points_csv
+    from solarcal.station.analysing import stamp_findings
     from solarcal.two_mirror.base import MirrorPoints, fit_base
     from solarcal.two_mirror.mirrors import EulerBase
 
@@ -136,6 +137,7 @@ def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
             f"{args.file}: geometry {table.geometry}; a two-mirror tracker's points are azel"
         )
     table = table.accepted()
+    warnings = [*table.warnings, *(finding.sentence for finding in stamp_findings(table))]
     points = MirrorPoints(
         table.ax1_deg,
         table.ax2_deg,
@@ -156,10 +158,10 @@ def _fit(args: argparse.Namespace) -> tuple[dict[str, Any], list[str]]:
         "sky_rms_deg": solution.sky_rms_deg,
         "sky_max_deg": solution.sky_max_deg,
         "worst_line": solution.worst_label,
-        "warnings": list(table.warnings),
+        "warnings": warnings,
     }
     sigmas = solution.sigma_deg or (None, None, None)
-    lines = [*table.warnings, f"{counted(solution.n_points, 'point')} of {args.file}"]
+    lines = [*warnings, f"{counted(solution.n_points, 'point')} of {args.file}"]
     begun = document["start"]
     for (name, value), sigma in zip(document["base"].items(), sigmas, strict=True):
         known = "" if sigma is None else f" +- {sigma:.4f}"

@@ -313,7 +313,10 @@ def _zenith_lines(zenith: ZenithReport) -> list[str]:
 
 
 def day_table(day: MirrorDay) -> PointTable:
-    """The log as a table of points: ideal axes of the Sun, and read-out minus ideal."""
+    """The log as a table of points: ideal axes of the target, and read-out minus ideal.
+
+    On the Moon without ``utc_s``: what compares instants and angles compares them with the Sun.
+    """
     n = len(day.log)
     rows = np.array([[p.utc_s, p.sun1_deg, p.sun2_deg, p.axis1_deg, p.axis2_deg] for p in day.log])
     utc_s, sun1, sun2, axis1, axis2 = rows.reshape(-1, 5).T
@@ -328,7 +331,8 @@ def day_table(day: MirrorDay) -> PointTable:
         unit=day.scenario.name,
         ax1_centre_deg=centre_deg,
         ideal="apparent",
-        utc_s=utc_s,
+        utc_s=np.full(n, np.nan) if day.scenario.target == "moon" else utc_s,
+        stamp_utc_s=utc_s,
         ax1_deg=wrap_deg(sun1, centre_deg),
         ax2_deg=sun2,
         err1_deg=wrap_deg(axis1 - sun1),
