@@ -32,6 +32,8 @@ class Unmodelled(msgspec.Struct, frozen=True, kw_only=True):
     sag_deg : gravity sag.
     air : refraction, as a part of the standard air's.
     clock_s : the laptop's clock while the points were taken; right afterwards.
+    spot_deg : of a reading of the spot, where a point does not bring its own: what points scatter
+        by beyond it may be the tracker's own.
 
     Raises
     ------
@@ -46,6 +48,7 @@ class Unmodelled(msgspec.Struct, frozen=True, kw_only=True):
     sag_deg: float = 0.02
     air: float = 0.05
     clock_s: float = SYNCHRONISED_S
+    spot_deg: float = 0.03
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:

@@ -27,7 +27,7 @@ from solarcal.model.year_grid import year_grid
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
 from solarcal.site import BoltCircle
-from solarcal.stopping_rule import StoppingRule
+from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule, Unmodelled
 
 
 def verdict_of(points: Points, context, **options) -> Verdict:
@@ -363,7 +363,7 @@ class TestScatter:
     """What the points scatter by beyond how well a spot is read may be the tracker's own."""
 
     @staticmethod
-    def periodic(sigma_deg=None):
+    def periodic(sigma_deg=None, rule=DEFAULT_RULE):
         context, points = day_of("azel", 40)
         error = 0.15 * np.sin(2.0 * np.pi * points.ax1_deg / 7.3)
         seen = Points(
@@ -375,7 +375,8 @@ class TestScatter:
             utc_s=points.utc_s,
             sigma_deg=sigma_deg,
         )
-        return verdict_of(seen, context)
+        solution = fit_exact(seen, context)
+        return judge(solution, forecast(solution, rule=rule))
 
     def test_an_error_of_the_wheel_is_not_averaged_away(self):
         verdict = self.periodic()
@@ -383,8 +384,9 @@ class TestScatter:
         assert "if the rest is the tracker's own, 95 % of its pointing" in verdict.reasons[0]
 
     def test_readings_that_say_how_good_they_are_are_believed(self):
-        reasons = self.periodic(np.full(40, 0.1)).reasons
-        assert not any("tracker's own" in reason for reason in reasons)
+        coarse = StoppingRule(unmodelled=Unmodelled(spot_deg=0.1))
+        for verdict in (self.periodic(np.full(40, 0.1)), self.periodic(rule=coarse)):
+            assert not any("tracker's own" in reason for reason in verdict.reasons)
 
 
 class TestGears:

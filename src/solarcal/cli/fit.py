@@ -161,7 +161,8 @@ def add_rule_options(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="NAME=VALUE",
         help="one sigma of a possible error beside P1..P6: clock_s, sag_deg, air, "
-        "cross_axis_deg, large_cross_axis_deg, large_chance, large_collimation_chance (repeatable)",
+        "cross_axis_deg, large_cross_axis_deg, large_chance, large_collimation_chance; spot_deg: "
+        "one sigma of a reading of the spot (repeatable)",
     )
 
 

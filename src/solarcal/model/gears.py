@@ -11,8 +11,6 @@ AXES = (4, 5)
 """P5 and P6 among P1..P6, of axis 1 and axis 2."""
 UNLIKE_GEARS = 4.0
 """So many prior sigmas make a ratio that was entered wrongly likelier than an odd gear."""
-SPOT_DEG = 0.03
-"""To so much a spot is read, one sigma of an axis on sky."""
 
 
 def unseen_gears(solution: MechanismSolution, expected: Forecast) -> list[str]:

@@ -14,7 +14,7 @@ from solarcal.model.cross_checks import LAST_POINTS, CrossChecks, cross_check
 from solarcal.model.evidence.direct import weigh
 from solarcal.model.finding import Finding
 from solarcal.model.forecast import Forecast
-from solarcal.model.gears import SPOT_DEG, unseen_gears, wrong_ratios
+from solarcal.model.gears import unseen_gears, wrong_ratios
 from solarcal.model.mechanism_solution import (
     SHIM_FIRST_DEG,
     BaseTilt,
@@ -27,7 +27,7 @@ from solarcal.model.mechanism_solution import (
 from solarcal.model.plan import Plan
 from solarcal.model.solution import Solution
 from solarcal.site import BoltCircle
-from solarcal.stopping_rule import apart_from
+from solarcal.stopping_rule import StoppingRule, apart_from
 
 State = Literal["done", "continue", "not_today", "does_not_fit"]
 
@@ -125,10 +125,10 @@ def assess(
     checks = cross_check(solution) if isinstance(solution, MechanismSolution) else None
     base, shims, lean_reasons = _lean(solution, tolerance_deg, bolt_circle)
     seen = weigh(evidence, set(solution.points.labels), tolerance_deg)
-    wrong = [*lean_reasons, *seen.wrong, *_misfits(solution, checks, tolerance_deg)]
+    wrong = [*lean_reasons, *seen.wrong, *_misfits(solution, checks, expected.rule)]
     waiting, remarks = _borne_out(solution, checks, tolerance_deg)
     # Few points hardly know their scatter; while they are not sure anyway, it is no news.
-    doubts = (*seen.waiting, *(_scatter(solution, tolerance_deg) if expected.sure else ()))
+    doubts = (*seen.waiting, *(_scatter(solution, expected.rule) if expected.sure else ()))
     if expected.sure and isinstance(solution, MechanismSolution):
         remarks = [*unseen_gears(solution, expected), *remarks]
     return Assessment(
@@ -230,17 +230,21 @@ def shims_words(shims: Sequence[Shim]) -> str:
     )
 
 
-def _misfits(solution: Solution, checks: CrossChecks | None, tolerance_deg: float) -> list[str]:
-    reasons = []
+def _misfits(solution: Solution, checks: CrossChecks | None, rule: StoppingRule) -> list[str]:
+    reasons, spot_deg = [], rule.unmodelled.spot_deg
     if solution.message is not None:
         reasons.append(f"{solution.message}: these numbers cannot be a tracker's")
     if not isinstance(solution, MechanismSolution) or checks is None:
         return reasons
     noise, sigma = solution.noise_deg, solution.points.sigma_deg
-    if sigma is None and noise > NOISE_LIMIT_DEG and solution.n_points >= FEWEST_TO_STOP:
+    if (
+        sigma is None
+        and noise > max(NOISE_LIMIT_DEG, SIGMA_FACTOR_LIMIT * spot_deg)
+        and solution.n_points >= FEWEST_TO_STOP
+    ):
         reasons.append(
             f"the points scatter by {noise:.2f} deg about the fit; a spot is read to "
-            f"{SPOT_DEG:g} deg"
+            f"{spot_deg:g} deg"
         )
     if sigma is not None:
         expected = float((sigma**2).mean() ** 0.5)
@@ -255,7 +259,7 @@ def _misfits(solution: Solution, checks: CrossChecks | None, tolerance_deg: floa
         reasons.append(
             f"{bad} of {n} points do not fit the others: more than single blunders{or_sigmas}"
         )
-    if out_of_order(checks, tolerance_deg):
+    if out_of_order(checks, rule.tolerance_deg):
         reasons.append(
             f"trend in the residuals (p = {checks.order_probability:.2g}, limit "
             f"{checks.order_limit:.2g} for {n} points): "
@@ -288,19 +292,19 @@ def out_of_order(checks: CrossChecks, tolerance_deg: float) -> bool:
     )
 
 
-def _scatter(solution: Solution, tolerance_deg: float) -> list[str]:
+def _scatter(solution: Solution, rule: StoppingRule) -> list[str]:
     """What the points scatter by beyond how well a spot is read may be the tracker's own."""
     if not isinstance(solution, MechanismSolution):
         return []
     sigma, noise = solution.points.sigma_deg, solution.noise_deg
-    read_deg = SPOT_DEG if sigma is None else float((sigma**2).mean() ** 0.5)
+    read_deg = rule.unmodelled.spot_deg if sigma is None else float((sigma**2).mean() ** 0.5)
     own_deg = NORMAL_95 * max(noise**2 - read_deg**2, 0.0) ** 0.5
-    if own_deg <= tolerance_deg:
+    if own_deg <= rule.tolerance_deg:
         return []
     return [
         f"the points scatter by {noise:.3f} deg about the fit, and a spot is read to "
         f"{read_deg:.2g} deg: if the rest is the tracker's own, 95 % of its pointing is within "
-        f"{own_deg:.2f} deg only; read one spot ten times to find out"
+        f"{own_deg:.2f} deg only; read one spot ten times to find out (--unmodelled spot_deg=)"
     ]
 
 

@@ -36,7 +36,9 @@ def stopping_rule(sessions: Sequence[SessionView], **changes: Unpack[RuleChanges
     widths = [_widths(rule) for rule in rules]
     beside = rules[0].unmodelled
     if any(rule.unmodelled != beside for rule in rules):
-        beside = Unmodelled(**{name: max(one[name] for one in widths) for name in widths[0]})
+        worst = {name: max(one[name] for one in widths) for name in widths[0]}
+        worst["spot_deg"] = min(one["spot_deg"] for one in widths)
+        beside = Unmodelled(**worst)
     if sessions:
         beside = beside.with_clock(max(clock_sigma_s(session) for session in sessions))
     least_deg = min(rule.tolerance_deg for rule in rules)
