@@ -5,6 +5,7 @@ import numpy as np
 from solarcal.model.f_tests import ZEROS, ColumnFit, Rows
 from solarcal.model.finding import Finding
 from solarcal.model.mechanism_solution import MechanismSolution
+from solarcal.model.residual_tests import NATURAL_ODDS
 from solarcal.model.terms import occurs
 from solarcal.units import FloatArray
 
@@ -22,8 +23,9 @@ def steps(solution: MechanismSolution, rows: Rows, tolerance_deg: float) -> tupl
     """A change of both zeros between two runs of points in time: a reference or a clamp moved.
 
     Each division into two runs of three points or more is an F-test of two columns beside the six
-    numbers, corrected for the number of divisions; a single smooth cause that explains more is
-    preferred, and of divisions that explain nearly as much the one at a night.
+    numbers, corrected for the number of divisions; a single smooth cause that explains more (in an
+    amount that does not occur: much more) is preferred, and of divisions that explain nearly as
+    much the one at a night.
     """
     points, n = solution.points, len(solution.points)
     order = points.in_time
@@ -45,8 +47,10 @@ def steps(solution: MechanismSolution, rows: Rows, tolerance_deg: float) -> tupl
     rivals = [at for other, at, _ in sorted(tried, key=lambda one: one[0]) if other < RIVAL * p]
     p *= len(tried)
     each = zip(rows.causes, *base.each(rows.columns(rows.causes)), strict=True)
-    natural = (chance for name, value, sigma, chance in each if occurs(name, value, sigma))
-    smooth = min(natural, default=1.0)
+    smooth = min(
+        chance * (1.0 if occurs(name, value, sigma) else NATURAL_ODDS)
+        for name, value, sigma, chance in each
+    )
     sine = float(np.mean(np.sin(np.radians(points.ax2_deg))))
     size = float(np.hypot(amount[0] * sine, amount[1]))
     if p > STEP_LEVEL or p > smooth or size < 0.5 * tolerance_deg:
