@@ -218,6 +218,12 @@ def test_points_that_are_low_by_stamp_and_angles_are_not_compared() -> None:
     assert stamp_findings(table) == ()
 
 
+def test_a_clock_that_was_set_within_the_file_is_named_with_the_points_after_it() -> None:
+    (found,) = stamp_findings(late(np.where(np.arange(10) < 3, 0.0, 3600.0)))
+    assert found.labels == (4, 5, 6, 7, 8, 9, 10)
+    assert "one explanation: the time stamps are 3600 s late (1 h" in found.sentence
+
+
 def test_stamps_that_nothing_single_explains_are_still_a_finding() -> None:
     scrambled = np.random.default_rng(3).permutation(day().utc_s)
     (found,) = stamp_findings(replace(day(), utc_s=scrambled))

@@ -145,10 +145,16 @@ def _compared(
     other_kind = _kind_shown(rows, context, apart) if kind_claimed and few else ()
     if not len(bad) or other_kind:
         return other_kind
-    # A few rows among many are slips of their own; else it is the file.
-    chosen = bad if few else np.arange(len(rows))
-    search = StampSearch(rows.rows(_thinned(chosen)), context)
-    found = search.simplest(limit, whole_file=len(chosen) == len(rows))
+    # A few rows among many are slips of their own; else it is the file, or a part of it: a clock
+    # that was set in between.
+    everything = np.arange(len(rows))
+    chosen, found = everything, None
+    for tried in (bad,) if few else (everything, bad):
+        search = StampSearch(rows.rows(_thinned(tried)), context)
+        found = search.simplest(limit, whole_file=len(tried) == len(rows))
+        if few or found is not None:
+            chosen = tried
+            break
     labels = tuple(rows.labels[i] for i in chosen)
     worst = float(apart[bad].max())
     where = f"at {len(bad)} of {len(rows)} points"
