@@ -93,6 +93,16 @@ def test_honest_points_have_no_finding(ideal: str, geometry: str) -> None:
         (replace(day(), latitude_deg=-106.48 + 30, longitude_deg=35.05), "site", None, "site"),
         (replace(day(), geometry="tiltroll-ew"), "geometry", None, "those of a azel mount"),
         (replace(day("airless"), ideal="apparent"), "ideal_kind", None, "--ideal airless"),
+        (
+            replace(
+                day(),
+                ax1_deg=day().ax1_deg + day().err1_deg,
+                ax2_deg=day().ax2_deg + day().err2_deg,
+            ),
+            "ideal_kind",
+            None,
+            "the angles are the axes' read-outs, not ideal angles",
+        ),
         (replace(day("solartrak"), ideal="apparent"), "ideal_kind", None, "--ideal solartrak"),
         (replace(day("apparent"), ideal="airless"), "ideal_kind", None, "--ideal apparent"),
     ],

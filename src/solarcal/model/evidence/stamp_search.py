@@ -42,6 +42,8 @@ class _Change:
     geometry: str | None = None
     ideal: Ideal | None = None
     convention: AngleConvention | None = None
+    read_outs: bool = False
+    """The angles are those that the axes showed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +109,8 @@ class StampSearch:
         if (change.ideal or self.context.ideal) == "apparent":
             zenith = apparent_zenith_deg(zenith, self.context.refraction, self.context.air)
         given1, given2 = self.rows.ax1_deg, self.rows.ax2_deg
+        if change.read_outs:
+            given1, given2 = given1 - self.rows.err1_deg, given2 - self.rows.err2_deg
         if change.convention is not None:
             given1, given2 = change.convention.native_deg(given1, given2)
             if given2.min() < 0.0 or given2.max() > 180.0:
@@ -187,6 +191,10 @@ class StampSearch:
                         worst_deg,
                     )  # fmt: skip
 
+        yield self._explained(
+            _Change(read_outs=True), "ideal_kind",
+            "the angles are the axes' read-outs, not ideal angles", worst_deg,
+        )  # fmt: skip
         for convention in other_conventions():
             yield self._explained(
                 _Change(convention=convention), "geometry",

@@ -200,6 +200,8 @@ def _subject(kind: Kind, from_a_file: bool) -> str:
 def _cure(found: Explanation, from_a_file: bool) -> str:
     if found.kind == "time_stamps" and not from_a_file:
         return "compare the clocks of unit and laptop, and set the wrong one right"
+    if found.change.read_outs:
+        return "give what the controller computed for the Sun: read-out less error"
     if found.kind == "ideal_kind":
         return f"give ideal={found.change.ideal} (or --ideal {found.change.ideal})"
     if found.kind == "time_stamps":
