@@ -16,11 +16,16 @@ from solarcal.model.evidence.branch import side_evidence
 from solarcal.model.evidence.direct import Evidence, direct_findings, weigh
 from solarcal.model.finding import listed, points_named
 from solarcal.model.points import Points
+from solarcal.model.sky_context import SkyContext
+from solarcal.mount.controller import ideal_and_elevation_deg
 from solarcal.mount.formula import Coefficients, Offsets, correction_deg
+from solarcal.mount.geometry import MountGeometry
 from solarcal.session.interchange import imported_header
 from solarcal.session.view import read_session, view_session
+from solarcal.site import Site
 from solarcal.station.fitting import point_set, sky_context
 from solarcal.station.uploading import offer_upload, refuse_doubtful
+from solarcal.timescale import parse_utc
 
 SAVED = Path(__file__).parents[2] / "sessions"
 
@@ -129,19 +134,21 @@ def test_points_on_both_sides_of_the_branch_are_two_calibrations():
     table = day(n=10)
     ax1 = np.where(np.arange(10) < 6, 150.0 + 5.0 * np.arange(10), -175.0 + 5.0 * np.arange(10))
     crossing = replace(table, ax1_deg=ax1, utc_s=table.utc_s)
-    (finding,) = side_evidence(crossing)
+    (finding,) = side_evidence(crossing, sky_context(crossing))
     assert finding.labels == (7, 8, 9, 10)
     assert "two calibrations" in finding.sentence
     assert weigh([finding], set(table.labels), 0.1).waiting == (finding.sentence,)
     one_side = replace(crossing, status=("accepted",) * 6 + ("rejected",) * 4)
-    assert side_evidence(one_side) == ()
+    assert side_evidence(one_side, sky_context(one_side)) == ()
 
 
 def side_of_the_few(ax1_deg: np.ndarray) -> tuple[int, ...]:
     """Labels of the points that are beyond the end of the branch, of a day begun at midnight."""
     times = np.arange(len(ax1_deg)) * 5760.0
     table = replace(day(n=len(ax1_deg)), utc_s=times, ax1_deg=ax1_deg)
-    return tuple(label for finding in side_evidence(table) for label in finding.labels)
+    return tuple(
+        label for finding in side_evidence(table, sky_context(table)) for label in finding.labels
+    )
 
 
 def test_on_a_polar_day_the_points_before_the_jump_are_the_odd_ones():
@@ -156,6 +163,19 @@ def test_days_that_cross_the_end_at_noon_have_the_same_two_sides():
     assert side_of_the_few(np.tile(noon_in_the_north, 2)) == (4, 5, 9, 10)
 
 
+@pytest.mark.parametrize("latitude_deg", [5.0, 45.0])
+def test_a_morning_and_the_afternoon_of_another_day_are_on_both_sides(latitude_deg: float):
+    """June: the Sun passes north of the zenith at 5 N, and at 45 N to the south of it."""
+    one = day(n=6)
+    context = SkyContext(Site(latitude_deg, 0.0), MountGeometry("azel", latitude_deg))
+    noon_s = parse_utc("2026-06-10T12:00:00Z")
+    hours = np.array([2.5, 3.0, 3.5, 19.0, 19.5, 20.0])
+    ax1, _, _ = ideal_and_elevation_deg(context.geometry, context.site, noon_s + 3600.0 * hours)
+    table = replace(one, utc_s=noon_s + 3600.0 * hours, ax1_deg=np.asarray(ax1))
+    sides = [finding.labels for finding in side_evidence(table, context)]
+    assert sides == ([(4, 5, 6)] if latitude_deg == 5.0 else [])
+
+
 def test_points_that_are_too_low_to_be_fitted_are_on_no_side():
     table = day(n=10)
     # Hours later, below the horizon and across the end of the branch.
@@ -168,7 +188,7 @@ def test_points_that_are_too_low_to_be_fitted_are_on_no_side():
     context = sky_context(nights)
     findings = analyse(point_set(nights), context, Evidence(nights)).findings
     assert [f for f in findings if f.kind == "branch"] == []
-    (one_beyond,) = side_evidence(nights)
+    (one_beyond,) = side_evidence(nights, sky_context(nights))
     assert one_beyond.labels
     assert re.match(r"point \d+ lies beyond", one_beyond.sentence)
 

@@ -6,12 +6,13 @@ Where the path crosses the edge of the branch, points on its two sides are two c
 from collections.abc import Sequence
 from collections.abc import Set as AbstractSet
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solarcal.model.finding import Finding, points_named
-from solarcal.model.sky_context import LOWEST_ELEVATION_DEG
+from solarcal.model.sky_context import LOWEST_ELEVATION_DEG, SkyContext
 from solarcal.mount.controller import ideal_and_elevation_deg
 from solarcal.mount.geometry import AxisLimits, Limits, MountGeometry, crosses_branch
 from solarcal.optics.offset_mirror import Heliostat
@@ -26,7 +27,7 @@ _STEP_S = 60.0
 
 
 def side_evidence(
-    table: PointTable, fitted: AbstractSet[tuple[int, float]] | None = None
+    table: PointTable, context: SkyContext, fitted: AbstractSet[tuple[int, float]] | None = None
 ) -> tuple[Finding, ...]:
     """Points taken on both sides of the end of axis 1's branch: two calibrations, not one.
 
@@ -41,8 +42,12 @@ def side_evidence(
     order = np.argsort(used.utc_s, kind="stable")
     from_centre = np.asarray(wrap_deg(used.ax1_deg - table.ax1_centre_deg), dtype=np.float64)
     steps = np.abs(np.diff(from_centre[order]))
-    # A step of more than 270 deg along the branch is a short one across its ends.
-    if not (steps > 270.0).any():
+    # A step of more than 270 deg along the branch is a short one across its ends; of one of more
+    # than half a turn the Sun's path tells: its points may be of two days.
+    if not any(
+        step > 270.0 or (step > 180.0 and _crossed_between(context, first_s, second_s))
+        for step, (first_s, second_s) in zip(steps, pairwise(used.utc_s[order]), strict=True)
+    ):
         return ()
     runs = np.split(order, np.flatnonzero(steps > 180.0) + 1)
     *others, many = sorted(_ranges(runs, from_centre), key=len)
@@ -63,6 +68,19 @@ def side_evidence(
             labels=labels,
         ),
     )
+
+
+def _crossed_between(context: SkyContext, first_s: float, second_s: float) -> bool:
+    """Whether the Sun, up, jumps across the branch between these times of one day."""
+    apart_s = (second_s - first_s) % SECONDS_PER_DAY
+    length_s = min(apart_s, SECONDS_PER_DAY - apart_s)
+    begin_s = second_s - apart_s if apart_s == length_s else second_s
+    utc_s = begin_s + np.append(np.arange(0.0, length_s, _STEP_S), length_s)
+    ax1, _, elevation = ideal_and_elevation_deg(
+        context.geometry, context.site, utc_s, context.heliostat
+    )
+    path = np.where(elevation > 0.0, ax1, np.nan)
+    return crosses_branch(path, context.geometry.ax1_centre_deg)
 
 
 def _ranges(

@@ -87,7 +87,7 @@ class Evidence:
         dating = solution if self._one_session else None
         used = None if fitted is None else set(zip(fitted.labels, fitted.ax2_deg, strict=True))
         stamps: tuple[Finding, ...] = ()
-        sides = () if self.table is None else side_evidence(self.table, used)
+        sides = () if self.table is None else side_evidence(self.table, context, used)
         if self.table is not None:
             claimed = not self.sessions or any(s.header.unit.imported for s in self.sessions)
             stamps = stamp_evidence(self.table, context, tolerance_deg, kind_claimed=claimed)
