@@ -9,7 +9,7 @@ from benchmarks.judgement_trackers import daylight_s
 from solarcal.model.evidence.direct import weigh
 from solarcal.model.finding import Finding
 from solarcal.model.methods import DEFAULT_PRIOR
-from solarcal.model.overlapping_sessions import contradiction, groups_in_time
+from solarcal.model.overlapping_sessions import contradictions, groups_in_time
 from solarcal.model.points import Points
 from solarcal.model.repeats import contradicted
 
@@ -27,7 +27,7 @@ def by_two(lean_deg: float) -> list[Points]:
 
 
 def found(parts: list[Points]) -> tuple[Finding, ...]:
-    return contradiction(parts, ("a.csv", "b.csv"), CONTEXT, DEFAULT_PRIOR, 0.05)
+    return contradictions(parts, ("a.csv", "b.csv"), CONTEXT, DEFAULT_PRIOR, 0.05)
 
 
 def test_sessions_that_alternate_and_differ_contradict_each_other_and_nothing_moved() -> None:

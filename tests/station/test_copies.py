@@ -184,3 +184,15 @@ def test_identical_rows_of_one_file_count_once_beside_another_file(csv, tmp_path
     solution = analyse_files(files(csv, other)).solution
     assert len(solution.points) == 2 * COUNT
     assert len(solution.points.copies) == 2
+
+
+@pytest.mark.parametrize("method", ["robust", "linear"])
+def test_files_that_alternate_in_time_and_differ_do_not_fit_by_any_method(csv, tmp_path, method):
+    table, other = replace(read_table(csv), ideal="apparent"), tmp_path / "other.csv"
+    moved = replace(table, err2_deg=table.err2_deg + 0.4)
+    write_table(table.rows(range(0, COUNT, 2)), csv)
+    write_table(moved.rows(range(1, COUNT, 2)), other)
+    judged = analyse_files(files(csv, other), method=method)
+    (said,) = [f for f in judged.findings if f.kind == "contradiction"]
+    assert said.sentence in judged.analysis.verdict.reasons
+    assert judged.analysis.verdict.state == "does_not_fit"

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from solarcal.errors import FitError
 from solarcal.model.earlier_sessions import merge_sessions
 from solarcal.model.finding import Finding, listed
 from solarcal.model.points import Points
@@ -36,28 +37,38 @@ def groups_in_time(parts: Sequence[Points]) -> list[list[int]] | None:
     return groups
 
 
-def contradiction(
+def contradictions(
     parts: Sequence[Points],
     names: Sequence[str],
     context: SkyContext,
     prior: Prior,
     limit_deg: float,
 ) -> tuple[Finding, ...]:
-    """A finding where sessions that overlap in time differ by more than a limit, rms on the sky."""
-    merged = merge_sessions(parts, context, prior=prior, names=names)
-    apart = np.einsum("nak,sk->sna", merged.solution.slopes[..., :4], merged.shifts)
-    most_deg = float(np.sqrt(np.mean(np.sum(apart**2, axis=2), axis=1)).max())
-    if most_deg <= limit_deg:
-        return ()
-    return (
-        Finding(
-            kind="contradiction",
-            subject="sessions",
-            sentence=f"the points of {listed(list(names))} alternate in time and differ by "
-            f"{most_deg:.3f} deg rms on the sky: a tower does not move to and fro between points. "
-            "They are of two trackers, or two persons read differently; fit each file alone, and "
-            "find the one that is wrong",
-            number=most_deg,
-            direct=True,
-        ),
-    )
+    """Findings on sessions that overlap in time and differ by more than a limit, rms on the sky."""
+    found = []
+    for group in groups_in_time(parts) or ():
+        if len(group) < 2:
+            continue
+        called = [names[at] for at in group]
+        try:
+            merged = merge_sessions([parts[at] for at in group], context, prior=prior, names=called)
+        except FitError:
+            # One of them has no point high enough: nothing to compare.
+            continue
+        apart = np.einsum("nak,sk->sna", merged.solution.slopes[..., :4], merged.shifts)
+        most_deg = float(np.sqrt(np.mean(np.sum(apart**2, axis=2), axis=1)).max())
+        if most_deg <= limit_deg:
+            continue
+        found.append(
+            Finding(
+                kind="contradiction",
+                subject="sessions",
+                sentence=f"the points of {listed(called)} alternate in time and differ by "
+                f"{most_deg:.3f} deg rms on the sky: a tower does not move to and fro between "
+                "points. They are of two trackers, or two persons read differently; fit each file "
+                "alone, and find the one that is wrong",
+                number=most_deg,
+                direct=True,
+            )
+        )
+    return tuple(found)

@@ -17,9 +17,10 @@ from solarcal.model.evidence.direct import Evidence
 from solarcal.model.evidence.sun_path import stamp_evidence
 from solarcal.model.finding import Finding, listed
 from solarcal.model.methods import DEFAULT_METHOD, fit
-from solarcal.model.overlapping_sessions import contradiction, groups_in_time
+from solarcal.model.overlapping_sessions import contradictions, groups_in_time
 from solarcal.model.points import Points
 from solarcal.model.prior import Prior
+from solarcal.model.sky_context import SkyContext
 from solarcal.model.solution import Solution
 from solarcal.mount.formula import COEFFICIENT_NAMES, Coefficients
 from solarcal.session.interchange import (
@@ -235,7 +236,7 @@ def analyse_files(
     solution: Solution | None = None
     moved: tuple[Finding, ...] = ()
     if len(with_points) > 1 and chosen == "robust":
-        merged = solve_merged(with_points, header, last_coefficients, rule.tolerance_deg)
+        merged = solve_merged(with_points, header, last_coefficients)
         solution, moved = merged.solution, merged.findings
         prior = merged.solution.prior
         context = sky_context(table, header)
@@ -245,7 +246,8 @@ def analyse_files(
         prior, moved = chosen_prior(points, context, header, chosen, last_coefficients)
         if terms is not None and tuple(terms) != COEFFICIENT_NAMES:
             solution = fit(points, context, method=chosen, prior=prior, terms=terms)
-    evidence = Evidence(table, files.sessions, (*files.contradictions, *moved))
+    against = (*files.contradictions, *_overlapping(with_points, context, prior, rule), *moved)
+    evidence = Evidence(table, files.sessions, against)
     asked = asked_for(files.sessions, rule, chosen, last_coefficients, bolt_circle)
     differing = tuple(differences(files.sessions, changes))
 
@@ -277,6 +279,17 @@ def analyse_files(
     return judged(analysis.solution, analysis.findings, analysis)
 
 
+def _overlapping(
+    tables: Sequence[PointTable], context: SkyContext, prior: Prior, rule: StoppingRule
+) -> tuple[Finding, ...]:
+    """Findings on sessions that overlap in time and contradict each other."""
+    if len(tables) < 2:
+        return ()
+    parts = [point_set(table).distinct() for table in tables]
+    names = [table.sources[0] for table in tables]
+    return contradictions(parts, names, context, prior, rule.tolerance_deg / 2.0)
+
+
 def stamp_findings(table: PointTable) -> tuple[Finding, ...]:
     """Whether stamps and ideal angles of a table agree, before anything is fitted."""
     if table.site is None or not table.count("accepted"):
@@ -288,7 +301,6 @@ def solve_merged(
     tables: Sequence[PointTable],
     header: Header | None = None,
     last_coefficients: Coefficients | None = None,
-    tolerance_deg: float = TOLERANCE_DEG,
 ) -> Merged:
     """Several sessions of one unit in order of time, with the test whether the tower moved.
 
@@ -317,15 +329,6 @@ def solve_merged(
     if in_time is None and found.change != "same":
         order = f"; not every file has time stamps: {names[-1]}, given last, is taken as the last"
         moved = tuple(replace(one, sentence=one.sentence + order) for one in moved)
-    differing = tuple(
-        finding
-        for group in groups
-        if len(group) > 1
-        for finding in contradiction(
-            [parts[at] for at in group], [names[at] for at in group], context, prior,
-            tolerance_deg / 2.0,
-        )
-    )  # fmt: skip
     of_groups = found.solution.session_shifts
     shifts = {
         names[at]: of_groups[name]
@@ -336,5 +339,5 @@ def solve_merged(
     return replace(
         found,
         solution=replace(found.solution, session_shifts=shifts),
-        findings=(*against, *differing, *moved),
+        findings=(*against, *moved),
     )
