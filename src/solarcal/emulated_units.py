@@ -130,14 +130,20 @@ def open_choice(
         settings = choice.settings
         if choice.scenario and choice.session:
             settings = (*settings, *emulated_again(read_session(choice.session)))
+        speed = 1.0 if choice.speed is None else choice.speed
         if choice.scenario and demand_driver(choice.driver).rotator is not None:
+            if trace is not None:
+                raise ConfigurationError(
+                    "--trace records a line, and an emulated rotator in this process has none: "
+                    f"start solarcal emulate --driver {choice.driver}, and choose its port"
+                )
             tracker = emulated_unit(
                 choice.scenario,
                 choice.driver,
                 settings=settings,
                 seed=choice.seed,
                 noise_deg=choice.noise_deg,
-                speed=1.0,
+                speed=speed,
             ).tracker
         else:
             if choice.session and demand_driver(choice.driver).rotator is not None:
@@ -149,7 +155,7 @@ def open_choice(
                     load_scenario(choice.scenario, settings),
                     seed=choice.seed,
                     noise_deg=choice.noise_deg,
-                    speed=1.0 if choice.speed is None else choice.speed,
+                    speed=speed,
                 )
                 url = resources.enter_context(serve_here(emulator))
             tracker = open_tracker(

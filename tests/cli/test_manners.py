@@ -201,6 +201,7 @@ def test_terms_may_be_written_with_spaces_and_not_left_empty(capsys):
         ("run --input b.book", "--input is for calibrate, upload and rollback"),
         ("run --scenario polar --baudrate 1200", "--baudrate is for a unit on a line"),
         ("run --scenario polar --driver typed", "there is no emulated unit for driver typed"),
+        ("run --scenario polar --driver rotctld --trace t", "--trace is for a unit on a line"),
         ("run --continue a.jsonl -o b.jsonl", "--output is for a new session"),
         ("run --continue a.jsonl --driver rotctld", "--driver is for a new session"),
         ("run --offline --trace t.txt", "--trace is for a unit; --offline opens none"),

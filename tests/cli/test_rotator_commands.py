@@ -11,6 +11,7 @@ from solarcal.emulated_units import open_choice
 from solarcal.emulator.rotator import EmulatedRotator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import serve_tcp
+from solarcal.errors import ConfigurationError
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.profiles import Profile, load_site_file
 from solarcal.session.view import read_session, view_session
@@ -116,6 +117,19 @@ def test_a_session_goes_on_at_the_site_of_its_header(folder, port):
     assert (parameters.limits, parameters.drive2) == (unit.limits, unit.drive2)
     assert parameters.limits.axis1.high_deg == 100.0
     line.resources.close()
+
+
+def test_an_emulated_rotator_runs_at_the_speed_asked_for(folder):
+    choice = Choice(scenario="tijeras-azel", driver="easycomm", speed=30.0)
+    line = open_choice(choice, Profile())
+    assert line.station.tracker.emulation.speed() == 30.0
+    line.close()
+
+
+def test_a_trace_of_a_rotator_in_the_process_is_refused(folder):
+    choice = Choice(scenario="tijeras-azel", driver="easycomm")
+    with pytest.raises(ConfigurationError, match="--trace records a line"):
+        open_choice(choice, Profile(), trace="line.txt")
 
 
 def _of(path):

@@ -105,8 +105,12 @@ def _refuse_what_is_passed_over(args: argparse.Namespace) -> None:
     refuse_options(args, ["--input"], "calibrate, upload and rollback; here a form asks")
     if args.scenario:
         refuse_options(args, ["--baudrate"], "a unit on a line: give --port")
-        if args.driver and not demand_driver(args.driver).has_line:
+        driver = demand_driver(args.driver or DEFAULT_DRIVER)
+        if not driver.has_line:
             raise ConfigurationError(f"there is no emulated unit for driver {args.driver}")
+        if driver.rotator is not None:
+            where = "a unit on a line: give --port, of solarcal emulate for an emulated rotator"
+            refuse_options(args, ["--trace"], where)
     elif args.session:
         flags = ["--driver", "--baudrate", "--output"]
         refuse_options(args, flags, "a new session; this one has its own")
