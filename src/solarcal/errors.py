@@ -51,6 +51,8 @@ class SolarcalError(Exception):
     """Base of everything solarcal raises on purpose."""
 
     exit_code: ClassVar[int] = 2
+    action: str | None = None
+    """The workstation's action that is to come first, if any: a screen adds its keys."""
 
     def __str__(self) -> str:
         # Messages quote what came from files, lines and keyboards.
@@ -98,3 +100,7 @@ class ProcedureRefused(SolarcalError):
     """The calibration procedure does not allow this step now; says why and what to do first."""
 
     exit_code = 1
+
+    def __init__(self, sentence: str, action: str | None = None) -> None:
+        super().__init__(sentence)
+        self.action = action

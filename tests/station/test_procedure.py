@@ -17,7 +17,8 @@ from solarcal.session.records import (
 from solarcal.session.view import read_session
 from solarcal.station.gathering import READINGS
 from solarcal.station.question_evidence import question_evidence
-from solarcal.station.state import Activity, LinkState
+from solarcal.station.state import PENDING, QUESTIONS, Activity, LinkState
+from solarcal.tui.keys import BY_ID
 from solarcal.unit.frames import Code
 from solarcal.unit.tracker import Mode
 
@@ -562,3 +563,28 @@ def test_a_unit_that_refuses_to_track_is_referenced_again_only_where_it_says_so(
     with pytest.raises(UnitRefused, match="not now"):
         b.technician.take_checks()
     assert len(b.station.session.ref_checks) == checks
+
+
+def test_a_refused_step_says_what_is_pending_and_the_action_that_settles_it(bench):
+    b = bench()
+    b.on_sun()
+    b.station.begin_point()
+    with pytest.raises(ProcedureRefused, match="questions of a point are open; answer") as refused:
+        b.station.ref_check()
+    assert refused.value.action == "take_point"
+    with pytest.raises(ProcedureRefused, match="no point to store or reject: the questions"):
+        b.station.store(True)
+    for _ in QUESTIONS:
+        b.station.answer(True)
+    b.station.gather_point()
+    with pytest.raises(ProcedureRefused, match="not stored yet; store or reject it") as refused:
+        b.station.ref_check()
+    assert refused.value.action == "take_point"
+    b.station.store(True)
+    with pytest.raises(ProcedureRefused, match="no question to answer: no point is being taken"):
+        b.station.answer(True)
+
+
+def test_whatever_is_pending_has_a_sentence_and_an_action_that_there_is():
+    assert set(PENDING) == set(Activity) - {Activity.IDLE}
+    assert {pending.action for pending in PENDING.values()} <= {*BY_ID, None}

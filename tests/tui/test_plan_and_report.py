@@ -290,7 +290,7 @@ async def test_in_the_middle_of_a_point_ctrl_q_asks_over_its_dialog():
         app.push_screen(WorkstationScreen())
         await pilot.press("f10")
         await pilot.press("ctrl+q", "ctrl+q")
-        await shows(pilot, "in the middle of: questions", "Leave?")
+        await shows(pilot, "The questions of a point are open.", "Leave?")
         await pilot.press("n")
         await until(pilot, lambda: "Leave?" not in screen_words(app))
 

@@ -126,7 +126,7 @@ async def test_without_initialise_the_reason_is_said_and_nothing_recorded() -> N
     before = len(station.session.records)
     async with workstation(station) as (_, pilot):
         await pilot.press("f7")
-        await shows(pilot, "initialise the data file first (F3)", "Try again")
+        await shows(pilot, "initialise the data file first, once per calibration [F3 i]")
         assert "Override" not in screen_words(pilot.app)
     assert len(station.session.records) == before
 
@@ -139,7 +139,7 @@ async def test_a_refusal_ends_the_attempt_and_the_key_of_the_step_it_asks_for_le
     station, _ = bench()
     async with workstation(station) as (app, pilot):
         await pilot.press("f7")
-        await shows(pilot, "initialise the data file first (F3)", "Try again")
+        await shows(pilot, "initialise the data file first, once per calibration [F3 i]")
         await pilot.press(key)
         await shows(pilot, opened)
         assert len(app.screen_stack) == 2
@@ -262,3 +262,16 @@ async def test_after_an_upload_a_check_point_is_asked_for_and_judged() -> None:
         await until(pilot, lambda: len(app.screen_stack) == 1)
     assert [type(c) for c in station.session.checks] == [CheckRecord]
     assert len(station.session.accepted) == 4
+
+
+@on_loop
+async def test_a_step_that_has_to_wait_for_a_point_names_its_key_and_that_leads_on() -> None:
+    station, _ = bench()
+    station.initialise(confirmed=True)
+    station.begin_point()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f5", "enter")
+        await shows(pilot, "answer them first [F7 .]")
+        await pilot.press("f7")
+        await shows(pilot, "1. Did you do a reference check?")
+        assert isinstance(app.screen, TakePointDialog)

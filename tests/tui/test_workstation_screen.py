@@ -319,7 +319,7 @@ async def test_leaving_in_the_middle_of_a_point_asks_first(station_and_cable):
     async with workstation(station, SMALL) as (app, pilot):
         await on_workstation(app, pilot)
         await pilot.press("ctrl+q")
-        await shows(pilot, "in the middle of: questions", "Leave?", "STOP")
+        await shows(pilot, "The questions of a point are open.", "Leave?", "STOP")
         await pilot.press("n")
         await shows(pilot, "calibration.jsonl")
         assert station.state.attempt is not None

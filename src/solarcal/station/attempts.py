@@ -16,9 +16,18 @@ from solarcal.station import guards
 from solarcal.station.core import StationCore
 from solarcal.station.fitting import solve
 from solarcal.station.gathering import check_candidate, demand_plausible, gather, point_candidate
-from solarcal.station.state import Activity, Attempt
+from solarcal.station.state import PENDING, Activity, Attempt, Pending
 
 Progress = Callable[[float], None]
+
+NOT_INITIALISED = "initialise the data file first, once per calibration"
+NO_ATTEMPT = Pending("no point is being taken", "begin one first", "take_point")
+
+_NOT_DUE = {
+    Activity.QUESTIONS: "there is no question to answer",
+    Activity.READY: "there is no point to gather",
+    Activity.RESULT: "there is no point to store or reject",
+}
 
 
 class PointSteps(StationCore):
@@ -34,7 +43,7 @@ class PointSteps(StationCore):
                 "this session holds points on the Moon; connect again without it for the Sun"
             )
         if session.initialised is None and not check:
-            raise ProcedureRefused("initialise the data file first (F3), once per calibration")
+            raise ProcedureRefused(NOT_INITIALISED, "initialise")
         if check and not session.uploads:
             raise ProcedureRefused("check points come after an upload; there has been none yet")
         if check and not self.compare_in_force():
@@ -121,8 +130,9 @@ class PointSteps(StationCore):
     def _attempt(self, expected: Activity) -> Attempt:
         attempt = self._state.attempt
         if attempt is None or self._state.activity is not expected:
+            pending = PENDING.get(self._state.activity, NO_ATTEMPT)
             raise ProcedureRefused(
-                f"this belongs to '{expected}', but the station is '{self._state.activity}'"
+                f"{_NOT_DUE[expected]}: {pending.sentence}; {pending.first}", pending.action
             )
         return attempt
 

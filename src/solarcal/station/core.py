@@ -12,7 +12,7 @@ from solarcal.session.journal import Journal
 from solarcal.session.records import Closed, InForce, LinkLost, LinkRestored, Restarted, SunOffset
 from solarcal.station import guards
 from solarcal.station.recording import Recorded, SessionSettings, StationFile, refuse_another_unit
-from solarcal.station.state import Activity, LinkState
+from solarcal.station.state import PENDING, Activity, LinkState
 from solarcal.timescale import Clock
 from solarcal.unit.tracker import Mode, Status, Tracker, UnitIdentity
 
@@ -264,6 +264,7 @@ class StationCore(StationFile):
         if self._state.live.link is not LinkState.CONNECTED:
             raise ProcedureRefused(f"{step} needs a connected unit; the link is down")
         if self._state.activity is not Activity.IDLE:
+            pending = PENDING[self._state.activity]
             raise ProcedureRefused(
-                f"{step} has to wait: the station is busy with '{self._state.activity}'"
+                f"{step} has to wait: {pending.sentence}; {pending.first}", pending.action
             )

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from solarcal.decimals import counted
 from solarcal.errors import ProcedureRefused
 from solarcal.session.records import PointRecord
+from solarcal.station.attempts import NOT_INITIALISED
 from solarcal.station.centring import SunCentring, wait_until
 from solarcal.station.jogging import JogView, SunOffsetJog
 from solarcal.station.point_judgement import judge_point
@@ -70,7 +71,7 @@ def _demand_ready(station: Station, commanded: bool) -> None:
         )
     session = station.session
     if session.initialised is None:
-        raise ProcedureRefused("initialise the data file first (F3), once per calibration")
+        raise ProcedureRefused(NOT_INITIALISED, "initialise")
     if not session.ref_checks or not session.ref_checks[-1].complete:
         raise ProcedureRefused("do a reference check first; without one no point would count")
 

@@ -35,6 +35,31 @@ class Activity(StrEnum):
     UPLOADING = "uploading"
 
 
+@dataclass(frozen=True, slots=True)
+class Pending:
+    """What is going on, what has to be done before another step, and the action that does it."""
+
+    sentence: str
+    first: str
+    action: str | None = None
+
+
+PENDING = {
+    Activity.REF_CHECK: Pending(
+        "a reference check is running", "wait for its end, or stop it", "stop"
+    ),
+    Activity.QUESTIONS: Pending(
+        "the questions of a point are open", "answer them first", "take_point"
+    ),
+    Activity.READY: Pending("a point is about to be gathered", "gather it first", "take_point"),
+    Activity.GATHERING: Pending("a point is being gathered", "wait a few seconds"),
+    Activity.RESULT: Pending(
+        "a gathered point is not stored yet", "store or reject it first", "take_point"
+    ),
+    Activity.UPLOADING: Pending("an upload is running", "wait for its end"),
+}
+"""Of every activity but ``IDLE``."""
+
 QUESTIONS = (
     "Did you do a reference check?",
     "Did you do a 'Set Sun Offset'?",

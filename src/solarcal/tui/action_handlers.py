@@ -14,7 +14,7 @@ from solarcal.errors import ProcedureRefused
 from solarcal.station import guards
 from solarcal.station.news import SpeedTold, TimeSkipped
 from solarcal.station.next_step import next_step
-from solarcal.station.state import Activity
+from solarcal.station.state import PENDING, Activity
 from solarcal.tui import recompute
 from solarcal.tui.base import StationScreen, Workstation, show_once
 from solarcal.tui.calculators import open_list
@@ -65,7 +65,7 @@ def leave(app: Workstation) -> None:
     if app.state.activity is Activity.IDLE or app.worker is None:
         app.leave_soon()
     else:
-        app.push_screen(LeaveDialog(str(app.state.activity)))
+        app.push_screen(LeaveDialog(PENDING[app.state.activity].sentence))
 
 
 def _emulation(station: "Station") -> "Emulation":

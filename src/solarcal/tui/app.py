@@ -18,7 +18,7 @@ from solarcal.config import Choice, Settings
 from solarcal.errors import SolarcalError, harmless
 from solarcal.profiles import Profile
 from solarcal.station.news import StepFailed
-from solarcal.tui.base import ONE_IMPORT, ShowsNotices, StationModal, is_typed
+from solarcal.tui.base import ONE_IMPORT, ShowsNotices, StationModal, is_typed, refusal_words
 from solarcal.tui.keys import (
     ACTIONS,
     QUIT_EVERYWHERE,
@@ -212,7 +212,7 @@ class SolarcalApp(LineApp):
         try:
             handler(self)
         except SolarcalError as error:
-            self.notify(str(error), severity="warning")
+            self.notify(refusal_words(self, error), severity="warning")
             self.tell(StepFailed(None, error))
 
     def _stop(self) -> None:

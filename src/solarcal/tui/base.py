@@ -136,6 +136,12 @@ def is_typed(app: Workstation) -> bool:
     return not app.state.live.capabilities.has_link
 
 
+def refusal_words(app: Workstation, error: SolarcalError) -> str:
+    """The message; with the keys of the action that is to come first, where there is one."""
+    keys = app.keys_of(error.action)
+    return f"{error} [{keys}]" if keys else str(error)
+
+
 def raise_here(error: Exception) -> None:
     """A fault met on another thread, on the event loop: the program ends with it."""
     raise error

@@ -243,13 +243,13 @@ class LeaveDialog(Dialog):
         DialogKey("leave", "Stay", "n,enter", "n", button=False),
     )
 
-    def __init__(self, activity: str) -> None:
+    def __init__(self, pending: str) -> None:
         super().__init__()
-        self._activity = activity
+        self._pending = pending
 
     def body(self) -> Iterable[Widget]:
         yield Static(
-            f"The station is in the middle of: {self._activity}.\n"
+            f"{self._pending[0].upper()}{self._pending[1:]}.\n"
             "Leaving now aborts it; an attempt at a point is recorded as aborted.",
             markup=False,
         )

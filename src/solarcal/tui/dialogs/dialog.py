@@ -17,7 +17,7 @@ from solarcal.station.news import Done, Result, SpeedTold, StepFailed, Stopped
 from solarcal.station.procedure import Station
 from solarcal.station.state import LinkState, StationState
 from solarcal.station.worker import StationWorker
-from solarcal.tui.base import StationModal, Workstation, is_typed
+from solarcal.tui.base import StationModal, Workstation, is_typed, refusal_words
 from solarcal.tui.keys import DialogKey, shown_key
 from solarcal.tui.widgets.footer import KeyButton
 from solarcal.tui.widgets.lines import Field, LogLine, Words
@@ -324,10 +324,10 @@ class Dialog(StationModal[None]):
         if self._lost and isinstance(failed.error, LinkError):
             self._say_lost()
         else:
-            self.say(str(failed.error), "error")
+            self.say(refusal_words(self.workstation, failed.error), "error")
         if failed.kind is not None and failed.kind is self._submitted:
             # A refusal may send to another step: that one's key leads on to it.
-            self._finished = self.workstation.state.attempt is None
+            self._finished = self.workstation.state.attempt is None or bool(failed.error.action)
         if failed.kind is not None and failed.kind in self.AGAIN:
             self.offer(*self.AGAIN[failed.kind])
 

@@ -24,7 +24,7 @@ from solarcal.station.news import (
 from solarcal.station.next_step import next_step
 from solarcal.station.state import LinkState, StationState
 from solarcal.station.sun_path import sun_now
-from solarcal.tui.base import Workstation
+from solarcal.tui.base import Workstation, refusal_words
 from solarcal.tui.point.opened import PointScreen
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
 from solarcal.tui.widgets.lines import HeadLine, LogLine, Part
@@ -193,7 +193,7 @@ class WorkstationScreen(PanesScreen):
                 self._show_lines(self.workstation.state)
 
     def step_failed(self, failed: StepFailed) -> None:
-        self.say_on_line(str(failed.error), error=True)
+        self.say_on_line(refusal_words(self.workstation, failed.error), error=True)
 
     # -- keys --------------------------------------------------------------------------------
 
