@@ -133,6 +133,13 @@ def test_what_vanishes_once_the_six_numbers_have_moved_is_not_found(seed: int) -
     assert [finding.sentence for finding in findings if finding.certainty == "found"] == []
 
 
+@pytest.mark.parametrize("seed", [4, 10, 19])
+def test_no_bad_point_takes_the_place_of_a_cause_that_vanished(seed: int) -> None:
+    """At the equinox the tilt does not move: a collimation is hardly determined."""
+    day = made_up_day("tiltroll-ew", (EQUINOX,), seed, cause="C", amount=0.3, noise_deg=0.02)
+    assert day.found() == []
+
+
 def test_backlash_has_its_amount_axis_and_cure() -> None:
     day = made_up_day("azel", (DECEMBER,), 1, backlash_deg=0.15)
     found = [f for f in day.found() if f.kind == "backlash"]

@@ -7,6 +7,7 @@ Holm's levels: the chance that a clean day fires anything at all is 5 %.
 """
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from math import comb
 
@@ -126,7 +127,6 @@ class _Search:
         self.amounts: dict[str, float] = {}
         self.bad: list[int] = []
         self.left_then: dict[str, tuple[float, dict[str, float]]] = {}
-        self.first = rows, values
         self.refused: set[str] = set()
         self.unnatural: Cause | None = None
         self.rows = rows
@@ -175,14 +175,15 @@ class _Search:
         yield from zip(p, names, amounts, sigmas, strict=True)
 
     def _refuse_what_vanished(self) -> None:
-        """Begin again without a cause that beside the others is no finding, or not natural."""
+        """Begin again from here without a cause that beside the others is none, or not natural."""
         for name in self.amounts:
             alone = self._fit([other for other in self.amounts if other != name])
             ((p, _, value, sigma),) = self._each(alone, [name])
             if p > FAMILY_LEVEL / self.family or not occurs(name, value, sigma):
                 self.refused.add(name)
-                self.rows, self.values = self.first
                 self.amounts, self.bad, self.left_then = {}, [], {}
+                with suppress(ConfigurationError):
+                    self.rows = self.model.rows(self.values, {})
                 return
 
     def _point_tests(self, fit: ColumnFit, room: int) -> list[tuple[tuple[int, ...], float]]:
