@@ -134,13 +134,12 @@ class _Search:
         self.count = len(self.model.points)
 
     def run(self) -> None:
-        n = self.count
         while True:
             fit = self._fit()
             if fit.spare < _SPARE_NEEDED:
                 return
             level = FAMILY_LEVEL / max(self.family - len(self.amounts) - bool(self.bad), 1)
-            room = int(_MOST_BAD_SHARE * n) - len(self.bad)
+            room = int(_MOST_BAD_SHARE * self.count) - len(self.bad)
             others = [name for name in self.rows.causes if name not in self.amounts]
             each = list(self._each(fit, others))
             best = min((one for one in each if not occurs(*one[1:])), default=(1.0, "", 0.0, 0.0))
