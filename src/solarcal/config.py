@@ -112,7 +112,8 @@ class Choice(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
 class Settings(msgspec.Struct, frozen=True, kw_only=True):
     """What the program remembers.
 
-    ``lines``: session file -> the choice it was taken with; ``calculators``: id of a field
+    ``lines``: session file -> the choice it was taken with, a file outside the sessions folder with
+    its whole path; ``calculators``: id of a field
     calculator -> what was typed into its fields where it is not the default. ``alerts``: bell and
     terminal notifications.
     """
@@ -126,9 +127,14 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
 
     def with_line(self, path: Path, choice: Choice) -> "Settings":
         """These settings, remembering the line of a session; the oldest are forgotten."""
-        kept = [(name, line) for name, line in self.lines.items() if name != path.name]
-        lines = dict([*kept, (path.name, choice)][-REMEMBERED_LINES:])
+        session = _session_name(path)
+        kept = [(name, line) for name, line in self.lines.items() if name != session]
+        lines = dict([*kept, (session, choice)][-REMEMBERED_LINES:])
         return msgspec.structs.replace(self, lines=lines)
+
+    def line_of(self, path: Path) -> Choice | None:
+        """The line a session was taken on; a file moved since is known by its name."""
+        return self.lines.get(_session_name(path)) or self.lines.get(path.name)
 
     def with_calculator(self, name: str, values: Mapping[str, str]) -> "Settings":
         """These settings, remembering what was typed into a calculator."""
@@ -136,6 +142,15 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
         if values:
             kept[name] = dict(values)
         return msgspec.structs.replace(self, calculators=kept)
+
+
+def in_sessions_dir(path: Path) -> bool:
+    """Whether a file is in the sessions folder."""
+    return path.resolve().parent == sessions_dir().resolve()
+
+
+def _session_name(path: Path) -> str:
+    return path.name if in_sessions_dir(path) else str(path.resolve())
 
 
 def load_settings() -> Settings:

@@ -1,7 +1,6 @@
 """The start screen: what it offers, in which order, and what opening something leaves behind."""
 
-from pathlib import Path
-
+import msgspec
 import pytest
 from procedure_bench import screen_words, shows, until
 from textual.widgets import Input, OptionList
@@ -29,6 +28,7 @@ from solarcal.station.news import FileInitialised
 from solarcal.station.saved_sessions import finished, saved_sessions
 from solarcal.timescale import SystemClock, parse_utc
 from solarcal.tui.app import SolarcalApp
+from solarcal.tui.menu_entries import menu_entries
 from solarcal.tui.start_screen import StartScreen
 from solarcal.tui.workstation.screen import WorkstationScreen
 
@@ -88,13 +88,13 @@ async def test_opening_creates_the_session_at_once_and_remembers_its_line():
 
 def test_two_workstations_on_one_laptop_remember_the_lines_of_both():
     begun = load_settings()
-    one = begun.with_line(Path("one.jsonl"), Choice(port="/dev/ttyUSB0"))
+    one = begun.with_line(sessions_dir() / "one.jsonl", Choice(port="/dev/ttyUSB0"))
     save_settings(one)
-    save_settings(begun.with_line(Path("other.jsonl"), Choice(port="/dev/ttyUSB1")))
+    save_settings(begun.with_line(sessions_dir() / "other.jsonl", Choice(port="/dev/ttyUSB1")))
     save_settings(one)
     assert set(load_settings().lines) == {"one.jsonl", "other.jsonl"}
     for number in range(2 * REMEMBERED_LINES):
-        one = one.with_line(Path(f"{number}.jsonl"), Choice(port="/dev/ttyUSB0"))
+        one = one.with_line(sessions_dir() / f"{number}.jsonl", Choice(port="/dev/ttyUSB0"))
     save_settings(one)
     assert list(load_settings().lines) == list(one.lines)
 
@@ -114,6 +114,23 @@ async def test_an_unfinished_session_comes_before_everything_and_goes_on():
         assert app.state.session.records[: len(before)] == before
         assert app.state.session.initialised is not None
         await app.leave()
+
+
+def test_an_unfinished_session_outside_the_sessions_folder_is_offered_too(tmp_path):
+    inside = unfinished_session()
+    outside = inside.rename(tmp_path / "roof.jsonl")
+    line = Choice(scenario="tijeras-azel")
+    save_settings(load_settings().with_line(outside, line))
+    (words, choice), *rest = menu_entries(load_settings()).unfinished
+    assert choice == msgspec.structs.replace(line, session=str(outside))
+    assert words.startswith("roof.jsonl")
+    assert words.endswith(f"in {tmp_path}")
+    assert not rest
+    # Moved into the sessions folder it is there once, and its line is known by its name.
+    save_settings(load_settings().with_line(inside, line))
+    outside.rename(inside)
+    (entry,) = menu_entries(load_settings()).unfinished
+    assert entry[1].session == str(inside)
 
 
 async def test_an_unfinished_session_of_an_unknown_line_asks_for_the_line():

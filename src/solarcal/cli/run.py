@@ -125,7 +125,7 @@ def _continued(path: Path, profile: "Profile") -> "Choice":
     saved = look_into(path)
     if saved.damage:
         raise ConfigurationError(saved.damage)
-    choice = continuing(saved, load_settings().lines.get(path.name))
+    choice = continuing(saved, load_settings().line_of(path))
     if choice is None:
         raise ConfigurationError(
             f"it is not known on which line {path} was taken; start solarcal and choose it there"

@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 from msgspec.structs import astuple
 
-from solarcal.config import Choice, sessions_dir
+from solarcal.config import Choice, in_sessions_dir, load_settings, sessions_dir
 from solarcal.decimals import counted
 from solarcal.errors import SolarcalError, harmless
 from solarcal.optics.reflection import Target
@@ -51,25 +51,32 @@ class SavedSession:
         name = harmless(self.path.name)
         if self.damage:
             return f"{name}  cannot be read"
-        return f"{name}  {counted(self.points, 'point')}, last {self.last_utc[:16]}Z"
+        where = "" if in_sessions_dir(self.path) else f"  in {harmless(str(self.path.parent))}"
+        return f"{name}  {counted(self.points, 'point')}, last {self.last_utc[:16]}Z{where}"
 
 
 def saved_sessions() -> list[SavedSession]:
-    """The newest session files, newest first."""
-    return [look_into(path) for path in session_files([sessions_dir()])[:NEWEST_SESSIONS]]
+    """The newest session files, newest first: of the sessions folder, and those that the
+    workstation has written elsewhere."""
+    named = [Path(name) for name in load_settings().lines]
+    elsewhere = [path for path in named if path.is_absolute() and not in_sessions_dir(path)]
+    files = session_files([sessions_dir()], elsewhere)
+    return [look_into(path) for path in files[:NEWEST_SESSIONS]]
 
 
-def session_files(folders: Iterable[Path]) -> list[Path]:
-    """Session files of these folders, newest first.
+def session_files(folders: Iterable[Path], more: Iterable[Path] = ()) -> list[Path]:
+    """Session files of these folders, and ``more``, newest first.
 
     Without files that are gone meanwhile, links that lead nowhere, folders that may not be read.
     """
-    files = []
+    found = list(more)
     for folder in folders:
         with suppress(OSError):
-            for path in folder.glob("*.jsonl"):
-                with suppress(OSError):
-                    files.append((-path.stat().st_mtime, path.name, path))
+            found.extend(folder.glob("*.jsonl"))
+    files = []
+    for path in found:
+        with suppress(OSError):
+            files.append((-path.stat().st_mtime, path.name, path))
     return [path for _, _, path in sorted(files)]
 
 

@@ -23,13 +23,13 @@ class MenuEntries:
 
 
 def menu_entries(settings: Settings) -> MenuEntries:
-    """Look at ports, scenarios and the sessions folder; takes as long as they take."""
+    """Look at ports, scenarios and saved sessions; takes as long as they take."""
     saved = saved_sessions()
     known, unknown = [], []
     for session in saved:
         if session.finished or session.damage:
             continue
-        if choice := continuing(session, settings.lines.get(session.path.name)):
+        if choice := continuing(session, settings.line_of(session.path)):
             known.append((session.words(), choice))
         else:
             asked = Choice(session=str(session.path))
