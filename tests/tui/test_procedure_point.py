@@ -17,10 +17,11 @@ from procedure_bench import (
 )
 from textual.geometry import Offset
 
+from solarcal.errors import ConfigurationError
 from solarcal.session.records import CheckRecord, LinkLost, Override, PointRecord
 from solarcal.session.view import read_session
-from solarcal.station.news import StatusRead
-from solarcal.station.state import Activity
+from solarcal.station.news import FitRecorded, StatusRead, StepFailed
+from solarcal.station.state import QUESTIONS, Activity
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.point.dialog import TakePointDialog
 from solarcal.tui.workstation.screen import WorkstationScreen
@@ -275,3 +276,26 @@ async def test_a_step_that_has_to_wait_for_a_point_names_its_key_and_that_leads_
         await pilot.press("f7")
         await shows(pilot, "1. Did you do a reference check?")
         assert isinstance(app.screen, TakePointDialog)
+
+
+@on_loop
+async def test_a_notice_does_not_take_the_place_of_a_question() -> None:
+    station, _ = bench()
+    station.initialise(confirmed=True)
+    offset_set(station)
+    station.begin_point()
+    for _ in QUESTIONS:
+        station.answer(True)
+    station.gather_point()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("full_stop")
+        await shows(pilot, "Store it?")
+        app.emulated_speed = 10.0
+        await pilot.press("plus")
+        await shows(pilot, "No faster than x10", "Store it?")
+        await pilot.press("s")
+        await shows(pilot, "STOPPED", "Store it?")
+        app.tell(StepFailed(FitRecorded, ConfigurationError("the disk is full")))
+        await shows(pilot, "the disk is full", "Store it?")
+        app.notify("a word from elsewhere")
+        await shows(pilot, "a word from elsewhere", "Store it?")

@@ -147,12 +147,20 @@ def raise_here(error: Exception) -> None:
     raise error
 
 
+WARNED_S = 8.0
+"""How long a warning stays."""
+
+
 class ShowsNotices(DOMNode):
     """A screen with a line of its own for notices; nothing is covered by them."""
 
     def notice(self, sentence: str, severity: "SeverityLevel", seconds: float) -> None:
         """Show a notice for so long."""
         self.query(LogLine).first().notice(sentence, severity, seconds)
+
+    def warn(self, sentence: str, severity: "SeverityLevel" = "warning") -> None:
+        """A notice that takes the place of nothing that is asked."""
+        self.notice(sentence, severity, WARNED_S)
 
     def say_on_line(self, sentence: str, *, error: bool = False, brief: bool = False) -> None:
         """On the line of the screen, until the next sentence; one that is ``brief`` in one row."""

@@ -20,7 +20,7 @@ from solarcal.station.worker import StationWorker
 from solarcal.tui.base import StationModal, Workstation, is_typed, refusal_words
 from solarcal.tui.keys import DialogKey, shown_key
 from solarcal.tui.widgets.footer import KeyButton
-from solarcal.tui.widgets.lines import Field, LogLine, Words
+from solarcal.tui.widgets.lines import Field, LogLine, NoticeLine, Words
 
 Tone = Literal["plain", "good", "warning", "error"]
 
@@ -82,6 +82,7 @@ class Dialog(StationModal[None]):
         border-subtitle-background: $warning; border-subtitle-style: bold;
     }
     Dialog #body { height: auto; }
+    Dialog NoticeLine { max-height: 2; padding: 0; }
     Dialog #said { height: auto; min-height: 1; max-height: 4; }
     Dialog #keys { height: 3; }
     Dialog #keys KeyButton.-stop { dock: right; margin-right: 0; }
@@ -98,6 +99,7 @@ class Dialog(StationModal[None]):
         self._lost = False
         self._finished = False
         self._submitted: type[Done[Any]] | None = None
+        self._own_kinds: set[type[Done[Any]]] = set()
         self._offered = {key.action for key in self.KEYS}
         self._blinking: Timer | None = None
         self._early_key = ""
@@ -107,6 +109,7 @@ class Dialog(StationModal[None]):
             dialog.border_title = self.HEADING
             with Vertical(id="body"):
                 yield from self.body()
+            yield NoticeLine()
             yield Words("", id="said", markup=False)
             with Horizontal(id="keys"):
                 for key in self.KEYS:
@@ -137,14 +140,8 @@ class Dialog(StationModal[None]):
     # -- speaking ----------------------------------------------------------------------------
 
     def say(self, sentence: str, tone: Tone = "plain") -> None:
-        self.query_one("#said", Words).update(
-            Content.assemble((MARKS[tone] + sentence, STYLES[tone]))
-        )
-
-    def notice(self, sentence: str, severity: SeverityLevel, seconds: float) -> None:
-        """On the line that speaks, until the next sentence."""
-        del seconds
-        self.say(sentence, "plain" if severity == "information" else severity)
+        said = Content.assemble((MARKS[tone] + sentence, STYLES[tone]))
+        self.query_one("#said", Words).update(said)
 
     def finish(self, sentence: str, tone: Tone = "good") -> None:
         """The step is done: say so; from now on the key of another step leads on to it."""
@@ -267,7 +264,7 @@ class Dialog(StationModal[None]):
         self.query_one("#dialog").border_subtitle = words
 
     def palette_refused(self) -> None:
-        self.say("Leave this first (Esc): the palette begins other steps.", "warning")
+        self.warn("Leave this first (Esc): the palette begins other steps.")
 
     # -- the station -------------------------------------------------------------------------
 
@@ -284,6 +281,7 @@ class Dialog(StationModal[None]):
         needs_unit: bool = True,
     ) -> None:
         self._finished, self._submitted = False, kind
+        self._own_kinds.add(kind)
         self.worker.submit(kind, step, moves=moves, needs_unit=needs_unit)
 
     def show_state(self, state: StationState) -> None:
@@ -317,12 +315,14 @@ class Dialog(StationModal[None]):
         if isinstance(done, SpeedTold):
             self._show_speed()
         if isinstance(done, Stopped):
-            self.say("STOPPED. Nothing moves until the next motion command.", "warning")
+            self.warn("STOPPED. Nothing moves until the next motion command.")
 
     def step_failed(self, failed: StepFailed) -> None:
         # Of a lost line the state tells.
         if self._lost and isinstance(failed.error, LinkError):
             self._say_lost()
+        elif failed.kind not in self._own_kinds:  # what is asked here stays
+            self.warn(refusal_words(self.workstation, failed.error), "error")
         else:
             self.say(refusal_words(self.workstation, failed.error), "error")
         if failed.kind is not None and failed.kind is self._submitted:

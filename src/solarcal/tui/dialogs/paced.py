@@ -90,7 +90,7 @@ class PacedDialog(Dialog):
     def action_faster(self) -> None:
         speed = self.workstation.emulated_speed
         if speed is not None and speed >= FASTEST:
-            self.say(f"No faster than x{FASTEST:g} while this is open.", "warning")
+            self.warn(f"No faster than x{FASTEST:g} while this is open.")
         else:
             super().action_faster()
 
