@@ -141,7 +141,11 @@ def _mutant(file: Path, path: str, position: Position, lot: bytes) -> Mutant | N
     for name, occurrence in sorted(
         changes, key=lambda change: _lot(lot, change[0], change[1] - first_of[change[0]])
     ):
-        text = mutate_code(source, _operators()[name], occurrence)
+        try:
+            text = mutate_code(source, _operators()[name], occurrence)
+        except AttributeError:
+            # The library exchanges the name of an exception, and falls over one with a dot in it.
+            continue
         if text is not None and text != source and _compiles(text):
             break
     else:
