@@ -212,6 +212,19 @@ def test_check_points_beyond_the_tolerance_do_not_prove_it():
         assert reason.startswith(f"{beyond} of 2 check points after the upload: beyond")
 
 
+def test_two_check_points_decide_and_no_fewer_or_too_soon():
+    """One beyond the tolerance may be a slip; two of one moment are one."""
+    station, technician = uploaded()
+    technician.take_checks()
+    session = station.session
+    first, second = session.checks
+    beyond = msgspec.structs.replace(first, sky_error_deg=0.3)
+    soon = msgspec.structs.replace(second, utc=first.utc)
+    for checks, asked_for in (((beyond,), "check point 2 of 2"), ((first, soon), "3 of 3")):
+        state = replace(station.state, session=replace(session, checks=checks))
+        assert asked_for in next_step(state).sentence
+
+
 def judged_day(points=2):
     station = connected()
     technician = AutomaticTechnician(
