@@ -382,6 +382,9 @@ class TestScatter:
         verdict = self.periodic()
         assert verdict.state == "continue"
         assert "if the rest is the tracker's own, 95 % of its pointing" in verdict.reasons[0]
+        # More points alone average nothing away, and readings of 0.04 deg leave most of it.
+        assert "a spot is read to 0.04 deg" in self.periodic(np.full(40, 0.04)).reasons[0]
+        assert verdict.first == "first settle what the verdict names"
 
     def test_readings_that_say_how_good_they_are_are_believed(self):
         coarse = StoppingRule(unmodelled=Unmodelled(spot_deg=0.1))

@@ -249,6 +249,9 @@ def test_with_a_plan_the_next_point_is_due_when_the_plan_says():
     assert step.action == "sun_offset"
     assert f"Point 3 of ~{2 + planned.points}:" in step.sentence
     assert step.due_utc_s == planned.times_utc_s[0]
+    hopeless = replace(judgement, plan=replace(judgement.plan, hopeless=True))
+    said = next_step(station.state, 40.0, hopeless).sentence
+    assert said == f"{step.sentence} Today's will not reach the tolerance."
     # A planned time is one with the Sun high enough, however low it is now.
     later = replace(judgement.plan.recommended, times_utc_s=(judgement.plan.at_utc_s + 3600.0,))
     waiting = replace(judgement, plan=replace(judgement.plan, recommended=later))
@@ -262,7 +265,7 @@ def test_the_verdict_says_when_there_are_enough_and_when_something_is_wrong():
     assert good.action == "upload"
     assert "Good for the year" in good.sentence
     wrong = next_step(station.state, 40.0, with_verdict(judgement, "does_not_fit"))
-    assert "why the points do not fit" in wrong.sentence
+    assert "why the points do not fit, or go on with point 3" in wrong.sentence
 
 
 def test_what_more_points_do_not_settle_comes_first():
