@@ -14,12 +14,15 @@ from procedure_bench import (
     until,
     workstation,
 )
+from textual.geometry import Offset
+from textual.widgets import Input
 
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import UploadRecord
 from solarcal.session.view import read_session
 from solarcal.station.news import ClockAdjusted
 from solarcal.tui.dialogs.upload import UploadDialog
+from solarcal.tui.widgets.footer import Keys
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.tracker import Stored
 
@@ -187,6 +190,33 @@ async def test_a_file_that_cannot_be_read_says_why(saved: Path) -> None:
     async with workstation(station) as (_, pilot):
         await pilot.press("c")
         await shows(pilot, "broken.jsonl:1")
+
+
+@pytest.mark.parametrize("key", ["a", "ctrl+o", "click"])
+@on_loop
+async def test_a_file_elsewhere_is_opened_by_its_path(saved: Path, key: str) -> None:
+    elsewhere = saved / "stick"
+    elsewhere.mkdir()
+    (saved / "earlier.jsonl").rename(elsewhere / "roof.jsonl")
+    (elsewhere / "points.csv").write_text("utc,ax1_deg\n")
+    station, _ = bench()
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f9")
+        await shows(pilot, "broken.jsonl (1 of 1, OPEN)")
+        if key == "click":
+            keys = app.screen.query_one(Keys)
+            at = next(at for entry, at in keys.places() if entry.action == "screen.path")
+            await pilot.click(keys, offset=at.offset + Offset(1, 0))
+        else:
+            await pilot.press(key)
+        await shows(pilot, "Type or paste the path")
+        for name, said in (("none.jsonl", "none.jsonl"), ("points.csv", "points.csv:1")):
+            app.screen.query_one(Input).value = str(elsewhere / name)
+            await pilot.press("enter")
+            await shows(pilot, said, "Recompute a file")
+        app.screen.query_one(Input).value = f"'{elsewhere / 'roof.jsonl'}'"
+        await pilot.press("enter")
+        await shows(pilot, "roof.jsonl (1 of 2, OPEN)", "P1", "P6")
 
 
 @on_loop

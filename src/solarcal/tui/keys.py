@@ -76,7 +76,7 @@ ACTIONS: tuple[Action, ...] = (
     Action("upload", "Upload", ("f8", "u"), "F8 u", "Load coefficients into the unit, verified"),
     Action(
         "recompute", "Recompute", ("f9", "c", "ctrl+f9"), "F9 c Ctrl+F9",
-        "Compute and show another saved file, without changing this session",
+        "Compute and show another saved file (a there: by its path), without changing this session",
     ),
     Action("clock", "Clock", ("f10", "k"), "F10 k", "Laptop and unit clocks; set the unit's"),
     Action(

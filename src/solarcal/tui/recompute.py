@@ -1,8 +1,10 @@
 """Recompute: another saved session's coefficients and plots, the running one left alone.
 
-The newest file is open at once; Space steps through the names just below the title, Enter opens.
+The newest file is open at once; Space steps through the names just below the title, Enter opens;
+any other file is opened by its path.
 """
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -11,6 +13,7 @@ from typing import ClassVar
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container
+from textual.widget import Widget
 from textual.widgets import Static
 
 from solarcal.config import sessions_dir
@@ -26,8 +29,10 @@ from solarcal.session.view import SessionView, read_session
 from solarcal.station.fitting import last_doubts, solve
 from solarcal.station.saved_sessions import session_files
 from solarcal.tui.base import StationScreen, Workstation, show_once
+from solarcal.tui.dialogs.dialog import Dialog
+from solarcal.tui.keys import DialogKey
 from solarcal.tui.widgets.footer import ActionFooter, FooterEntry
-from solarcal.tui.widgets.lines import NoticeLine
+from solarcal.tui.widgets.lines import Field, NoticeLine
 from solarcal.tui.widgets.plot import PLOTS, ExploredPlot
 from solarcal.tui.widgets.text_lines import ENDLESS, TextLines
 
@@ -72,6 +77,44 @@ def recompute(path: Path) -> Recomputed:
     return Recomputed(path, session, solution, trouble, (*session.warnings, *doubts))
 
 
+class PathDialog(Dialog):
+    """One path, typed or pasted; it is left with a file that is a session."""
+
+    HEADING = "Recompute a file"
+    KEYS: ClassVar[tuple[DialogKey, ...]] = (DialogKey("read", "Open", "enter", "Enter"),)
+    AUTO_FOCUS = "Input"
+    FIRST_WORDS = "Type or paste the path of a session file (.jsonl). F12 or Ctrl+S stops."
+
+    DEFAULT_CSS = """
+    PathDialog Field > .label { width: 14; }
+    PathDialog Field > Input { max-width: 100%; }
+    """
+
+    def __init__(self, show: Callable[["Recomputed"], None]) -> None:
+        super().__init__()
+        self._show = show
+
+    def body(self) -> Iterable[Widget]:
+        yield Field("path", "Session file")
+
+    def on_input_submitted(self) -> None:
+        self.action_read()
+
+    def action_read(self) -> None:
+        # A file manager pastes a path in quotes.
+        typed = self.query_one(Field).value.strip("'\"")
+        if typed:
+            self.say("reading ...")
+            self.compute(partial(recompute, Path(typed).expanduser()), self._read)
+
+    def _read(self, found: "Recomputed") -> None:
+        if found.session is None:
+            self.say(found.trouble, "error")
+            return
+        self.dismiss(None)
+        self._show(found)
+
+
 class RecomputeScreen(StationScreen):
     """The session that runs is not touched: its screens stay up to date behind this one."""
 
@@ -86,6 +129,7 @@ class RecomputeScreen(StationScreen):
         Binding("space", "step(1)", "Next file", show=False, priority=True),
         Binding("backspace", "step(-1)", "File before", show=False, priority=True),
         Binding("enter", "open", "Open", show=False, priority=True),
+        Binding("a,ctrl+o", "path", "Path of a file", show=False, priority=True),
         Binding("v", "plot", "Next plot", show=False, priority=True),
         Binding("escape", "back", "Back", show=False),
     ]
@@ -112,6 +156,7 @@ class RecomputeScreen(StationScreen):
                 FooterEntry("Spc", "Next", "screen.step(1)"),
                 FooterEntry("BkSp", "Prev", "screen.step(-1)"),
                 FooterEntry("Ent", "Open", "screen.open"),
+                FooterEntry("a", "Path", "screen.path"),
                 FooterEntry("v", "Plot", "screen.plot"),
                 FooterEntry("Esc", "Back", "screen.back"),
             ]
@@ -123,7 +168,9 @@ class RecomputeScreen(StationScreen):
         if self._files:
             self.action_open()
         else:
-            self.query_one(TextLines).show((f"No saved sessions in {sessions_dir()}.",))
+            self.query_one(TextLines).show(
+                (f"No saved sessions in {sessions_dir()}.", "a opens any other file.")
+            )
 
     def on_resize(self) -> None:
         self.set_class(self.app.size.height >= HIGH, "-high")
@@ -141,11 +188,20 @@ class RecomputeScreen(StationScreen):
         self._name_file("reading ...")
         self.compute(partial(recompute, self._files[self._at]), self._found)
 
+    def action_path(self) -> None:
+        self.app.push_screen(PathDialog(self._opened))
+
     def action_plot(self) -> None:
         self._plot = (self._plot + 1) % len(PLOTS)
         self._draw()
 
     # -- showing -----------------------------------------------------------------------------
+
+    def _opened(self, found: Recomputed) -> None:
+        """A file by its path stands before those that are listed."""
+        self._files = (found.path, *(path for path in self._files if path != found.path))
+        self._at = 0
+        self._found(found)
 
     def _found(self, found: Recomputed) -> None:
         self._shown = found
