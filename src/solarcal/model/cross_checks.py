@@ -14,7 +14,12 @@ from solarcal.units import FloatArray, rms
 LAST_POINTS = 2
 ORDER_LEVEL = 0.01
 """How often a whole day of clean points, looked at after every point, may seem out of order."""
+FEWEST_TO_STOP = 4
 FEWEST_FOR_ORDER = 7
+NEGLIGIBLE_SHARE = 0.05
+"""Residuals below this part of the tolerance are no misfit, whatever their order."""
+TOO_LARGE_FACTOR = 30.0
+"""Sigmas so many times as large as the scatter are another quantity, or in another unit."""
 INSIDE = 1e-12
 """How far from the poles of a cumulant's slope its root is looked for, as a part of them."""
 MOST_FOR_EIGENVALUES = 100
@@ -205,3 +210,27 @@ def _last_moved(
     moved = solution_of(without + 1e-9 * np.eye(6), -pull) * unit
     change = np.einsum("k,kag->ag", moved, solution.year.sky_slopes)
     return rms(np.hypot(change[0], change[1]))
+
+
+def sigmas_too_large(solution: MechanismSolution, checks: CrossChecks) -> str:
+    """A sentence where the points' sigmas are many times their scatter; else nothing."""
+    sigma, scatter = solution.points.sigma_deg, checks.residual_rms_deg / 2.0**0.5
+    if sigma is None or solution.n_points <= FEWEST_TO_STOP or scatter <= 0.0:
+        return ""
+    expected = float((sigma**2).mean() ** 0.5)
+    if expected < TOO_LARGE_FACTOR * scatter:
+        return ""
+    return (
+        f"the points' sigmas ({expected:.2g} deg) are {expected / scatter:.0f} times as large as "
+        f"their scatter ({scatter:.2g} deg), so the prior counts for more than it should: correct "
+        "sigma_deg"
+    )
+
+
+def out_of_order(checks: CrossChecks, tolerance_deg: float) -> bool:
+    """Whether the residuals follow each other in time, and are large enough to matter."""
+    return (
+        checks.order_probability is not None
+        and checks.order_probability < checks.order_limit
+        and checks.residual_rms_deg > NEGLIGIBLE_SHARE * tolerance_deg
+    )

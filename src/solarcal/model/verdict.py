@@ -10,7 +10,14 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from solarcal.decimals import counted
-from solarcal.model.cross_checks import LAST_POINTS, CrossChecks, cross_check
+from solarcal.model.cross_checks import (
+    FEWEST_TO_STOP,
+    LAST_POINTS,
+    CrossChecks,
+    cross_check,
+    out_of_order,
+    sigmas_too_large,
+)
 from solarcal.model.evidence.direct import weigh
 from solarcal.model.finding import Finding
 from solarcal.model.forecast import Forecast
@@ -30,18 +37,19 @@ from solarcal.site import BoltCircle
 from solarcal.stopping_rule import StoppingRule, apart_from
 
 State = Literal["done", "continue", "not_today", "does_not_fit"]
+STATE_WORDS: dict[State, str] = {
+    "done": "DONE: within the tolerance all year",
+    "continue": "CONTINUE: more points",
+    "not_today": "NOT TODAY: this day cannot reach the tolerance",
+    "does_not_fit": "DOES NOT FIT: find the cause first",
+}
 
-NEGLIGIBLE_SHARE = 0.05
-"""Residuals below this part of the tolerance are no misfit, whatever their order."""
 NOISE_LIMIT_DEG = 0.15
 """A point that scatters more was not read on a spot."""
 SIGMA_FACTOR_LIMIT = 3.0
 """Noise so many times as large as the points' own sigmas say."""
-TOO_LARGE_FACTOR = 30.0
-"""Sigmas so many times as large as the scatter are another quantity, or in another unit."""
 BLUNDER_SHARE_LIMIT = 0.25
 LEFT_OUT_FACTOR = 3.0
-FEWEST_TO_STOP = 4
 NORMAL_95 = 2.448
 """Of errors normal in two directions 95 % are within so many sigmas of one: sqrt(-2 ln 0.05)."""
 LEAST_SHARE = 0.01
@@ -61,6 +69,13 @@ class Verdict:
     checks: CrossChecks | None = None
     base: BaseTilt | None = None
     shims: tuple[Shim, ...] = ()
+
+    @property
+    def words(self) -> str:
+        """The state, and what it means for what comes next."""
+        if self.state == "continue" and self.first:
+            return "CONTINUE: first settle what is named"
+        return STATE_WORDS[self.state]
 
     def as_json(self) -> dict[str, Any]:
         document: dict[str, Any] = {"state": self.state, "reasons": list(self.reasons)}
@@ -266,30 +281,6 @@ def _misfits(solution: Solution, checks: CrossChecks | None, rule: StoppingRule)
             f"{sigmas_too_large(solution, checks) or 'the model lacks an effect'}"
         )
     return [*wrong_ratios(solution), *reasons] if reasons else []
-
-
-def sigmas_too_large(solution: MechanismSolution, checks: CrossChecks) -> str:
-    """A sentence where the points' sigmas are many times their scatter; else nothing."""
-    sigma, scatter = solution.points.sigma_deg, checks.residual_rms_deg / 2.0**0.5
-    if sigma is None or solution.n_points <= FEWEST_TO_STOP or scatter <= 0.0:
-        return ""
-    expected = float((sigma**2).mean() ** 0.5)
-    if expected < TOO_LARGE_FACTOR * scatter:
-        return ""
-    return (
-        f"the points' sigmas ({expected:.2g} deg) are {expected / scatter:.0f} times as large as "
-        f"their scatter ({scatter:.2g} deg), so the prior counts for more than it should: correct "
-        "sigma_deg"
-    )
-
-
-def out_of_order(checks: CrossChecks, tolerance_deg: float) -> bool:
-    """Whether the residuals follow each other in time, and are large enough to matter."""
-    return (
-        checks.order_probability is not None
-        and checks.order_probability < checks.order_limit
-        and checks.residual_rms_deg > NEGLIGIBLE_SHARE * tolerance_deg
-    )
 
 
 def _scatter(solution: Solution, rule: StoppingRule) -> list[str]:

@@ -32,7 +32,6 @@ from solarcal.report.certificate_sections import (
     subject_section,
     verdict_section,
 )
-from solarcal.report.judgement import state_words
 from solarcal.report.markup import html_text, markdown_text, svg_text
 from solarcal.session.interchange import FillIn
 from solarcal.session.points import PointTable
@@ -86,7 +85,7 @@ def make_certificate(judged: FileAnalysis, sources: Sequence[SourceFile]) -> Cer
     return Certificate(
         title="Calibration certificate",
         subject=f"{unit}, {judged.table.geometry}, {days}",
-        status=f"{after.sentence} Verdict: {state_words(judgement.verdict)}.",
+        status=f"{after.sentence} Verdict: {judgement.verdict.words}.",
         sections=(
             subject_section(judged, header),
             verdict_section(judgement),

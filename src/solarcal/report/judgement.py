@@ -15,7 +15,7 @@ from solarcal.model.plan import Plan, PlannedStop
 from solarcal.model.points import Points
 from solarcal.model.solution import Solution
 from solarcal.model.terms import Term
-from solarcal.model.verdict import State, Verdict, shims_words
+from solarcal.model.verdict import Verdict, shims_words
 from solarcal.mount.formula import COEFFICIENT_NAMES, COEFFICIENT_UNITS
 from solarcal.report.blocks import Block, Blocks, Facts, Prose, Sentences, Table, number
 from solarcal.session.points import PointTable
@@ -182,21 +182,6 @@ def comparison_blocks(comparison: ModelComparison) -> Blocks:
     )
 
 
-_STATE_WORDS: dict[State, str] = {
-    "done": "DONE: within the tolerance all year",
-    "continue": "CONTINUE: more points",
-    "not_today": "NOT TODAY: this day cannot reach the tolerance",
-    "does_not_fit": "DOES NOT FIT: find the cause first",
-}
-
-
-def state_words(verdict: Verdict) -> str:
-    """The state, and what it means for what comes next."""
-    if verdict.state == "continue" and verdict.first:
-        return "CONTINUE: first settle what is named"
-    return _STATE_WORDS[verdict.state]
-
-
 def forecast_facts(forecast: Forecast, tolerance_deg: float) -> Facts:
     """What is expected over the year, and what it is made of: name, degrees."""
     rule, p = forecast.rule, forecast.probability_within_tolerance
@@ -220,7 +205,7 @@ def forecast_facts(forecast: Forecast, tolerance_deg: float) -> Facts:
 
 def verdict_blocks(verdict: Verdict) -> Blocks:
     """The state in words, then every reason as a sentence."""
-    return Prose((state_words(verdict),)), Sentences(verdict.reasons)
+    return Prose((verdict.words,)), Sentences(verdict.reasons)
 
 
 def mechanism_facts(solution: Solution) -> Facts:

@@ -11,7 +11,7 @@ from textual.widgets import Input
 from solarcal.decimals import counted
 from solarcal.model.analysis import Analysis
 from solarcal.report.blocks import columns, number, text_of
-from solarcal.report.judgement import formula_residuals_deg, state_words
+from solarcal.report.judgement import formula_residuals_deg
 from solarcal.report.tables import checks_table
 from solarcal.session.records import UploadRecord
 from solarcal.session.view import SessionView
@@ -255,7 +255,7 @@ def _propose(station: Station, judgement: Analysis | None) -> UploadOffer | None
 def _sure(proposal: UploadOffer) -> str:
     """The question where the verdict is not done."""
     verdict = proposal.judgement.verdict
-    state = state_words(verdict).split(":")[0]
+    state = verdict.words.split(":")[0]
     return (
         f"The verdict is {state}, not DONE. Press y once more to write the coefficients now. "
         f"Against it: {verdict.reasons[0]}."
@@ -299,5 +299,5 @@ def proposal_table(proposal: UploadOffer) -> str:
             f"in force now, 95 %: {proposal.held.year_p95_deg:.4f} deg; the new ones"
             + (" are in force already" if already else f": better, {sure} sure")
         )
-    lines.append(state_words(proposal.judgement.verdict))
+    lines.append(proposal.judgement.verdict.words)
     return "\n".join(lines)

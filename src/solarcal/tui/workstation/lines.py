@@ -16,7 +16,7 @@ from solarcal.model.solution import Solution
 from solarcal.model.verdict import sure_sentence
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.report.blocks import Sentences, lines_of
-from solarcal.report.judgement import formula_residuals_deg, shim_sentence, state_words
+from solarcal.report.judgement import formula_residuals_deg, shim_sentence
 from solarcal.report.tables import checks_table, clocks_table, ref_checks_table, upload_table
 from solarcal.session.view import SessionView
 from solarcal.station.next_step import NextStep, countdown_text
@@ -160,7 +160,7 @@ def verdict_words(
     first = IN_ITS_PANE if decides and others else next(iter(others), "")
     sure = expected.sure_words
     summary = f"{sure[0].upper()}{sure[1:]} of {rule.tolerance_deg:g} deg. Year 95 %: {p95} deg."
-    return VerdictWords(f"{state_words(verdict)}.", summary, TONES[verdict.state], first)
+    return VerdictWords(f"{verdict.words}.", summary, TONES[verdict.state], first)
 
 
 BARS = "▁▂▃▄▅▆▇█"
@@ -261,7 +261,7 @@ def reason_lines(judgement: Analysis | None) -> list[list[Part]]:
     shims: list[list[Part]] = []
     if verdict.base is not None and verdict.shims:
         shims = [[shim_sentence(verdict.base, verdict.shims)]]
-    return [*shims, [""], [("■ ", "bold"), (state_words(verdict), "bold")], *reasons]
+    return [*shims, [""], [("■ ", "bold"), (verdict.words, "bold")], *reasons]
 
 
 def _short(number: float) -> str:
