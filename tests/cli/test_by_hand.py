@@ -38,6 +38,19 @@ def test_the_saved_book_is_a_completed_calibration(tmp_path: Path, capsys) -> No
     assert read_session(path).warnings == ()
 
 
+def test_a_check_point_that_was_not_stored_leaves_its_offset_in_the_unit(tmp_path, capsys) -> None:
+    lines = BOOK.read_text().splitlines()
+    last = max(i for i, line in enumerate(lines) if " check " in line)
+    rejected = [*lines[:last], f"{lines[last].rsplit(' ', 1)[0]} reject a reflection"]
+    book = tmp_path / "rejected.book"
+    book.write_text("\n".join(rejected))
+    path = tmp_path / "s.jsonl"
+    assert run_command([*BY_HAND, "--input", str(book), "-o", str(path)]) == 1
+    assert (
+        "NOT completed: the newest Set Sun Offset is still in the unit" in capsys.readouterr().out
+    )
+
+
 def test_before_the_upload_it_says_what_to_key_in_and_finds_the_truth(
     before_upload: Path, tmp_path: Path, capsys
 ) -> None:

@@ -225,6 +225,32 @@ def test_two_check_points_decide_and_no_fewer_or_too_soon():
         assert asked_for in next_step(state).sentence
 
 
+@pytest.mark.parametrize("last_answer", ["rejected", "NO"])
+def test_the_offset_of_a_check_point_that_was_not_stored_is_settled_first(last_answer):
+    """Only a stored check point puts O back: until then the unit points off by it."""
+    station, technician = uploaded()
+    technician.take_checks()
+    assert station.session.offset_left is None
+    technician.sight.centre()
+    station.set_sun_offset()
+    station.track()
+    station.clock.wait(60.0)
+    station.begin_point(check=True)
+    if last_answer == "NO":
+        station.answer(False)
+    else:
+        for _ in range(3):
+            station.answer(True)
+        station.gather_point()
+        station.store(False, "a reflection")
+    step = next_step(station.state, 40.0)
+    assert "take check point 3 of 3 with it, take it back, or upload again" in step.sentence
+    assert "is still in force" in sign_off([station.session], None).reason
+    station.take_back_sun_offset()
+    assert station.session.offset_left is None
+    assert "is still in force" not in sign_off([station.session], None).reason
+
+
 def judged_day(points=2):
     station = connected()
     technician = AutomaticTechnician(

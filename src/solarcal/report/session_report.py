@@ -301,4 +301,9 @@ def _hand_ending(calibration: "HandCalibration") -> str:
         return "Rolled back: the unit holds its previous values."
     if not upload.verified:
         return "NOT completed: the display does not show the values to key in."
+    if calibration.session.offset_left is not None:
+        return (
+            "NOT completed: the newest Set Sun Offset is still in the unit: take a check point "
+            "with it (lines `check` and `zero`), or key the coefficients in again (`upload`)."
+        )
     return "Calibration completed, keyed in and typed back equal."

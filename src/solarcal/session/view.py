@@ -4,7 +4,7 @@ They come from the journal of a running program, or from a file, whether or not 
 writing it.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -149,13 +149,24 @@ class SessionView:
     @property
     def fresh_sun_offset(self) -> SunOffset | None:
         """The newest Set Sun Offset not yet used by a stored point or check."""
-        if not self.sun_offsets:
-            return None
-        newest = self.sun_offsets[-1]
-        used = [p.seq for p in self.points if p.status == "accepted"]
-        # A check, struck out or not, and an upload have written another O.
-        written = [r.seq for r in self.records if _writes_offsets(r)]
-        return newest if all(seq < newest.seq for seq in (*used, *written)) else None
+        return self._in_force_after(p.seq for p in self.accepted)
+
+    @property
+    def offset_left(self) -> SunOffset | None:
+        """The Set Sun Offset that the unit still has in force beside what was uploaded before."""
+        return self._in_force_after(()) if self.uploads else None
+
+    def _in_force_after(self, ends: Iterable[int]) -> SunOffset | None:
+        """The newest Set Sun Offset, where none of these records came later, and no upload or
+        stored check point, struck out or not, with which another O was written."""
+        newest = next(reversed(self.sun_offsets), None)
+        written = (
+            record.seq
+            for record in self.records
+            if isinstance(record, UploadRecord)
+            or (isinstance(record, CheckRecord) and record.status == "accepted")
+        )
+        return newest if newest and all(s < newest.seq for s in (*ends, *written)) else None
 
     @cached_property
     def known_offsets(self) -> dict[Offsets, int]:
@@ -210,11 +221,6 @@ def held_instead(views: Sequence[SessionView]) -> tuple[Coefficients, UploadReco
         return None
     *_, held, same = max(seen, key=lambda one: one[:2])
     return None if same else (held, upload)
-
-
-def _writes_offsets(record: Record) -> bool:
-    stored_check = isinstance(record, CheckRecord) and record.status == "accepted"
-    return stored_check or isinstance(record, UploadRecord)
 
 
 def read_session(path: str | Path) -> SessionView:

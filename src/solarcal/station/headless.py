@@ -64,6 +64,8 @@ class Calibration:
             return self.refused
         if self.upload is None or not self.upload.verified:
             return "the values read back differ from those written"
+        if self.session.offset_left is not None:
+            return "a Set Sun Offset is still in force beside what was uploaded"
         if self.checks and not self.session.checks_after(self.upload):
             return "no check point could be taken after the upload, so nothing proves it"
         against = (

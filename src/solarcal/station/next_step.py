@@ -242,6 +242,14 @@ def _after_upload(
         )
     since = session.checks_after(upload)
     proof = sign_off([session], judgement)
+    number = f"check point {len(since) + 1} of {max(CHECK_POINTS, len(since) + 1)}"
+    low = _low(sun_elevation_deg)
+    if session.offset_left is not None and (low or len(since) >= CHECK_POINTS):
+        return NextStep(
+            f"A Set Sun Offset is in force beside what was uploaded: take {number} with it, take "
+            "it back, or upload again.",
+            "sun_offset",
+        )
     if len(since) >= CHECK_POINTS and proof.proven:
         if not proof.signed_off:
             # What speaks for it is on the pane: here only the reason, and what to do.
@@ -253,8 +261,7 @@ def _after_upload(
             return NextStep(f"{why}. {then}", "sun_offset")
         return NextStep("Signed off: calibrated and proven. Write the report.", "report")
     offset = session.fresh_sun_offset
-    number = f"check point {len(since) + 1} of {max(CHECK_POINTS, len(since) + 1)}"
-    if low := _low(sun_elevation_deg):
+    if low:
         return NextStep(f"The Sun is too low for {number}{low}; go on {HIGH_ENOUGH}.")
     if stale(offset, state.live.laptop_utc_s):
         return NextStep(f"{STALE}: set it again, then take {number}.", "sun_offset")

@@ -12,7 +12,7 @@ from solarcal.session.records import CheckRecord, UploadRecord
 from solarcal.session.view import SessionView, held_instead
 from solarcal.station.uploading import forecast_with
 from solarcal.stopping_rule import StoppingRule
-from solarcal.timescale import parse_utc
+from solarcal.timescale import clock_utc, parse_utc
 from solarcal.units import FloatArray, rms
 
 CHECK_POINTS = 2
@@ -81,6 +81,11 @@ def sign_off(views: Sequence[SessionView], judgement: Analysis | None) -> SignOf
     apart_s = max(times_s, default=0.0) - min(times_s, default=0.0)
     if held is not None:
         against = "the unit does not hold what was uploaded; upload again"
+    elif (left_in := views[-1].offset_left) is not None:
+        against = (
+            f"the Set Sun Offset of {clock_utc(parse_utc(left_in.utc))} is still in force: "
+            "take a check point with it, or take it back"
+        )
     else:
         against = _against(newest, rule, left, apart_s, beyond, judgement)
     reason = against or f"{_those(left)}: all {_within(left, rule)}"

@@ -41,8 +41,9 @@ class HandCalibration:
 
     @property
     def completed(self) -> bool:
-        """The coefficients were keyed in, and typed back equal."""
-        return self.upload is not None and self.upload.verified and not self.upload.rollback
+        """The coefficients were keyed in, typed back equal, and no Set Sun Offset was left in."""
+        keyed_in = self.upload is not None and self.upload.verified and not self.upload.rollback
+        return keyed_in and self.session.offset_left is None
 
     @property
     def key_in(self) -> tuple[tuple[str, str], ...]:
