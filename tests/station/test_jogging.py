@@ -332,3 +332,32 @@ def test_where_the_sun_stands_in_an_axis_going_behind_ends() -> None:
     )
     assert off1 == pytest.approx(0.3, abs=0.005)
     assert off2 == pytest.approx(0.2, abs=0.005)
+
+
+def test_where_the_sun_stands_in_an_axis_one_way_behind_takes_up_both() -> None:
+    """The axis came the way the unit drove it, which is not the way of what little the Sun moves:
+    both go behind, at once."""
+    station, _ = emulated_station("polar", start="2026-07-10T16:00:00Z")
+    jog = SunOffsetJog(station)
+    assert jog.look().watch.from_behind == (True, True)
+    jog.nudge(-0.5 * jog.look().senses[0], 0.0)
+    assert renew(jog, 10).watch.from_behind == (False, True)
+    view = jog.go_behind()
+    assert view.aim is not None
+    assert view.aim.behind == (True, True)
+    view = renew(jog, 40)
+    assert view.watch.from_behind == (True, True)
+    assert view.aim.behind == (False, False)
+
+
+def test_at_a_limit_nothing_is_set() -> None:
+    """The axes stand where they may go no farther, not on the Sun."""
+    station, _ = emulated_station(start="2026-06-04T01:40:00Z")
+    station.clock.wait(1200.0)
+    assert station.poll().mode is Mode.LIMIT
+    stored = station.tracker.stored()
+    jog = SunOffsetJog(station)
+    with pytest.raises(ProcedureRefused, match="waits at an axis limit"):
+        jog.set_here()
+    assert station.tracker.stored() == stored
+    assert not station.session.sun_offsets

@@ -59,10 +59,15 @@ def demand_sun_high_enough(elevation_deg: float, step: str) -> None:
 AT_LIMIT = "the unit waits at an axis limit, the Sun is beyond it; go on when it tracks again"
 
 
-def demand_tracking(header: Header, status: Status) -> None:
-    """A point needs a unit that tracks and has reached its target."""
+def demand_free_of_limits(status: Status) -> None:
+    """What stands at a limit does not stand on the Sun."""
     if status.mode is Mode.LIMIT:
         raise ProcedureRefused(AT_LIMIT)
+
+
+def demand_tracking(header: Header, status: Status) -> None:
+    """A point needs a unit that tracks and has reached its target."""
+    demand_free_of_limits(status)
     if status.mode is not Mode.TRACK:
         raise ProcedureRefused(
             f"the unit is in mode {status.mode}, not tracking; set it to TRACK and watch it "

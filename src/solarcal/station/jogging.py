@@ -171,11 +171,12 @@ class SunOffsetJog:
     def go_behind(self) -> JogView:
         """Axes that did not come from behind go behind the Sun, then forward to the aim."""
         aim = self._aim or self._aim_here()
-        from_behind = self._watch.from_behind if self._watch else (False, False)
+        # The sense first: where the Sun stands in an axis it may be another than that it came in.
+        self._hold_senses()
+        from_behind = self.look().watch.from_behind
         behind = (not from_behind[0], not from_behind[1])
         if not any(behind):
             raise ProcedureRefused("both axes already came from behind; nothing to take up")
-        self._hold_senses()
         return self._look_with(replace(aim, behind=behind))
 
     def go_to(self, error_deg: Pair) -> JogView:

@@ -147,6 +147,8 @@ class Station(PointSteps):
         ``slack_axes``: those that were seen to come forward by too little.
         """
         before = self.state.live.status
+        if before is not None:
+            guards.demand_free_of_limits(before)
         status = self.tracker.set_sun_offset()
         in_force = self._in_force
         typed_utc_s = status.typed_utc_s
