@@ -53,12 +53,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--port", type=port, metavar="URL", help=PORT_HELP)
     where.add_argument("--scenario", metavar="NAME|FILE", help="an emulated tracker")
     where.add_argument(
-        "--continue", dest="session", type=Path, metavar="FILE",
-        help="continue a session, on its own line",
-    )  # fmt: skip
-    where.add_argument(
         "--offline", action="store_true",
         help="open no unit and no emulator: replay, recompute, reports and calculators only",
+    )  # fmt: skip
+    parser.add_argument(
+        "--continue", dest="session", type=Path, metavar="FILE",
+        help="continue a session, on its own line or on that of --port",
     )  # fmt: skip
     add_driver_options(parser)
     add_last_option(parser)
@@ -82,20 +82,19 @@ def run(args: argparse.Namespace) -> int:
     driver = args.driver or profile.driver
     demand_driver(driver)
     choice: Choice | None = None
-    if args.port or (args.driver and not args.scenario and not args.session):
-        choice = Choice(
-            port=args.port or profile.port,
-            driver=driver,
-            baudrate=args.baudrate or profile.baudrate,
-            offers_unfinished=True,
-            last_coefficients=last,
-        )
+    on_line = Choice(
+        port=args.port or profile.port,
+        driver=driver,
+        baudrate=args.baudrate or profile.baudrate,
+    )
+    if args.session:
+        choice = _continued(args.session, profile, on_line if args.port else None)
+    elif args.port or (args.driver and not args.scenario):
+        choice = msgspec.structs.replace(on_line, offers_unfinished=True, last_coefficients=last)
     elif args.scenario:
         choice = Choice(
             scenario=args.scenario, driver=args.driver or DEFAULT_DRIVER, last_coefficients=last
         )
-    elif args.session:
-        choice = _continued(args.session, profile)
     return run_workstation(
         choice, profile=profile, output=args.output, trace=args.trace, offline=args.offline
     )
@@ -103,7 +102,17 @@ def run(args: argparse.Namespace) -> int:
 
 def _refuse_what_is_passed_over(args: argparse.Namespace) -> None:
     refuse_options(args, ["--input"], "calibrate, upload and rollback; here a form asks")
-    if args.scenario:
+    if args.session:
+        if args.scenario or args.offline:
+            other = "--scenario" if args.scenario else "--offline"
+            raise ConfigurationError(
+                f"{other} and --continue do not go together: a session goes on with its own unit"
+            )
+        refuse_options(args, ["--output"], "a new session; this one has its own")
+        if not args.port:
+            flags = ["--driver", "--baudrate"]
+            refuse_options(args, flags, "a new session, or for --port; this one has its own")
+    elif args.scenario:
         refuse_options(args, ["--baudrate"], "a unit on a line: give --port")
         driver = demand_driver(args.driver or DEFAULT_DRIVER)
         if not driver.has_line:
@@ -111,24 +120,24 @@ def _refuse_what_is_passed_over(args: argparse.Namespace) -> None:
         if driver.rotator is not None:
             where = "a unit on a line: give --port, of solarcal emulate for an emulated rotator"
             refuse_options(args, ["--trace"], where)
-    elif args.session:
-        flags = ["--driver", "--baudrate", "--output"]
-        refuse_options(args, flags, "a new session; this one has its own")
     elif args.offline:
         flags = ["--driver", "--baudrate", "--trace", "--output"]
         refuse_options(args, flags, "a unit; --offline opens none")
 
 
-def _continued(path: Path, profile: "Profile") -> "Choice":
+def _continued(path: Path, profile: "Profile", on_line: "Choice | None") -> "Choice":
     from solarcal.station.saved_sessions import continuing, look_into
 
     saved = look_into(path)
     if saved.damage:
         raise ConfigurationError(saved.damage)
-    choice = continuing(saved, load_settings().line_of(path))
+    if saved.finished:
+        raise ConfigurationError(f"{path} is finished; begin a new session")
+    choice = continuing(saved, on_line or load_settings().line_of(path))
     if choice is None:
         raise ConfigurationError(
-            f"it is not known on which line {path} was taken; start solarcal and choose it there"
+            f"it is not known on which line {path} was taken; say --port: "
+            f"solarcal run --continue {path} --port URL"
         )
     if not has_line(choice.driver) and profile.site is None:
         raise ConfigurationError(
