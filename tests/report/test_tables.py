@@ -14,7 +14,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.report import judgement, tables
 from solarcal.report.blocks import clock_text, columns, number, text_of
-from solarcal.report.session_report import record_line
+from solarcal.report.session_report import record_line, session_text
 from solarcal.session.points import labelled_by_file, merge_tables
 from solarcal.session.records import (
     Answers,
@@ -28,7 +28,8 @@ from solarcal.session.records import (
 from solarcal.session.view import read_session, view_session
 from solarcal.station.analysing import UnitFiles
 from solarcal.station.fitting import solve
-from solarcal.tui.workstation.lines import coefficient_lines
+from solarcal.station.state import uploads_as_replaced
+from solarcal.tui.workstation.lines import check_lines, coefficient_lines
 from solarcal.units import rms
 
 SESSIONS = Path(__file__).parents[2] / "sessions"
@@ -323,6 +324,18 @@ def test_an_upload_shows_old_new_difference_and_the_read_back():
     assert "READ BACK DIFFERS" in told(tables.upload_table, upload(verified=False))
     assert "Rolled back" in told(tables.upload_table, upload(rollback=True))
     assert "Forced: the tower moves" in told(tables.upload_table, upload(forced="the tower moves"))
+
+
+def test_an_upload_repeated_after_a_lost_line_is_shown_with_what_a_rollback_restores(june_day):
+    """Files of before have the numbers that the unit held already in the second record."""
+    lost = upload(verified=False, failure="the line was lost")
+    again = upload(seq=52, old_coefficients=TRUTH, old_offsets=Offsets())
+    header, points = june_day
+    session = view_session(header, (*points, lost, again))
+    for text in (session_text(session, None), "\n".join(check_lines(session))):
+        assert text.count(told(tables.old_and_new_table, upload())) == 2
+    back = upload(seq=53, old_coefficients=TRUTH, new_coefficients=Coefficients(), rollback=True)
+    assert uploads_as_replaced([lost, again, back])[-1] == back
 
 
 def test_check_points_are_compared_with_the_tolerance():

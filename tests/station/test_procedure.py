@@ -465,6 +465,32 @@ def test_an_upload_that_got_through_unrecorded_still_rolls_back_to_what_was_befo
     assert b.unit.stored().coefficients == before.coefficients
 
 
+@pytest.mark.parametrize("got_through", [False, True])
+def test_an_upload_repeated_after_a_lost_line_replaces_what_the_first_had(
+    bench, monkeypatch, got_through
+):
+    b = bench()
+    b.on_sun()
+    before = b.unit.stored()
+    new = Coefficients(P1=0.5)
+    write = b.unit.write_coefficients
+
+    def lost(*numbers, **how):
+        if got_through:
+            write(*numbers, **how)
+        raise LinkError("cable pulled")
+
+    for _ in range(2):
+        with monkeypatch.context() as patch:
+            patch.setattr(b.unit, "write_coefficients", lost)
+            with pytest.raises(LinkError):
+                b.station.upload(new, method="linear")
+    upload = b.station.upload(new, method="linear")
+    assert upload.verified
+    assert upload.replaces == (before.coefficients, before.offsets)
+    assert b.station.rollback().writes == upload.replaces
+
+
 @pytest.mark.parametrize("at_reading", [1, 4])
 def test_offsets_changed_at_the_unit_while_gathering_spoil_the_point(bench, at_reading):
     b = bench()

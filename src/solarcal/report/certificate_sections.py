@@ -28,6 +28,7 @@ from solarcal.session.records import Header, UploadRecord
 from solarcal.station.analysing import FileAnalysis
 from solarcal.station.curves import table_plot_data
 from solarcal.station.sign_off import SignOff
+from solarcal.station.state import uploads_as_replaced
 from solarcal.station.uploading import forecast_with
 
 TEXT_SHEET = Sheet(78, 22, colour=False)
@@ -194,7 +195,8 @@ def after_section(judged: FileAnalysis, after: SignOff) -> Section:
         )
     ]
     if newest is not None:
-        blocks += [old_and_new_table(newest), Sentences(_upload_sentences(judged, after, newest))]
+        replaced = old_and_new_table(uploads_as_replaced(after.uploads)[-1])
+        blocks += [replaced, Sentences(_upload_sentences(judged, after, newest))]
     if after.checks:
         blocks += checks_table(after.checks, judged.tolerance_deg, dated=True)
     measured = [("measured after the upload", after.reason)]

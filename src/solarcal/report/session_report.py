@@ -59,6 +59,7 @@ from solarcal.station.analysing import FileAnalysis, analyse_session
 from solarcal.station.curves import session_plot_data, table_plot_data
 from solarcal.station.question_evidence import found_words
 from solarcal.station.sign_off import sign_off
+from solarcal.station.state import uploads_as_replaced
 from solarcal.timescale import second_of_day
 
 if TYPE_CHECKING:
@@ -134,7 +135,8 @@ def session_text(session: SessionView, judgement: Analysis | None) -> str:
         parts += _judged(judgement, session.header.tolerance_deg)
     data = session_plot_data(session.header, session.points, solution)
     parts.append(error_plot(data, _sheet()))
-    parts += [section_text("Upload", *upload_table(upload)) for upload in session.uploads]
+    uploads = uploads_as_replaced(session.uploads)
+    parts += [section_text("Upload", *upload_table(upload)) for upload in uploads]
     if session.checks:
         parts.append(
             section_text(

@@ -240,6 +240,10 @@ class _Upload(_Record, frozen=True, kw_only=True):
     rollback: bool = False
 
     @property
+    def replaces(self) -> tuple[Coefficients, Offsets]:
+        return self.old_coefficients, self.old_offsets
+
+    @property
     def writes(self) -> tuple[Coefficients, Offsets]:
         return self.new_coefficients, self.new_offsets
 
@@ -268,9 +272,7 @@ class UploadRecord(_Upload, frozen=True, kw_only=True, tag="upload"):
     @property
     def changed(self) -> bool:
         """Whether the unit held anything else before."""
-        return (self.old_coefficients, self.old_offsets) != (
-            self.new_coefficients, self.new_offsets,
-        )  # fmt: skip
+        return self.replaces != self.writes
 
 
 class InForce(_Record, frozen=True, kw_only=True, tag="in_force"):

@@ -129,16 +129,39 @@ def newest_upload(uploads: Sequence[UploadRecord]) -> UploadRecord | None:
     return newest[-1] if newest else None
 
 
+def uploads_as_replaced(uploads: Sequence[UploadRecord]) -> list[UploadRecord]:
+    """Each with the old P and O that a rollback of it restores.
+
+    One that repeats the upload before it found its own numbers in the unit already: it replaced
+    what that one had replaced.
+    """
+    told: list[UploadRecord] = []
+    for upload in uploads:
+        last = told[-1] if told else None
+        if (
+            last is not None
+            and not upload.changed
+            and (last.writes, last.rollback) == (upload.writes, upload.rollback)
+        ):
+            old, old_offsets = last.replaces
+            upload = msgspec.structs.replace(upload, old_coefficients=old, old_offsets=old_offsets)
+        told.append(upload)
+    return told
+
+
 def held_before_upload(
     session: SessionView, found: Stored, new: Coefficients, offsets: Offsets
 ) -> tuple[Coefficients, Offsets]:
     """What an upload of ``new`` replaces, for the rollback: what the unit holds (``found``).
 
-    An upload whose line was lost may have got through without its record. A unit that holds
-    ``new`` already then held before what the session last knew of it.
+    An upload whose line was lost may have got through without its record, or with one that does not
+    say so. A unit that holds ``new`` already then held before what the session last knew of it.
     """
     if (found.coefficients, found.offsets) != (new, offsets):
         return found.coefficients, found.offsets
     if session.uploads:
-        return session.uploads[-1].new_coefficients, session.uploads[-1].new_offsets
+        last = uploads_as_replaced(session.uploads)[-1]
+        if not last.verified and last.writes == (new, offsets):
+            return last.replaces
+        return last.writes
     return session.header.coefficients, session.header.offsets

@@ -21,7 +21,7 @@ from solarcal.report.tables import checks_table, clocks_table, ref_checks_table,
 from solarcal.session.view import SessionView
 from solarcal.station.next_step import NextStep, countdown_text
 from solarcal.station.sign_off import sign_off
-from solarcal.station.state import LinkState, StationState
+from solarcal.station.state import LinkState, StationState, uploads_as_replaced
 from solarcal.tui.widgets.lines import HeadLine, Part, Words
 from solarcal.tui.widgets.text_lines import ENDLESS, TextLines
 from solarcal.units import rms
@@ -282,7 +282,7 @@ def check_lines(session: SessionView) -> list[str]:
     sections = [
         ("Clock", clocks_table(session.clock_sets)),
         ("Reference checks", ref_checks_table(session.ref_checks)),
-        *(("Upload", upload_table(upload)) for upload in session.uploads),
+        *(("Upload", upload_table(upload)) for upload in uploads_as_replaced(session.uploads)),
     ]
     if session.checks:
         sections.append(
