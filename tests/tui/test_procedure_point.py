@@ -17,7 +17,7 @@ from procedure_bench import (
 )
 from textual.geometry import Offset
 
-from solarcal.errors import ConfigurationError
+from solarcal.errors import ConfigurationError, LinkError
 from solarcal.session.records import CheckRecord, LinkLost, Override, PointRecord
 from solarcal.session.view import read_session
 from solarcal.station.news import FitRecorded, StatusRead, StepFailed
@@ -237,6 +237,26 @@ async def test_a_link_lost_at_a_question_aborts_the_attempt_and_says_so() -> Non
     kinds = [type(r) for r in station.session.records]
     assert kinds.index(LinkLost) < kinds.index(PointRecord)
     assert station.session.points[-1].reason.startswith("link lost")
+
+
+@pytest.mark.parametrize("restarted", [False, True])
+@on_loop
+async def test_a_link_back_speaks_of_no_attempt_where_there_was_none(restarted: bool) -> None:
+    station, cable = bench()
+    cable.pulled = True
+    station.link_lost(LinkError("cable pulled"))
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f7")
+        await shows(pilot, "Take a data point", "LINK LOST")
+        if restarted:
+            cable.emulator.reboot()
+        cable.pulled = False
+        app.station_worker().reconnect_now()
+        await shows(pilot, "The link is back.", *(["do a reference check"] if restarted else []))
+        assert "attempt was aborted" not in screen_words(app)
+        dialog = app.screen
+        assert isinstance(dialog, TakePointDialog)
+        assert dialog.offered("again") is not restarted
 
 
 @on_loop

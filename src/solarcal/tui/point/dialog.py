@@ -4,18 +4,16 @@ What is shown follows from the station's state alone: left and opened again, the
 where the attempt stands.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from functools import partial
 from typing import Any, ClassVar
 
-from textual.content import Content
 from textual.widget import Widget
 from textual.widgets import Input
 
 from solarcal.errors import ProcedureRefused
 from solarcal.report.tables import check_result, point_result
-from solarcal.session.records import Answers, CheckRecord, PointRecord
-from solarcal.station.gathering import GATHERING_S, READING_INTERVAL_S, READINGS
+from solarcal.session.records import CheckRecord, PointRecord
 from solarcal.station.guards import GuardRefused
 from solarcal.station.news import (
     Answered,
@@ -30,14 +28,15 @@ from solarcal.station.news import (
 )
 from solarcal.station.point_judgement import PointJudgement, judge_check, judge_point
 from solarcal.station.procedure import Station
-from solarcal.station.question_evidence import Fact, question_evidence
+from solarcal.station.question_evidence import question_evidence
 from solarcal.station.sign_off import sign_off
-from solarcal.station.state import QUESTIONS, Activity, Attempt, StationState
+from solarcal.station.state import Activity, Attempt, StationState
 from solarcal.tui.base import is_typed
 from solarcal.tui.dialogs.dialog import reason_field
-from solarcal.tui.dialogs.paced import PacedDialog, progress_bar
+from solarcal.tui.dialogs.paced import PacedDialog
 from solarcal.tui.dialogs.report import open_comparison
 from solarcal.tui.keys import DialogKey
+from solarcal.tui.point.attempt_words import Gathering, Question
 from solarcal.tui.widgets.lines import Field, Words
 from solarcal.unit.tracker import Spot
 
@@ -47,52 +46,6 @@ ANSWER_TAKEN_S = 0.1
 no second question, and does not count until it was let go."""
 
 NOT_STORED = "the technician did not store it"
-
-
-class Question(Words):
-    """One of the three, with what speaks for and against it."""
-
-    DEFAULT_CSS = """
-    Question { height: auto; }
-    """
-
-    def ask(self, number: int, facts: Sequence[Fact], answers: Answers) -> None:
-        given = (answers.ref_check, answers.sun_offset, answers.tracking)
-        lines: list[str | tuple[str, str]] = []
-        for index, question in enumerate(QUESTIONS):
-            answer = given[index]
-            if index < number:
-                lines.append(f"   {question}  {'YES' if answer else 'NO'}\n")
-            elif index == number:
-                lines.append((f"{index + 1}. {question}\n", "bold $accent"))
-                for fact in facts:
-                    style = "bold $warning" if fact.against else ""
-                    lines.append(
-                        (f"      {'! ' if fact.against else '- '}{fact.sentence}\n", style)
-                    )
-        self.update(Content.assemble(*lines))
-
-
-class Gathering(Words):
-    """Progress of a gathering. The words say that keys are held."""
-
-    DEFAULT_CSS = """
-    Gathering { height: auto; }
-    """
-
-    def at(self, fraction: float) -> None:
-        left_s = min(GATHERING_S, (1.0 - fraction) * READINGS * READING_INTERVAL_S)
-        self.update(
-            Content.assemble(
-                ("GATHERING  ", "bold $accent"),
-                f"{progress_bar(fraction)}, about {left_s:.0f} s to go\n\n",
-                "Keys are ignored for a few seconds. Touch nothing. STOP works.",
-            )
-        )
-
-    def typing(self) -> None:
-        """Nothing is gathered: what the display shows is typed."""
-        self.update(Content.assemble(("Type what the display shows.", "bold $accent")))
 
 
 class TakePointDialog(PacedDialog):
@@ -113,6 +66,9 @@ class TakePointDialog(PacedDialog):
         self._attempt: Attempt | None = None
         self._answer_before: bool | None = None
         self._asked_to_judge = False
+        self._choosing = False
+        self._interrupted = False
+        self._back = ""
 
     def body(self) -> Iterable[Widget]:
         yield Question(id="question")
@@ -127,8 +83,7 @@ class TakePointDialog(PacedDialog):
         session = state.session
         if state.attempt is None:
             if session is not None and session.uploads and not session.uploads[-1].rollback:
-                self.offer("check", "data")
-                self.say("After an upload: a check point, or one more data point?")
+                self._choose()
             else:
                 self._begin(check=False)
         if self.worker.station.tracker.emulation is not None:
@@ -176,8 +131,13 @@ class TakePointDialog(PacedDialog):
         else:
             self.dismiss(None)
 
+    def _choose(self) -> None:
+        self._choosing = True
+        self.offer("check", "data")
+        self.say(f"{self._back} After an upload: a check point, or one more data point?".lstrip())
+
     def _begin(self, *, check: bool, override_reason: str | None = None) -> None:
-        self._check = check
+        self._check, self._choosing, self._back = check, False, ""
         self._answer_before = None
         self.offer()
         self.submit(
@@ -228,6 +188,7 @@ class TakePointDialog(PacedDialog):
         gathering.display = state.activity in (Activity.READY, Activity.GATHERING)
         result.display = state.activity is Activity.RESULT
         if attempt is None:
+            self._demand_reference(state)
             return
         self._check = attempt.check
         self.query_one("#dialog").border_title = (
@@ -269,12 +230,31 @@ class TakePointDialog(PacedDialog):
 
     def link_lost(self) -> None:
         self._asked_to_judge = False
+        self._interrupted = self._attempt is not None
         self.offer()
 
     def link_restored(self) -> None:
-        if self.workstation.state.attempt is None:
-            self.say("The link is back. The attempt was aborted and is in the file.", "warning")
+        if self.workstation.state.attempt is not None:
+            return
+        self._back = "The link is back."
+        if self._interrupted:
+            self._back += " The attempt was aborted and is in the file."
+        if self._choosing:
+            self._choose()
+        else:
+            self.say(self._back, "warning")
             self.offer("again")
+
+    def _demand_reference(self, state: StationState) -> None:
+        """After a lost line: a unit that has restarted meanwhile gives no point before."""
+        live, session = state.live, state.session
+        lost = live.status is not None and not live.status.referenced
+        checked = session is not None and session.ref_checks and live.capabilities.has_link
+        if self._back and checked and lost:
+            self.offer()
+            words = "The unit has lost its reference (did it restart?): do a reference check."
+            self.finish(f"{self._back} {words}", "warning")
+            self._back = ""
 
     def step_done(self, done: Done[Any]) -> None:
         super().step_done(done)
