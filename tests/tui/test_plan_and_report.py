@@ -325,8 +325,10 @@ async def test_notices_have_rows_of_their_own_and_lie_over_nothing(size):
         await pilot.press("n")
         await shows(pilot, "Remark")
         app.notify("a notice while a dialog is open")
-        said = app.screen.query_one("#said").region
-        await until(pilot, lambda: "a notice while" in screen_text(app).split("\n")[said.y])
+        # Above what the dialog asks, which stays.
+        await shows(pilot, "a notice while a dialog is open", "Written into the session file")
+        rows = screen_text(app).split("\n")
+        assert "a notice while" in rows[app.screen.query_one("#said").region.y - 1]
         await pilot.press("escape")
         for key, words in (
             ("f1", "THE PROCEDURE"), ("f4", "PLAN"), ("f9", "RECOMPUTE"), ("ctrl+p", "Search"),
