@@ -22,6 +22,7 @@ from solarcal.report.tables import (
     file_points_table,
     listed_of_files,
     old_and_new_table,
+    read_back_words,
 )
 from solarcal.session.points import PointTable
 from solarcal.session.records import Header, UploadRecord
@@ -209,11 +210,7 @@ def after_section(judged: FileAnalysis, after: SignOff) -> Section:
 def _upload_sentences(
     judged: FileAnalysis, after: SignOff, newest: UploadRecord
 ) -> tuple[str, ...]:
-    said = [
-        "the unit read back exactly these numbers"
-        if newest.verified
-        else "the unit did NOT read back these numbers"
-    ]
+    said = [read_back_words(newest)]
     if newest.forced:
         said.append(f"uploaded against advice: {newest.forced}")
     if len(after.uploads) > 1:

@@ -243,13 +243,18 @@ def old_and_new_table(record: UploadRecord) -> Table:
 def upload_table(record: UploadRecord) -> Blocks:
     """What was in force and is now, and what the unit read back."""
     what = "Rolled back" if record.rollback else f"Uploaded ({record.method})"
-    read_back = (
-        f"{what}; the unit read back exactly these numbers."
-        if record.verified
-        else f"{what}; READ BACK DIFFERS: the unit does not hold these numbers. Roll back."
-    )
     forced = (f"Forced: {record.forced}",) if record.forced else ()
-    return old_and_new_table(record), Prose((read_back, *forced))
+    return old_and_new_table(record), Prose((f"{what}; {read_back_words(record)}.", *forced))
+
+
+def read_back_words(record: UploadRecord) -> str:
+    """What is known of the numbers in the unit after an upload, and what to do."""
+    if record.verified:
+        return "the unit read back exactly these numbers"
+    again = "upload again, or roll back"
+    if record.failure:
+        return f"NOT finished ({record.failure}): the unit may hold either set; {again}"
+    return f"READ BACK DIFFERS: the unit does not hold these numbers; {again}"
 
 
 def key_in_table(key_in: tuple[tuple[str, str], ...], geometry: str) -> Table:
