@@ -27,6 +27,12 @@ def broken_off(tmp_path: Path) -> Path:
     return path
 
 
+def test_a_session_that_is_missing_is_said_to_be(tmp_path: Path, opened, capsys) -> None:
+    assert run_command(["run", "--continue", str(tmp_path / "none.jsonl")]) == 2
+    assert "is missing: no such file" in capsys.readouterr().err
+    assert not opened
+
+
 def test_a_session_of_an_unknown_line_goes_on_where_port_says(opened, broken_off, capsys) -> None:
     words = ["run", "--continue", str(broken_off)]
     assert run_command(words) == 2

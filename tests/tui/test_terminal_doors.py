@@ -74,15 +74,6 @@ def test_the_first_screen_is_there_before_numpy(tmp_path):
     assert done.returncode == 0, done.stderr
 
 
-def test_continuing_a_session_of_an_unknown_line_says_where_to_choose_it(tmp_path):
-    from solarcal.cli.run import _continued
-    from solarcal.errors import ConfigurationError
-    from solarcal.profiles import Profile
-
-    with pytest.raises(ConfigurationError, match="is missing: no such file"):
-        _continued(tmp_path / "none.jsonl", Profile())
-
-
 def test_the_program_ends_with_its_terminal_even_if_no_hang_up_is_sent(tmp_path):
     terminal = Terminal(tmp_path, "--scenario", "tijeras-azel")
     try:
