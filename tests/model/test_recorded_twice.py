@@ -278,6 +278,13 @@ def test_what_takes_a_check_point_its_meaning(session: SessionView, told: str) -
     assert not sign_off([session], analyse_session(session)).signed_off
 
 
+@pytest.mark.parametrize("missing", ["error_deg", "ideal_deg"])
+def test_a_check_point_whose_errors_or_sun_are_not_recorded_is_compared_with_nothing(
+    missing: str,
+) -> None:
+    assert found(edited(CHECK.seq, **{missing: None}), "check_point") == []
+
+
 def test_what_the_unit_had_when_it_was_seen_last_is_held_against_the_upload() -> None:
     (upload,) = DAY.uploads
     assert held_instead([DAY]) is None
@@ -286,6 +293,7 @@ def test_what_the_unit_had_when_it_was_seen_last_is_held_against_the_upload() ->
     assert held_instead([later]) == (other, upload)
     (finding,) = held_evidence([later])
     assert "P2 1.5 instead of" in finding.sentence
+    assert finding.direct
     assert state(later) == "continue"
     # A later session of the unit begins with other numbers, or with these.
     for held, same in ((upload.old_coefficients, False), (upload.new_coefficients, True)):

@@ -12,6 +12,7 @@ import pytest
 
 from solarcal.cli import run_command
 from solarcal.model.analysis import findings_of
+from solarcal.model.evidence.angle_conventions import _MEANINGS, other_conventions
 from solarcal.model.evidence.direct import Evidence
 from solarcal.model.evidence.stamp_search import day_and_month_exchanged_s
 from solarcal.model.evidence.sun_path import _thinned, stamp_evidence
@@ -158,6 +159,11 @@ def test_angles_counted_otherwise_are_named_and_no_cause_is_looked_for_beside(ge
     assert stamps.kind == "geometry"
     assert words in stamps.sentence
     assert residuals.certainty == "not_determinable"
+
+
+def test_every_convention_that_has_a_name_is_looked_for():
+    for (geometry, *_), name in _MEANINGS.items():
+        assert any(f"({name})" in way.words(geometry) for way in other_conventions()), name
 
 
 def analyse_table(table: PointTable) -> tuple[Finding, ...]:

@@ -55,6 +55,14 @@ def test_a_correction_of_fifteen_degrees_is_judged_within_limits() -> None:
     assert message(limits=far, P2=-9.0, P5=0.04) == MESSAGE
 
 
+@pytest.mark.parametrize(("zero_deg", "scale"), [(15.5, 0.02), (13.9, -0.02)])
+def test_a_correction_is_judged_at_both_ends_of_axis_2(zero_deg: float, scale: float) -> None:
+    """P4 - P6*AX2 is 15.5 deg near one end of 2..88 deg and 13.9 deg near the other."""
+    limits = Limits(AxisLimits(-130.0, 130.0), AxisLimits(2.0, 88.0))
+    assert message(limits=limits, P4=zero_deg, P6=scale) == MESSAGE
+    assert message(limits=limits, P4=zero_deg - 0.9, P6=scale) is None
+
+
 def test_a_small_lean_is_realistic_although_the_zenith_is_within_limits() -> None:
     # In axis degrees the azimuth correction is unbounded there, on sky it is the lean.
     assert message(limits=WIDE, P1=1.0, P3=1.0) is None

@@ -1,6 +1,7 @@
 """Stop, go on, give up for today, or look what is the matter."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -112,7 +113,10 @@ class TestStates:
         context, points = day_of("azel", 13, noise_deg=0.02)
         verdict = verdict_of(points.replace(sigma_deg=np.full(13, size)), context)
         (said,) = [one for one in verdict.reasons if "correct sigma_deg" in one]
-        assert f"the points' sigmas ({size:g} deg) are " in said
+        of = r"the points' sigmas \(([0-9.]+) deg\) are ([0-9]+) times .* scatter \(([0-9.]+) deg\)"
+        sigma, times, scatter = map(float, re.search(of, said).groups())
+        assert sigma == size
+        assert times == pytest.approx(size / scatter, rel=0.05)
         assert not any("the model lacks an effect" in one for one in verdict.reasons)
         honest = verdict_of(points.replace(sigma_deg=np.full(13, 0.1)), context)
         assert not any("correct sigma_deg" in one for one in honest.reasons)
@@ -271,6 +275,12 @@ class TestCrossChecks:
             weights = rng.standard_normal(size) - 0.4
             draws = rng.standard_normal((200_000, size)) ** 2 @ weights
             assert chance_above_zero(weights) == pytest.approx(np.mean(draws > 0.0), abs=0.015)
+
+    def test_the_saddle_point_goes_through_even_weights(self):
+        """2 a^2 > b^2 + c^2, whose right side is exponential: 1 - 1/sqrt(3) of all cases."""
+        for weights in ([2.0, -1.0, -1.0], [2.0, -1.0 + 1e-9, -1.0], [2.0, -1.002, -1.0]):
+            found = chance_above_zero(np.array(weights))
+            assert found == pytest.approx(1.0 - 1.0 / np.sqrt(3.0), abs=0.003)
 
     def test_leaving_out_by_algebra_is_leaving_out_in_deed(self):
         context, points = day_of("azel", 9, noise_deg=0.03)

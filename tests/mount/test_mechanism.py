@@ -327,11 +327,18 @@ def test_missing_values_stay_missing():
 
 
 @pytest.mark.parametrize(
-    "values", [{"P1": 50.0}, {"P5": 0.7}, {"P2": math.nan}, {"sag_deg": math.inf}]
+    ("values", "shown"),
+    [
+        ({"P1": -50.0}, "-50"),
+        ({"P3": np.array([[1.0], [-50.0], [46.0]])}, "-50"),
+        ({"P5": 0.7}, "0.7"),
+        ({"P2": math.nan}, "nan"),
+        ({"sag_deg": math.inf}, "inf"),
+    ],
 )
-def test_a_mechanism_that_cannot_be_is_refused(values):
+def test_a_mechanism_that_cannot_be_is_refused_with_its_worst_value(values, shown):
     ((name, _),) = values.items()
-    with pytest.raises(ConfigurationError, match=f"a mechanism with {name} = "):
+    with pytest.raises(ConfigurationError, match=f"a mechanism with {name} = {shown} cannot be"):
         Mechanism(**values)
 
 

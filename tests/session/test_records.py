@@ -47,6 +47,21 @@ def test_what_a_header_and_an_upload_say_when_nobody_says_otherwise() -> None:
     assert (begun.rollback, begun.forced) == (False, "")
 
 
+def test_a_field_that_a_record_does_not_have_says_nothing() -> None:
+    """A file of an older format lacks fields: nothing was seen, lost, doubted or forced."""
+    empty = ("", None, 0, False, ())
+    for _, one in inspect.getmembers(records, inspect.isclass):
+        if getattr(one, "__struct_config__", None) is None or not one.__struct_config__.tag:
+            continue
+        for field in inspect.signature(one).parameters.values():
+            default = field.default
+            if one is records.Header or default is inspect.Parameter.empty:
+                continue
+            # What every check and fit of the first format was.
+            old = {"at_switches": True, "method": "linear"}.get(field.name)
+            assert default == old if old is not None else default in empty, (one, field.name)
+
+
 @pytest.mark.parametrize(
     ("fit_seq", "points", "recorded"),
     [(3, 2, False), (5, 2, True), (5, 1, False), (None, 0, False)],

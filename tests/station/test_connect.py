@@ -3,7 +3,9 @@
 from pathlib import Path
 from types import SimpleNamespace
 
+import msgspec
 import pytest
+from session_samples import HEADER
 
 from solarcal.cli import run_command
 from solarcal.config import Choice
@@ -118,3 +120,17 @@ def test_sessions_to_go_on_with_are_offered_where_they_are_asked_for(tmp_path, m
         assert not taken_up.offers_unfinished
     else:
         opening.open_line(tracker, choice, Profile()).close()
+
+
+@pytest.mark.parametrize(
+    ("scenario", "serial", "name"),
+    [("polar", "0001", "polar"), ("", "SN 17", "SN-17"), ("", "", "unit")],
+)
+def test_a_session_is_named_after_the_scenario_or_the_unit(
+    tmp_path, monkeypatch, scenario, serial, name
+):
+    monkeypatch.setenv("SOLARCAL_SESSIONS", str(tmp_path))
+    unit = msgspec.structs.replace(HEADER.unit, serial=serial)
+    create = opening._journal_creator(Choice(scenario=scenario), None)
+    with create(msgspec.structs.replace(HEADER, unit=unit)) as journal:
+        assert journal.path.name == f"{name}-{HEADER.utc[:10]}.jsonl"

@@ -1,6 +1,7 @@
 """Set Sun Offset by hand: aims that follow the Sun, and which side an axis came from."""
 
 import math
+from itertools import pairwise
 
 import msgspec
 import pytest
@@ -11,6 +12,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.site import Site
 from solarcal.station.jogging import (
+    STEPS_DEG,
     TAKEN_UP_DEG,
     ApproachWatch,
     JogView,
@@ -60,6 +62,12 @@ def test_forward_is_the_suns_way_or_the_last_one_where_the_sun_stands() -> None:
     assert forward_sense(0.004, -1) == 1
     assert forward_sense(1e-6, -1) == -1
     assert forward_sense(0.0, 0) == 1
+
+
+def test_the_steps_go_from_a_last_digit_to_a_degree_each_about_twice_the_one_before() -> None:
+    assert (STEPS_DEG[0], STEPS_DEG[-1]) == (0.005, 1.0)
+    for smaller, larger in pairwise(STEPS_DEG):
+        assert 1.99 < larger / smaller < 2.51
 
 
 def test_nothing_moves_before_the_first_arrow_key() -> None:

@@ -96,6 +96,12 @@ def test_limits_and_inclinometers_that_differ_are_said(other, swapped: bool) -> 
     assert by_lean.endswith(f": that of {path} counts"), "the newest reading"
 
 
+def test_last_coefficients_that_differ_are_said(other) -> None:
+    (said,) = differing(judged(DAY, other(last_coefficients=Coefficients(P1=0.3))))
+    assert f"(none in {DAY}; +0.3 +0 +0 +0 +0 +0 in " in said
+    assert said.endswith(f": that of {DAY} counts")
+
+
 def test_sessions_of_one_rule_differ_in_nothing(other) -> None:
     assert not differing(judged(DAY, other()))
     assert judged(DAY).asked_for == ()

@@ -100,6 +100,9 @@ def test_counts_are_doubted_from_the_fifth_point_on(taken: SessionView) -> None:
     assert counts_doubt(session, wild, "robust")
     four = replace(session, points=session.points[:-1])
     assert counts_doubt(four, wild, "robust") == ""
+    for name in ("ideal_deg", "reading_deg", "expected_counts", "found_counts"):
+        unread = msgspec.structs.replace(wild, **{name: None})
+        assert counts_doubt(session, unread, "robust") == ""
 
 
 def test_the_first_point_has_nothing_to_be_compared_with(taken: SessionView) -> None:
@@ -197,7 +200,10 @@ def test_a_point_opened_shows_the_fit_with_and_without_it(taken: SessionView) ->
     assert influence.with_it.solution.values == pytest.approx(with_it.values)
     assert influence.without.solution.values == pytest.approx(without.values)
     # One residual on all panes: the plot's, and the table's.
-    plotted = session_plot_data(taken.header, taken.accepted, with_it).points
+    data = session_plot_data(taken.header, taken.accepted, with_it)
+    assert data.has_model
+    assert not session_plot_data(taken.header, taken.accepted).has_model
+    plotted = data.points
     assert influence.residual_deg == pytest.approx(
         (plotted.residual1_deg[-1], plotted.residual2_deg[-1]), abs=1e-12
     )

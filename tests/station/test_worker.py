@@ -9,7 +9,7 @@ from emulated_station import emulated_station
 from solarcal.errors import LinkError, ProcedureRefused
 from solarcal.session.records import LinkLost, Note, Void
 from solarcal.station.news import Done, Reconnected, StatusRead, StepFailed
-from solarcal.station.worker import StationWorker
+from solarcal.station.worker import FIRST_RETRY_S, StationWorker
 
 
 class Asked(Done[int], name="question"): ...
@@ -134,3 +134,21 @@ def test_a_try_asked_for_does_not_wait_for_its_pause(cut_off, monkeypatch):
     worker.reconnect_now()
     (back,) = answers(posted, 1)
     assert isinstance(back, Reconnected)
+
+
+@pytest.mark.parametrize("comes_back", [False, True])
+def test_pauses_between_tries_double_up_to_a_quarter_of_a_minute(monkeypatch, comes_back):
+    """Also while the line comes back for moments: it is not opened anew every second."""
+    station, _ = emulated_station()
+    worker = StationWorker(station, lambda news: None)
+
+    def reconnect():
+        if not comes_back:
+            raise LinkError("still cut")
+
+    monkeypatch.setattr(station, "reconnect", reconnect)
+    pauses = [FIRST_RETRY_S]
+    for _ in range(5):
+        worker.reconnect_now()
+        pauses.append(worker._try_again(pauses[-1]))
+    assert pauses == [1.0, 2.0, 4.0, 8.0, 15.0, 15.0]

@@ -7,7 +7,13 @@ import pytest
 from solarcal.errors import LinkError, ProcedureRefused, ProtocolError
 from solarcal.mount.geometry import AxisLimits
 from solarcal.unit.drivers import easycomm
-from solarcal.unit.drivers.easycomm import ANSWER_S, ASKED_AT_MOST, BOOT_S, EasyCommRotator
+from solarcal.unit.drivers.easycomm import (
+    ANSWER_S,
+    ASKED_AT_MOST,
+    BOOT_S,
+    VERSION_S,
+    EasyCommRotator,
+)
 from solarcal.unit.tracker import ROTATOR
 
 OPENING = (("AZ EL", "AZ180.0 EL45.0"), ("VE", "VESatNOGS-v2.2"))
@@ -68,7 +74,9 @@ def test_firmware_that_restarts_with_the_line_is_given_its_time_once(monkeypatch
 
     link = Restarting(SILENT, *OPENING)
     EasyCommRotator(lambda: link, "/dev/ttyUSB0").open()
-    assert [wait_s for wait_s in waits if wait_s > 0.0][:2] == [BOOT_S, ANSWER_S]
+    # Firmware that knows no version is waited for less.
+    assert [wait_s for wait_s in waits if wait_s > 0.0][:3] == [BOOT_S, ANSWER_S, VERSION_S]
+    assert 0.0 < VERSION_S < ANSWER_S < BOOT_S
     link.assert_finished()
 
 
@@ -91,6 +99,13 @@ def test_it_is_sent_with_as_many_decimals_as_it_shows():
     rotator.go_to(180.354, 45.432, rotator.stops())
     rotator.position_deg()
     rotator.go_to(180.354, 45.432, rotator.stops())
+    link.assert_finished()
+
+
+def test_it_is_sent_with_four_decimals_at_most():
+    rotator, link = opened(("AZ EL", "AZ180.123456 EL45.0"), ("AZ180.1235 EL45.1235",))
+    rotator.position_deg()
+    rotator.go_to(180.123456, 45.123456, rotator.stops())
     link.assert_finished()
 
 

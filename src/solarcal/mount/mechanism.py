@@ -126,9 +126,10 @@ class Mechanism(msgspec.Struct, frozen=True):
             value = getattr(self, name)
             within = abs(value) <= largest
             if not (within if isinstance(within, bool) else np.all(within)):
-                shown = float(value) if np.ndim(value) == 0 else float(np.abs(value).max())
+                values = np.ravel(value)
+                worst = float(values[np.abs(values).argmax()])
                 raise ConfigurationError(
-                    f"a mechanism with {name} = {shown:g} cannot be: not within +-{largest:g}"
+                    f"a mechanism with {name} = {worst:g} cannot be: not within +-{largest:g}"
                 )
 
     @classmethod
@@ -303,7 +304,7 @@ class Mechanism(msgspec.Struct, frozen=True):
         rows, up = self._own_axes(m), geometry.up_components()
         want1, want2 = reading1_deg - self.P2, reading2_deg - self.P4
         per_deg1, per_deg2 = 1.0 - self.P5, 1.0 - self.P6
-        axis1, axis2 = want1 / per_deg1, want2 / per_deg2
+        axis1, axis2 = want1, want2
         for _ in range(_MAX_ITERATIONS):
             ax1, ax2 = self._looked_at(m, rows, up, axis1, axis2)
             miss1 = want1 - (axis1 - self.P5 * ax1)

@@ -145,6 +145,6 @@ else:
         wanted = f"{os.major(state.st_dev):02x}:{os.minor(state.st_dev):02x}:{state.st_ino}"
         for line in table.splitlines():
             fields = line.split()
-            if len(fields) >= 6 and fields[1] == "FLOCK" and fields[5] == wanted:
+            if "FLOCK" in fields and wanted in fields:
                 return f"another program (process {fields[4]})"
         return "another program"

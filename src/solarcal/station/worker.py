@@ -215,12 +215,13 @@ class StationWorker:
         try:
             self.station.reconnect()
         except LinkError:
-            return min(2.0 * pause_s, LONGEST_RETRY_S)
+            pass
         except SolarcalError as error:
             self._post(StepFailed(Reconnected, error))
             return LONGEST_RETRY_S
-        self._post(Reconnected(None))
-        # A line that comes and goes is not opened anew every second.
+        else:
+            self._post(Reconnected(None))
+        # A line that comes and goes is not opened anew every second either.
         return min(2.0 * pause_s, LONGEST_RETRY_S)
 
     def _attend_while_lost(self, patience_s: float) -> bool:

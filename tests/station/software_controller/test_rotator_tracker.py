@@ -226,6 +226,19 @@ def test_at_a_limit_it_waits_and_goes_on_when_the_sun_is_back():
     assert tracker.status().mode is Mode.TRACK
 
 
+def test_a_laptop_clock_that_is_set_back_does_not_leave_the_sun_unfollowed(monkeypatch):
+    bench = RotatorBench()
+    tracker = bench.open()
+    tracker.set_mode(Mode.TRACK)
+    bench.clock.wait(200.0)
+    honest = bench.clock.utc_s
+    monkeypatch.setattr(bench.clock, "utc_s", lambda: honest() - 1800.0)
+    tracker.act()
+    status = bench.wait(60.0)
+    # Whatever the time is, the axes are where a unit with this clock believes the Sun.
+    assert status.reading_deg == pytest.approx((status.target1_deg, status.target2_deg), abs=0.1)
+
+
 def test_no_tracking_is_begun_at_night():
     bench = RotatorBench(start="2026-06-03T08:00:00Z")
     with pytest.raises(UnitRefused, match="below the horizon"):

@@ -11,7 +11,12 @@ from msgspec.structs import replace as with_fields
 
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.station.described_unit import TypedControllerModel as Model
-from solarcal.station.typed.plausibility import clock_doubts, key_in_doubts, reading_sheet_doubts
+from solarcal.station.typed.plausibility import (
+    clock_doubts,
+    key_in_doubts,
+    reading_fit,
+    reading_sheet_doubts,
+)
 from solarcal.station.typed.typo_hints import Fit, difference_named, reading_doubts
 
 IN_FORCE = Coefficients(0.2, -0.35, 0.5, 0.2, 0.0008, -0.0006)
@@ -161,6 +166,25 @@ def test_counts_typed_wrong() -> None:
     texts = displayed(held, MORNING, O1, O2)
     wrong = texts["ax1"].removeprefix("-")
     assert f"AX1 typed {wrong}, the sign: {texts['ax1']}?" in said(held, {**texts, "ax1": wrong})
+
+
+def test_a_display_is_right_to_half_of_its_last_digit(held: Model, shown: dict[str, str]) -> None:
+    fine = reading_fit(held, {**shown, "ax1": "45.000", "o1": "0.000"}, MORNING)
+    for coarser in ({"ax1": "45"}, {"o1": "0"}):
+        coarse = reading_fit(held, {**shown, "ax1": "45.000", "o1": "0.000", **coarser}, MORNING)
+        wider = coarse.tolerance_deg[0] - fine.tolerance_deg[0]
+        assert wider == pytest.approx(0.5 * (1.0 - 0.001))
+        assert coarse.tolerance_deg[1] == fine.tolerance_deg[1]
+
+
+def test_counts_that_no_screwjack_has_are_doubted() -> None:
+    held = unit_model(with_fields(COUNTS, drive2="screwjack:40:12:2.5:70:1200:-"), IN_FORCE)
+    texts = displayed(held, MORNING, O1, O2)
+    assert said(held, texts) == ""
+    off = said(held, {**texts, "ax2": f"{texts['ax2']}9"})
+    assert off.startswith(f"no position of axis 2 has {texts['ax2']}9 counts; no single slip")
+    sign = texts["ax2"].removeprefix("-")
+    assert f"AX2 typed {sign}, the sign: {texts['ax2']}?" in said(held, {**texts, "ax2": sign})
 
 
 def test_the_displays_sun_against_ours(held: Model, shown: dict[str, str]) -> None:

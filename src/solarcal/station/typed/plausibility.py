@@ -91,14 +91,18 @@ def reading_fit(held: TypedControllerModel, texts: Texts, read_utc_s: float) -> 
             return float("nan"), float("nan")
         o1, o2 = (float(o or 0.0) for o in offsets)
         target = held.target_deg(moment_s + shift_s, Offsets(o1, o2))
-        try:
-            reading = [held.reading_deg(axis, float(shown[axis] or 0.0)) for axis in (0, 1)]
-        except ConfigurationError:
-            # Counts that no screwjack has: another slip is meant.
-            return float("nan"), float("nan")
+        reading = [_reading_deg(held, axis, float(shown[axis] or 0.0)) for axis in (0, 1)]
         return float(wrap_deg(reading[0] - target[0])), reading[1] - target[1]
 
     return Fit(off_deg, (tolerance[0], tolerance[1]))
+
+
+def _reading_deg(held: TypedControllerModel, axis: int, shown: float) -> float:
+    """The read-out of an axis; not a number for counts that no position of its screwjack has."""
+    try:
+        return held.reading_deg(axis, shown)
+    except ConfigurationError:
+        return float("nan")
 
 
 def key_in_doubts(wanted: tuple[tuple[str, str], ...], texts: Texts) -> tuple[Doubt, ...]:

@@ -32,7 +32,8 @@ class Fit:
     Parameters
     ----------
     off_deg : texts, and seconds to add to the moment they were read at, to reading minus
-        (ideal + E + O) of both axes, degrees; not a number where a text is none.
+        (ideal + E + O) of both axes, degrees; not a number where a text is none, or where no
+        position of the axis has these counts.
     tolerance_deg : what each axis may be off by honestly.
     """
 
@@ -61,8 +62,14 @@ def reading_doubts(fit: Fit, texts: Texts, other_offsets: Texts | None = None) -
                 break
     off = fit.off_deg(texts, 0.0)
     wrong = [axis for axis in (0, 1) if not good[axis]]
-    measured = " and ".join(f"AX{axis + 1} by {off[axis]:+z.3f} deg" for axis in wrong)
-    measured += " off ideal + E + O"
+    measured = " and ".join(
+        f"AX{axis + 1} by {off[axis]:+z.3f} deg"
+        if math.isfinite(off[axis])
+        else f"no position of axis {axis + 1} has {texts[f'ax{axis + 1}']} counts"
+        for axis in wrong
+    )
+    if any(math.isfinite(off[axis]) for axis in wrong):
+        measured += " off ideal + E + O"
     if not named:
         return (Doubt(f"{measured}; no single slip explains it.", f"ax{wrong[0] + 1}"),)
     first, *rest = named
