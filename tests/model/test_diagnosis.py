@@ -122,6 +122,10 @@ def test_more_of_a_cause_than_there_is_in_nature_is_no_cause() -> None:
         assert weigh([unknown], frozenset(), 0.1).waiting == (unknown.sentence,)
     (natural,) = made_up_day("azel", (JUNE,), 1, cause="SAG", amount=0.45, noise_deg=0.01).found()
     assert natural.causes[0] == "sag"
+    (airless,) = made_up_day(
+        "azel", (JUNE,), 1, cause="REFRACTION", amount=-1.0, noise_deg=0.01
+    ).found()
+    assert airless.causes[0] == "refraction"
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -60,6 +60,17 @@ def test_setting_the_clock_is_neither_step_nor_drift() -> None:
     assert set(said) == {"clock_offset"}
 
 
+@pytest.mark.parametrize("at", [1, 4, 6, 9])
+def test_a_step_is_found_between_any_two_readings_of_one_setting(at: int) -> None:
+    """The clock was set between points 5 and 6: what differs there is the setting's."""
+    setting = ClockSetting(4.5 * 3600.0, 0.0, 60.0)
+    after = np.where(setting.utc_s < HOURS, 60.0, 0.0)
+    stepped = after + 7.0 * (np.arange(10) >= at) * ((np.arange(10) > 4) == (at > 4))
+    # What the setting found and left is a reading too.
+    setting = ClockSetting(4.5 * 3600.0, 7.0 if at < 5 else 0.0, 60.0)
+    assert f"+7.0 s before point {at + 1}" in kinds(stepped.tolist(), [setting])["clock_step"]
+
+
 def test_a_whole_hour_is_said_to_be_one() -> None:
     assert "+1 h" in kinds([3600.2] * 10)["clock_offset"]
 
@@ -72,6 +83,8 @@ def test_too_few_readings_tell_no_drift(n: int) -> None:
 def test_the_laptop_clock_is_known_by_a_time_signal_only() -> None:
     assert laptop_finding(None, None).certainty == "not_determinable"
     assert laptop_finding(-30.0, 0.5).certainty == "found"
+    # Half a second where nobody said how well the signal was heard.
+    assert (laptop_finding(2.0, None).sigma, laptop_finding(2.0, 0.1).sigma) == (0.5, 0.1)
     assert "correct the laptop's clock" in laptop_finding(-30.0, 0.5).sentence
     assert laptop_finding(0.2, 0.5).certainty == "not_determinable"
 

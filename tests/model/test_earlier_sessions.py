@@ -6,7 +6,7 @@ import re
 import msgspec
 import numpy as np
 import pytest
-from made_up_trackers import day_of
+from made_up_trackers import TRACKER, day_of
 
 from benchmarks.diagnosis import DECEMBER, JUNE, changed, merged
 from benchmarks.judgement_trackers import (
@@ -17,7 +17,12 @@ from benchmarks.judgement_trackers import (
     true_year,
 )
 from solarcal.errors import FitError
-from solarcal.model.earlier_sessions import last_prior, merge_sessions, weigh_last
+from solarcal.model.earlier_sessions import (
+    last_prior,
+    merge_sessions,
+    weigh_inclinometer,
+    weigh_last,
+)
 from solarcal.model.finding import Finding
 from solarcal.model.forecast import forecast
 from solarcal.model.mechanism_solution import MechanismSolution
@@ -95,6 +100,18 @@ def test_a_lean_read_after_the_tower_moved_is_held_against_the_last_session_alon
         <= 1.05 * np.sqrt(np.diag(alone.posterior.covariance))[:4].max()
     )
     assert with_it.solution.noise_deg < 0.06
+
+
+def test_an_inclinometer_that_contradicts_the_points_is_off_by_so_many_sigmas() -> None:
+    """The sigma is one direction's, of points and reading together."""
+    context, points = day_of("azel", 14, noise_deg=0.01)
+    read = DEFAULT_PRIOR.with_inclinometer(TRACKER.P1 + 0.6, TRACKER.P3 - 0.8, 0.1)
+    prior, (finding,) = weigh_inclinometer(
+        read, lambda prior: fit_exact(points, context, prior=prior)
+    )
+    assert prior == DEFAULT_PRIOR
+    assert finding.number == pytest.approx(1.0, abs=0.05)
+    assert finding.sigma == pytest.approx(0.1, abs=0.01)
 
 
 def test_an_unchanged_unit_is_fitted_as_one_set_of_points() -> None:

@@ -1,12 +1,13 @@
 """What a session records twice is compared; a contradiction is named and keeps it from done."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
 import pytest
 
-from solarcal.model.evidence.direct import direct_findings
+from solarcal.model.evidence.direct import Evidence, direct_findings
 from solarcal.model.evidence.unit_state import held_evidence
 from solarcal.model.finding import Finding
 from solarcal.mount.formula import Offsets
@@ -306,3 +307,16 @@ def test_what_the_unit_had_when_it_was_seen_last_is_held_against_the_upload() ->
         # And an earlier one says nothing.
         before = view_session(change(header, utc="2026-05-10T13:00:00.000Z"), ())
         assert held_instead([before, DAY]) is None
+
+
+def test_counts_missed_are_dated_by_the_points_of_one_session_alone() -> None:
+    """Numbers of points of several files name no point."""
+    second = DAY.ref_checks[1]
+    lost = edited(second.seq, difference_counts=(0, 500))
+    (finding,) = [f for f in analyse_session(lost).findings if f.kind == "missed_counts"]
+    assert "likely" in finding.sentence
+    table = lost.table
+    other = replace(table, sources=("other.csv", *table.sources[1:]))
+    assert len(Evidence(table, (lost,)).losses) == 1
+    assert Evidence(other, (lost,)).losses == ()
+    assert Evidence(table, (lost, DAY)).losses == ()

@@ -46,6 +46,7 @@ class TestStates:
         verdict = verdict_of(points, context)
         assert verdict.state == "done"
         assert "95 %" in verdict.reasons[0]
+        assert any("no trend in the residuals (p = " in reason for reason in verdict.reasons)
 
     def test_three_points_are_not(self):
         context, points = day_of("azel", 14)
@@ -417,8 +418,11 @@ class TestGears:
         verdict = verdict_of(points, context)
         assert verdict.state == "does_not_fit"
         assert verdict.reasons[0].startswith(said)
+        # The read-out is (1 - P) of the ideal angle: the axis turns by P more than it reads.
         way = "more" if "+" in said else "less"
-        assert f"% {way} than it reads" in verdict.reasons[0]
+        percent, way_said = re.search(r"turns (\S+) % (\w+) than", verdict.reasons[0]).groups()
+        fitted = float(verdict.reasons[0].split()[2])
+        assert (float(percent), way_said) == (pytest.approx(100.0 * abs(fitted), abs=0.06), way)
 
     def test_what_a_polar_day_does_not_show_is_said(self):
         """Declination stands still: P6 is known beforehand alone, and December needs it."""

@@ -68,6 +68,14 @@ def test_tape_noise_is_averaged_and_shown():
     assert setup.explanations == ()
 
 
+def test_the_sigma_of_beta_is_that_of_the_mean_of_two_lengths():
+    """Off by +e and -e at practically one angle: s = e sqrt(2), of their mean s / sqrt(2) = e."""
+    first, second = observed(JACK, 20.0, 20.001)
+    off = [first._replace(length=first.length + 0.01), second._replace(length=second.length - 0.01)]
+    per_deg = abs(JACK.length(20.5) - JACK.length(19.5))
+    assert fit_beta(UNSET, off).beta_sigma_deg == pytest.approx(0.01 / per_deg, rel=1e-3)
+
+
 def test_a_wrong_length_shows_in_the_betas_and_is_named():
     """R1 measured half an inch short: three observations contradict each other."""
     short = msgspec.structs.replace(UNSET, R1=29.5)

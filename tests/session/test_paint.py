@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from paint_samples import GEOMETRY, TARGETS, write_heliostat, write_tower
+from session_samples import assert_same_points
 
 from solarcal.cli import run_command
 from solarcal.errors import InputFileError
@@ -69,6 +70,18 @@ def test_a_fit_finds_the_mechanism_and_the_beam_returns_to_the_spot(
     assert found["lean_deg"] == pytest.approx(np.hypot(0.4, 0.3), abs=1e-3)
     assert document["beam"]["rms_before_mrad"] > 5.0
     assert document["beam"]["rms_mrad"] < 0.01
+
+
+def test_a_joint_that_is_not_displaced_need_not_be_said(tmp_path: Path) -> None:
+    records = write_heliostat(tmp_path, write_tower(tmp_path), TRUTH)
+    short = paint_table(read_paint(records, {}))
+    (place,) = tmp_path.glob("AA23/Properties/*.json")
+    whole = json.loads(place.read_text())
+    joints = [f"{one}_translation_{axis}" for one in
+              ("first_joint", "second_joint", "concentrator") for axis in "enu"]  # fmt: skip
+    whole["kinematic_properties"] = dict.fromkeys(joints, 0.0) | whole["kinematic_properties"]
+    place.write_text(json.dumps(whole))
+    assert_same_points(paint_table(read_paint(records, {})), short)
 
 
 def test_the_other_methods_spot_is_another_point(tmp_path: Path) -> None:

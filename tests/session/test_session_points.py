@@ -1,5 +1,6 @@
 """Points of sessions as tables, imports, merged files, and the Sun they were taken on."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -15,9 +16,11 @@ from solarcal.session.interchange import (
     session_from_table,
     write_table,
 )
+from solarcal.session.journal import Journal
 from solarcal.session.points import (
     PointTable,
     ideal_kind,
+    labelled_by_file,
     merge_tables,
 )
 from solarcal.session.records import Answers, Header, PointRecord, Record, Void
@@ -101,6 +104,31 @@ def test_an_imported_table_comes_back_exactly(tmp_path: Path) -> None:
     assert read.header.unknown == ()
     with pytest.raises(SessionFileError, match="exists already"):
         session_from_table(sampled(), path, utc_s=0.0)
+
+
+@pytest.mark.parametrize("gone", [False, True])
+def test_half_an_import_is_removed_and_its_error_is_the_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, gone: bool
+) -> None:
+    path = tmp_path / "new.jsonl"
+
+    def full(journal: Journal, records: object) -> None:
+        if gone:
+            path.unlink()
+        raise SessionFileError("no space left on device")
+
+    monkeypatch.setattr(Journal, "append_all", full)
+    with pytest.raises(SessionFileError, match="no space left"):
+        session_from_table(sampled(), path, utc_s=0.0)
+    assert not path.exists()
+
+
+def test_two_files_are_labelled_by_file_and_one_is_not() -> None:
+    first, second = sampled(), replace(sampled(), sources=("other.csv",) * 4)
+    assert labelled_by_file([first]) == (first,)
+    labels = [str(label) for one in labelled_by_file([first, second]) for label in one.labels]
+    assert len(set(labels)) == 8
+    assert all("other.csv" in label for label in labels[4:])
 
 
 def test_what_an_import_is_not_told_stays_unknown(tmp_path: Path) -> None:

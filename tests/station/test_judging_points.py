@@ -66,6 +66,22 @@ def test_missed_counts_do_not_match_and_the_axis_is_named(taken: SessionView) ->
     assert judged.sentence.startswith("Axis 2 does NOT match")
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+def test_more_than_three_sigmas_from_the_prediction_is_doubted(
+    taken: SessionView, axis: int
+) -> None:
+    session, last = without_last(taken)
+    judged = judge_point(session, last).axes[axis]
+    assert judged.sigmas is not None
+    sigma_deg = judged.off_deg / judged.sigmas
+    for sigmas, doubted in ((-3.2, True), (-2.8, False), (2.8, False), (3.2, True)):
+        error = list(last.error_deg)
+        error[axis] += (sigmas - judged.sigmas) * sigma_deg
+        moved = judge_point(session, msgspec.structs.replace(last, error_deg=tuple(error)))
+        assert moved.axes[axis].sigmas == pytest.approx(sigmas)
+        assert moved.axes[axis].suspicious == moved.suspicious == doubted
+
+
 @pytest.mark.parametrize("axis", [1, 2])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_counts_that_make_no_sense_are_named_with_their_axis_and_degrees(

@@ -190,7 +190,9 @@ def test_an_old_sun_offset_is_to_be_set_again():
     station.track()
     station.clock.wait(60.0)
     station.poll()
-    assert next_step(station.state).action == "take_point"
+    step = next_step(station.state)
+    assert step.action == "take_point"
+    assert step.sentence.endswith("then take point 1.")
     station.clock.wait(1800.0)
     station.poll()
     step = next_step(station.state)

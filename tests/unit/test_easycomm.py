@@ -118,6 +118,14 @@ def test_stop_overtakes_and_what_was_decided_before_it_does_not_move():
     link.assert_finished()
 
 
+def test_a_line_that_is_opened_anew_is_no_stop():
+    rotator, link = opened(*OPENING, ("AZ180.4 EL45.4",))
+    decided = rotator.stops()
+    rotator.open()
+    rotator.go_to(180.4, 45.4, decided)
+    link.assert_finished()
+
+
 def test_parking_stops_first():
     rotator, link = opened(("SA SE",), ("PARK",))
     rotator.park()

@@ -11,6 +11,7 @@ from scripted_link import sealed
 from solarcal.errors import ProtocolError
 from solarcal.unit.frames import (
     MAX_FRAME_CHARS,
+    Code,
     LineBuffer,
     Reply,
     Request,
@@ -211,3 +212,24 @@ def test_an_overlong_line_never_passes_for_a_frame(length, sizes):
     first, last = out
     assert last == b"next"
     assert (len(first) <= MAX_FRAME_CHARS) == (length <= MAX_FRAME_CHARS)
+
+
+def test_refusals_have_the_numbers_of_the_protocol_page():
+    page = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
+    texts = {
+        "DAMAGED": "damaged frame",
+        "UNKNOWN": "unknown request",
+        "SEQUENCE_REUSED": "sequence number used for another request",
+        "BAD_ARGUMENT": "bad argument",
+        "LOCKED": "locked",
+        "BEYOND_LIMIT": "beyond limit",
+        "BUSY": "busy",
+        "MOVING": "axis moving",
+        "NOT_REFERENCED": "not referenced",
+        "SUN_DOWN": "Sun below horizon",
+        "STOPPED": "stopped",
+        "NOT_ANNOUNCED": "not announced",
+    }
+    assert {code.name for code in Code} == set(texts)
+    for name, text in texts.items():
+        assert f"| {Code[name]:d} | {text}" in page

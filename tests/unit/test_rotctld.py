@@ -13,7 +13,8 @@ from solarcal.errors import (
     UnitRefused,
 )
 from solarcal.mount.geometry import AxisLimits
-from solarcal.unit.drivers.rotctld import RotctldRotator, rotctld_address
+from solarcal.unit.drivers.rotctld import RotctldRotator, _Waiting, rotctld_address
+from solarcal.unit.drivers.rotctld_replies import ReplyReader, request
 
 
 def opened(*exchanges):
@@ -204,6 +205,18 @@ def test_a_whole_reply_without_a_position_in_it_is_none(lines):
     rotator, _ = opened(("+\\get_pos", *lines))
     with pytest.raises(ProtocolError, match="reply to get_pos"):
         rotator.position_deg()
+
+
+def test_a_reply_that_is_awaited_is_not_stray_for_the_next_request():
+    """Two threads ask; the second writes while the first's reply is there and nobody reads yet."""
+    rotator, link = opened(("+\\get_pos", *AT_REST), ("+\\get_pos", *AT_REST))
+    asked = [_Waiting(ReplyReader("get_pos", "roof:4533")) for _ in range(2)]
+    for waiting in asked:
+        rotator._send(waiting, request("get_pos"), None, interrupts=False)
+    for waiting in asked:
+        rotator._await(waiting)
+        assert waiting.reply.outcome() is None
+    link.assert_finished()
 
 
 def test_a_reply_that_comes_twice_is_not_taken_for_the_next_answer():

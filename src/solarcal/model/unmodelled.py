@@ -80,7 +80,6 @@ def _clock_column(context: SkyContext, ax1_deg: FloatArray, ax2_deg: FloatArray)
     latitude = np.radians(geometry.latitude_deg)
     pole = geometry.basis() @ np.array((0.0, np.cos(latitude), np.sin(latitude)))
     moved = -np.cross(pole, s, axisb=0).T * _SUN_DEG_PER_S
-    sine = np.maximum(sine, 1e-6)
     cross = (s[0] * moved[1] - s[1] * moved[0]) / sine
     return np.stack((-cross, moved[2] / sine))
 

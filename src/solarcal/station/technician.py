@@ -140,7 +140,7 @@ class AutomaticTechnician:
         interval_s = 60.0 * every_min
         taken, slot_utc_s = len(station.session.accepted), station.clock.utc_s()
         start_utc_s = slot_utc_s
-        recheck_after = max(self.schedule.points // 2, 1)
+        recheck_after = self.schedule.points // 2
         while taken < self.schedule.points:
             self._persist(partial(centring.wait_until, station, slot_utc_s))
             if not centring.sun_usable(station):

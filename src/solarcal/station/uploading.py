@@ -157,8 +157,6 @@ def find_upload(folder: Path, identity: UnitIdentity) -> tuple[Path, tuple[str, 
 
 def newest_session(paths: Sequence[Path]) -> Path:
     """The session that an upload of these is recorded in: the one begun last that is no import."""
-    if len(paths) == 1:
-        return paths[0]
 
     def begun(path: Path) -> tuple[bool, str, str]:
         session = read_session(path)

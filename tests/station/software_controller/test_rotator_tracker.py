@@ -89,6 +89,15 @@ def test_a_jog_goes_there_and_ends_in_manual():
     assert status.approach == (-1, -1)
 
 
+def test_a_rotator_under_way_is_looked_at_twice_a_second():
+    bench = RotatorBench()
+    tracker = bench.open()
+    tracker.jog(60.0, 76.0)
+    bench.cable.sent.clear()
+    bench.clock.wait(4.0)
+    assert 7 <= bench.cable.sent.count("+\\get_pos") <= 9
+
+
 def test_a_jog_that_is_not_renewed_is_stopped_after_five_seconds():
     bench = RotatorBench()
     bench.open().jog(60.0, 76.0)

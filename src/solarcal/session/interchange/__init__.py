@@ -5,6 +5,7 @@ The bytes at its beginning say what a file is.
 
 import json
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Unpack, cast
@@ -255,7 +256,8 @@ def session_from_table(table: PointTable, path: str | Path, *, utc_s: float) -> 
             journal.append_all(records)
         except SessionFileError:
             # Half an import must not pass for a session; nobody was told of the file yet.
-            Path(path).unlink(missing_ok=True)
+            with suppress(OSError):
+                Path(path).unlink()
             raise
     return view_session(header, records, str(path))
 

@@ -210,9 +210,12 @@ class Sheet:
             values = np.array([np.nan])
         if not np.all((values >= _EARLIEST_UTC_S) & (values < _LATEST_UTC_S)):
             values = np.array(self.convert(name, instant), dtype=np.float64)
-        for row in np.flatnonzero(np.isnan(values) & ~may_lack)[:1]:
+        missing = np.isnan(values) & ~may_lack
+        if missing.any():
             raise self.error(
-                int(row), name, "is empty; only rows of ideal=apparent can do without a time"
+                int(missing.argmax()),
+                name,
+                "is empty; only rows of ideal=apparent can do without a time",
             )
         return values
 
