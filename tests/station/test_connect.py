@@ -5,7 +5,6 @@ from types import SimpleNamespace
 
 import msgspec
 import pytest
-from session_samples import HEADER
 
 from solarcal.cli import run_command
 from solarcal.config import Choice
@@ -13,6 +12,7 @@ from solarcal.emulated_units import emulated_unit
 from solarcal.errors import ConfigurationError
 from solarcal.profiles import MountDescription, Profile, load_site_file
 from solarcal.session.journal import Journal
+from solarcal.session.view import read_session
 from solarcal.site import Site
 from solarcal.station import opening
 from solarcal.station.connect import Connection, open_tracker
@@ -130,7 +130,8 @@ def test_a_session_is_named_after_the_scenario_or_the_unit(
     tmp_path, monkeypatch, scenario, serial, name
 ):
     monkeypatch.setenv("SOLARCAL_SESSIONS", str(tmp_path))
-    unit = msgspec.structs.replace(HEADER.unit, serial=serial)
+    header = read_session(Path(__file__).parents[2] / "sessions" / "azel-good-day.jsonl").header
+    unit = msgspec.structs.replace(header.unit, serial=serial)
     create = opening._journal_creator(Choice(scenario=scenario), None)
-    with create(msgspec.structs.replace(HEADER, unit=unit)) as journal:
-        assert journal.path.name == f"{name}-{HEADER.utc[:10]}.jsonl"
+    with create(msgspec.structs.replace(header, unit=unit)) as journal:
+        assert journal.path.name == f"{name}-{header.utc[:10]}.jsonl"

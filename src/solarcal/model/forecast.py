@@ -286,7 +286,7 @@ def upper_quantile(values: FloatArray, share: float) -> float:
     """
     rank = int(np.ceil(share * values.size)) - 1
     sample = values[:: max(1, values.size // _SAMPLE)]
-    place = int(max(1.0 - _SAMPLE_MARGIN * (1.0 - share), 0.0) * (len(sample) - 1))
+    place = int((1.0 - _SAMPLE_MARGIN * (1.0 - share)) * (len(sample) - 1))
     high = values[values >= np.partition(sample, place)[place]]
     # Counted from the top; a sample that misled leaves all values to be looked at.
     from_top = values.size - rank
