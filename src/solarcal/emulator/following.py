@@ -20,11 +20,11 @@ from solarcal.units import FloatArray
 NODE_S = 30.0
 """Spacing of the nodes: (30 s * 15 deg/h)^4 / 384 of a radian is 2e-12 deg of interpolation error
 far from the primary axis, 1e-7 deg where AX1 runs ten times as fast."""
-BLOCK = 120
+BLOCK = 480
 FEW_NODES = 8
 UPDATE_S, CHANGE_S = 1e-6, 1e-3
 """How well the instant of an update and that of a limit are found."""
-SEARCH_BLOCKS = 24
+SEARCH_BLOCKS = 6
 """A day of nodes: what does not happen within it is looked for again after it."""
 
 
