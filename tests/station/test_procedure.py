@@ -46,6 +46,17 @@ def test_a_point_needs_an_initialised_file(bench):
         b.station.begin_point()
 
 
+def test_setting_the_clock_records_the_difference_before_and_after_to_a_millisecond(bench):
+    b = bench("tijeras-azel", "truth.unit_offset_s=12.3456")
+    found_s = b.station.poll().unit_utc_s - b.station.clock.utc_s()
+    record = b.station.set_unit_clock()
+    left_s = b.station.poll().unit_utc_s - b.station.clock.utc_s()
+    assert record.before_s == pytest.approx(found_s, abs=0.00051)
+    assert record.after_s == pytest.approx(left_s, abs=0.00051)
+    assert record.before_s == pytest.approx(12.3456, abs=0.01)
+    assert abs(record.after_s) < 0.01
+
+
 def test_initialise_asks_for_confirmation_and_happens_once_per_file(bench):
     b = bench()
     with pytest.raises(ProcedureRefused, match="confirmation"):

@@ -1,5 +1,6 @@
 """The whole calibration by the automatic technician, judged by the emulator's hidden truth."""
 
+import dataclasses
 import json
 import math
 import statistics
@@ -73,6 +74,10 @@ def test_a_sun_that_passes_a_limit_gives_up_the_slot_not_the_day(tmp_path):
     limits = Limits(AxisLimits(-40.0, 40.0), done.session.header.unit.limits.axis2)
     assert done.session.header.unit.limits == limits
     assert 3 <= len(done.session.accepted) <= 9
+    # What was written and not read back the same is no calibration.
+    differs = dataclasses.replace(done, upload=replace(done.upload, verified=False))
+    assert not differs.completed
+    assert differs.failure == "the values read back differ from those written"
 
 
 @pytest.mark.parametrize("start", ["1960-06-01", "2099-12-31", "2100-01-15"])
