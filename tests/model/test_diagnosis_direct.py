@@ -71,6 +71,22 @@ def test_a_step_is_found_between_any_two_readings_of_one_setting(at: int) -> Non
     assert f"+7.0 s before point {at + 1}" in kinds(stepped.tolist(), [setting])["clock_step"]
 
 
+@pytest.mark.parametrize(
+    ("kind", "difference_s", "least"),
+    [
+        ("clock_offset", np.ones(10), 1.0),
+        ("clock_drift", HOURS / 86400.0, 2.0),
+        ("clock_step", 1.0 * (HOURS > 4.5 * 3600.0), 0.5),
+    ],
+)
+def test_a_clock_is_reported_from_these_limits_on(
+    kind: str, difference_s: np.ndarray, least: float
+) -> None:
+    """A second is 0.0042 deg of Sun: less than one, or than two a day, is not reported."""
+    assert kind not in kinds((0.9 * least * difference_s).tolist())
+    assert kind in kinds((1.1 * least * difference_s).tolist())
+
+
 def test_a_whole_hour_is_said_to_be_one() -> None:
     assert "+1 h" in kinds([3600.2] * 10)["clock_offset"]
 

@@ -88,6 +88,32 @@ def test_a_bad_status_field_is_refused_by_its_name(place, text, name):
         fields.status(7.0).read(texts)
 
 
+@pytest.mark.parametrize(
+    ("name", "low", "high", "decimals"),
+    [
+        ("zone", -15, 15, 2),
+        ("latitude", -90, 90, 5),
+        ("longitude", -180, 360, 5),
+        ("elevation_m", -500, 9000, 1),
+        ("ax1_centre", -360, 360, 5),
+        # On a branch around any centre.
+        ("ideal1", -540, 540, 5),
+        ("ideal2", 0, 180, 5),
+        ("speed", 0, 1_000_000, 3),
+        ("seconds", 0, 86400, 6),
+        ("pressure", 0, 1200, 1),
+        ("temperature", -100, 100, 1),
+    ],
+)
+def test_a_number_is_refused_beyond_what_there_is_of_it(name, low, high, decimals):
+    kind = values.KINDS[name]
+    for end, beyond in ((low, low - 0.5), (high, high + 0.5)):
+        assert kind.read(str(end), name) == end
+        with pytest.raises(ProtocolError, match=f"field {name}: {beyond} is not between"):
+            kind.read(str(beyond), name)
+    assert kind.write(1.0 / 3.0, (4, 6)) == f"{1 / 3:.{decimals}f}"
+
+
 def test_a_wrong_number_of_fields_is_refused():
     for texts in (STATUS_TEXT.split()[:-1], [*STATUS_TEXT.split(), "1"], []):
         with pytest.raises(ProtocolError, match="17 belong"):

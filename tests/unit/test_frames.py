@@ -215,7 +215,7 @@ def test_an_overlong_line_never_passes_for_a_frame(length, sizes):
 
 
 def test_refusals_have_the_numbers_of_the_protocol_page():
-    page = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
+    page = PROTOCOL_PAGE.read_text(encoding="utf-8")
     texts = {
         "DAMAGED": "damaged frame",
         "UNKNOWN": "unknown request",

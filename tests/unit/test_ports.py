@@ -42,6 +42,30 @@ def test_what_a_port_looks_like(port, looks_like, likely):
     assert described["likely"] is likely
 
 
+@pytest.mark.parametrize(
+    ("vid", "maker", "likely"),
+    [
+        (0x0403, "FTDI", True),
+        (0x10C4, "Silicon Labs", True),
+        (0x1A86, "CH340", True),
+        (0x067B, "Prolific", True),
+        (0x04D8, "Microchip", True),
+        (0x0557, "ATEN", True),
+        (0x1546, "u-blox", False),
+        (0x2341, "Arduino", False),
+        (0x1D6B, "USB gadget", False),
+        (0x1199, "Sierra", False),
+        (0x12D1, "Huawei", False),
+        (0x2C7C, "Quectel", False),
+    ],
+)
+def test_makers_by_the_numbers_of_the_usb_register(vid, maker, likely):
+    """An adapter may lead to a controller; receivers, modems and gadgets do not."""
+    described = readiness.describe(plugged_in("/dev/ttyUSB0", "device", vid, 1))
+    assert maker in described["looks_like"]
+    assert described["likely"] is likely
+
+
 def test_access_is_that_of_the_file(tmp_path, monkeypatch):
     device = tmp_path / "ttyUSB0"
     device.touch()

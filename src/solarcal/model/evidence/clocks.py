@@ -17,7 +17,6 @@ CLOCK_SCATTER_S = 0.05
 """Differences are read to the millisecond over a line that takes tens of them."""
 CLOCK_TOLERANCE_S = 1.0
 """By so much unit and laptop may differ before it is reported."""
-OFFSET_LIMIT_S = 1.0
 STEP_LIMIT_S = 0.5
 DRIFT_LIMIT_S_PER_DAY = 2.0
 
@@ -135,7 +134,7 @@ def clock_findings(
     behaviour = clock_behaviour(utc_s, unit_minus_laptop_s, settings)
     said = [] if behaviour is None else _changes(behaviour, utc_s, labels)
     worst = max(unit_minus_laptop_s, key=abs, default=0.0)
-    if abs(worst) > OFFSET_LIMIT_S:
+    if abs(worst) > CLOCK_TOLERANCE_S:
         hours = round(worst / 3600.0)
         whole = hours != 0 and abs(worst - 3600.0 * hours) < 120.0
         said.append(
@@ -243,7 +242,7 @@ def laptop_finding(
         )
     sigma = 0.5 if sigma_s is None else sigma_s
     off_deg = abs(tick_minus_laptop_s) / SECONDS_PER_SUN_DEG
-    slow = abs(tick_minus_laptop_s) > max(OFFSET_LIMIT_S, _DRIFT_SIGMAS * sigma)
+    slow = abs(tick_minus_laptop_s) > max(CLOCK_TOLERANCE_S, _DRIFT_SIGMAS * sigma)
     return Finding(
         kind="laptop_clock",
         subject="laptop clock",
