@@ -99,6 +99,7 @@ def test_too_few_readings_tell_no_drift(n: int) -> None:
 def test_the_laptop_clock_is_known_by_a_time_signal_only() -> None:
     assert laptop_finding(None, None).certainty == "not_determinable"
     assert laptop_finding(-30.0, 0.5).certainty == "found"
+    assert "0.125 deg of Sun are in the coefficients" in laptop_finding(-30.0, 0.5).sentence
     # Half a second where nobody said how well the signal was heard.
     assert (laptop_finding(2.0, None).sigma, laptop_finding(2.0, 0.1).sigma) == (0.5, 0.1)
     assert "correct the laptop's clock" in laptop_finding(-30.0, 0.5).sentence

@@ -18,6 +18,7 @@ from benchmarks.judgement_trackers import (
 )
 from solarcal.errors import FitError
 from solarcal.model.earlier_sessions import (
+    _moved,
     last_prior,
     merge_sessions,
     weigh_inclinometer,
@@ -100,6 +101,17 @@ def test_a_lean_read_after_the_tower_moved_is_held_against_the_last_session_alon
         <= 1.05 * np.sqrt(np.diag(alone.posterior.covariance))[:4].max()
     )
     assert with_it.solution.noise_deg < 0.06
+
+
+@pytest.mark.parametrize(
+    ("north_deg", "east_deg", "sigma_deg"),
+    [(0.3, 0.0, 0.01), (0.0, -0.3, 0.03), (0.3, 0.3, 0.0224)],
+)
+def test_the_sigma_of_a_move_is_that_of_its_own_direction(north_deg, east_deg, sigma_deg) -> None:
+    shift, sigma = np.array([north_deg, 0.1, east_deg, 0.2]), np.array([0.01, 0.02, 0.03, 0.04])
+    finding = _moved("tower", "a", "b", shift, sigma)
+    assert finding.number == pytest.approx(np.hypot(north_deg, east_deg))
+    assert finding.sigma == pytest.approx(sigma_deg, abs=1e-4)
 
 
 def test_an_inclinometer_that_contradicts_the_points_is_off_by_so_many_sigmas() -> None:

@@ -170,6 +170,17 @@ def analyse_table(table: PointTable) -> tuple[Finding, ...]:
     return findings_of(solve_table(table), sky_context(table), Evidence(table))
 
 
+@pytest.mark.parametrize("bad", [4, 6])
+def test_of_stamps_that_nothing_explains_a_few_are_named_or_the_whole_file(bad: int) -> None:
+    table = day()
+    off_deg = (
+        20.0 * np.random.default_rng(3).standard_normal(len(table)) * (np.arange(len(table)) < bad)
+    )
+    (found,) = stamp_findings(replace(table, ax1_deg=table.ax1_deg + off_deg))
+    assert "no single time shift" in found.sentence
+    assert found.labels == (table.labels if bad > 5 else table.labels[:bad])
+
+
 def test_day_and_month_exchanged_are_named_and_the_fit_is_still_tested() -> None:
     shift_s = parse_utc("2026-06-04T16:00:00Z") - parse_utc("2026-06-21T16:00:00Z")
     utc_s = day().utc_s + shift_s

@@ -95,6 +95,17 @@ def test_the_wrong_sense_is_named():
         fit_beta(turned, observed(JACK, -55.0, -10.0, 20.0, 60.0))
 
 
+def test_another_sense_is_not_named_where_it_explains_nothing_either():
+    turned = msgspec.structs.replace(UNSET, sign=1)
+    wrong = observed(JACK, -55.0, -10.0, 20.0, 60.0)
+    wrong[0] = wrong[0]._replace(length=wrong[0].length + 2.0)
+    # Twice as long as both arms: no triangle closes, whatever the sense.
+    for lengths in (wrong, [*wrong[:3], Measured(60.0, 100.0)]):
+        with pytest.raises(ConfigurationError) as refused:
+            fit_beta(turned, lengths)
+        assert "other sense" not in str(refused.value)
+
+
 def test_the_dead_points_lie_where_the_triangle_is_flat():
     low, high = dead_points_deg(JACK)
     assert (low, high) == (-90.0, 90.0)

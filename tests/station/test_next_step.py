@@ -402,6 +402,20 @@ def test_a_plan_is_made_once_and_anew_when_its_point_was_missed():
     assert posted.empty()
 
 
+def test_where_there_is_no_plan_none_is_overtaken(monkeypatch):
+    station, posted, fits = connected(), queue.Queue(), []
+    fitter = Fitter(posted.put)
+    fitter.start()
+    try:
+        fitter.fit_if_needed(station.state)
+        assert posted.get(timeout=20.0).judgement is None
+        monkeypatch.setattr(fitter, "fit", lambda *of: fits.append(of))
+        fitter.fit_if_needed(station.state)
+    finally:
+        fitter.close()
+    assert fits == []
+
+
 @pytest.mark.parametrize("activity", [Activity.REF_CHECK, Activity.GATHERING, Activity.UPLOADING])
 def test_in_the_middle_of_a_step_nothing_else_is_asked_for(activity):
     station = connected()

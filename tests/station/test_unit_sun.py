@@ -30,6 +30,9 @@ def test_a_right_unit_agrees():
     [
         (SITE, NOW + 3600.0, "wrong by +1 h"),
         (SITE, NOW - 7200.0, "wrong by -2 h"),
+        # Morning for afternoon: half a day either way.
+        (SITE, NOW + 12 * 3600.0, "wrong by +12 h"),
+        (SITE, NOW - 12 * 3600.0, "wrong by -12 h"),
         (Site(-35.05, -106.48), NOW, "other hemisphere"),
         (Site(35.05, 106.48), NOW, "wrong sign"),
         (SITE, NOW + 7 * 86400.0 + 1234.0, "no single wrong"),

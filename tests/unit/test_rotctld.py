@@ -126,9 +126,11 @@ def test_trouble_between_rotctld_and_rotator_is_a_lost_link(number):
         rotator.position_deg()
 
 
-def test_a_rotator_that_cannot_stop_is_sent_to_where_it_stands():
+@pytest.mark.parametrize("number", [4, 11])
+def test_a_rotator_that_cannot_stop_is_sent_to_where_it_stands(number):
+    """Hamlib's RIG_ENIMPL and RIG_ENAVAIL: not implemented, not available."""
     rotator, link = opened(
-        ("+\\stop", "stop:", "RPRT -11"),
+        ("+\\stop", "stop:", f"RPRT -{number}"),
         ("+\\get_pos", *AT_REST),
         ("+\\set_pos 180.000000 45.000000", "set_pos: 180.000000 45.000000", "RPRT 0"),
     )

@@ -19,6 +19,7 @@ from solarcal.station.jogging import SunOffsetJog
 from solarcal.station.point_judgement import judge_point
 from solarcal.station.procedure import Station
 from solarcal.station.sensor_following import LONGEST_SLEW_S, SensorDoubt, SensorFollower
+from solarcal.station.sun_path import RATE_OVER_S
 from solarcal.sun.moon import MoonLight
 from solarcal.sun.refraction import apparent_zenith_deg
 from solarcal.timescale import SECONDS_PER_DAY, format_utc
@@ -26,7 +27,6 @@ from solarcal.unit.tracker import Status
 from solarcal.units import wrap_deg
 
 WATCH_S = 60.0
-RATE_OVER_S = 30.0
 
 
 class MoonPlace:

@@ -260,7 +260,7 @@ def test_gone_on_with_coefficients_typed_otherwise_are_noticed() -> None:
 
 
 def test_a_check_numbered_here_goes_on_counting_in_a_continued_session() -> None:
-    done = {"complete": "yes", "found1": "0", "found2": "0"}
+    done = {"complete": "yes", "found1": "3", "found2": "-4"}
     unit, display, _ = typed_unit(reference=done)
     station = Station(unit, display.clock, site=SITE)
     station.connect()
@@ -271,6 +271,7 @@ def test_a_check_numbered_here_goes_on_counting_in_a_continued_session() -> None
     later.connect()
     later.resume_session(journal)
     assert [later.ref_check().number for _ in range(2)] == [3, 4]
+    assert {check.difference_counts for check in later.session.ref_checks} == {(3, -4)}
 
 
 def test_without_somebody_who_reads_the_display_or_without_a_site_it_says_so() -> None:

@@ -143,7 +143,7 @@ def solution_to_test(
     )
     return fit_exact(
         there.replace(
-            err1_deg=np.clip(wrap_deg(exact1 + linear.residual1_deg), -180.0, 180.0),
+            err1_deg=wrap_deg(exact1 + linear.residual1_deg),
             err2_deg=np.clip(exact2 + linear.residual2_deg, -180.0, 180.0),
         ),
         msgspec.structs.replace(context, ideal="apparent"),

@@ -85,22 +85,23 @@ def reading_fit(held: TypedControllerModel, texts: Texts, read_utc_s: float) -> 
     ]
 
     def off_deg(tried: Texts, shift_s: float) -> Pair:
-        shown = [_shown(held, tried[f"ax{axis}"]) for axis in (1, 2)]
-        offsets = [number(tried[f"o{axis}"]) for axis in (1, 2)]
-        if None in shown or None in offsets:
+        o1, o2 = number(tried["o1"]), number(tried["o2"])
+        if o1 is None or o2 is None:
             return float("nan"), float("nan")
-        o1, o2 = (float(o or 0.0) for o in offsets)
         target = held.target_deg(moment_s + shift_s, Offsets(o1, o2))
-        reading = [_reading_deg(held, axis, float(shown[axis] or 0.0)) for axis in (0, 1)]
+        reading = [_reading_deg(held, axis, tried) for axis in (0, 1)]
         return float(wrap_deg(reading[0] - target[0])), reading[1] - target[1]
 
     return Fit(off_deg, (tolerance[0], tolerance[1]))
 
 
-def _reading_deg(held: TypedControllerModel, axis: int, shown: float) -> float:
-    """The read-out of an axis; not a number for counts that no position of its screwjack has."""
+def _reading_deg(held: TypedControllerModel, axis: int, texts: Texts) -> float:
+    """The read-out of an axis; not a number where the text is none, or counts that no position of
+    its screwjack has."""
+    text = texts[f"ax{axis + 1}"]
+    shown = None if held.shows_counts and "." in text else number(text)
     try:
-        return held.reading_deg(axis, shown)
+        return float("nan") if shown is None else held.reading_deg(axis, shown)
     except ConfigurationError:
         return float("nan")
 
@@ -166,16 +167,9 @@ def _limit_doubts(held: TypedControllerModel, texts: Texts) -> list[Doubt]:
     doubts = []
     limits = (held.parameters.limits.axis1, held.parameters.limits.axis2)
     for axis in (0, 1):
-        field = f"ax{axis + 1}"
-        shown = _shown(held, texts[field])
-        if shown is None:
-            continue
-        try:
-            left = float(limits[axis].distance_deg(held.reading_deg(axis, shown)))
-        except ConfigurationError as error:
-            doubts.append(Doubt(f"{field.upper()}: {error}", field))
-            continue
+        left = float(limits[axis].distance_deg(_reading_deg(held, axis, texts)))
         if left < -BEYOND_LIMIT_DEG:
+            field = f"ax{axis + 1}"
             doubts.append(
                 Doubt(f"{field.upper()} is {-left:.1f} deg beyond a software limit.", field)
             )
@@ -215,12 +209,6 @@ def _sun_doubts(held: TypedControllerModel, texts: Texts, read_utc_s: float) -> 
 
 
 # -- texts -----------------------------------------------------------------------------------
-
-
-def _shown(held: TypedControllerModel, text: str) -> float | None:
-    if held.shows_counts and "." in text:
-        return None
-    return number(text)
 
 
 def _unit_deg(held: TypedControllerModel, texts: Texts, axis: int) -> float:

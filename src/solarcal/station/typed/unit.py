@@ -157,11 +157,9 @@ class TypedUnit:
         """Have a reference check done at the unit, and its counts typed."""
         _, values = self._ask(entry_forms.ref_check_form())
         found = (values["found1"], values["found2"])
+        difference1, difference2 = (None if one is None else _whole(one) for one in found)
         self._ref_check = RefCheckResult(
-            number=self._ref_check.number + 1,
-            complete=bool(values["complete"]),
-            difference1=None if found[0] is None else _whole(found[0]),
-            difference2=None if found[1] is None else _whole(found[1]),
+            self._ref_check.number + 1, bool(values["complete"]), difference1, difference2
         )
         # The axes stand at their switches; what was read before says nothing any more.
         self._reading = None
