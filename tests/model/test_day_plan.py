@@ -32,7 +32,7 @@ from solarcal.model.sky_context import SkyContext
 from solarcal.mount.geometry import AxisLimits, Limits
 from solarcal.site import Site
 from solarcal.stopping_rule import StoppingRule, Unmodelled, percent
-from solarcal.timescale import format_utc, parse_utc
+from solarcal.timescale import clock_utc, format_utc, parse_utc
 
 UNIT = Prior().sigma_array()
 DAY_S = 86400.0
@@ -228,6 +228,7 @@ class TestRecommendation:
         visit = np.array(day.second_visit_utc_s)
         assert len(visit) >= 2
         assert np.abs(visit - day.come_back_utc_s).max() < DAY_S / 2
+        assert f"from {clock_utc(visit[0])} to {clock_utc(visit[-1])}" in day.sentence
 
     @pytest.mark.parametrize("clear", [True, False])
     def test_probability_enough_and_evidence_against_are_both_said(self, clear):

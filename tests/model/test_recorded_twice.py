@@ -286,6 +286,11 @@ def test_a_check_point_whose_errors_or_sun_are_not_recorded_is_compared_with_not
     assert found(edited(CHECK.seq, **{missing: None}), "check_point") == []
 
 
+def test_a_check_point_after_the_line_came_back_to_the_same_unit() -> None:
+    ours = LinkRestored(seq=0, utc=CHECK.utc, serial=DAY.header.unit.serial)
+    assert found(with_records(ours, before=CHECK.seq), "check_point") == []
+
+
 def test_what_the_unit_had_when_it_was_seen_last_is_held_against_the_upload() -> None:
     (upload,) = DAY.uploads
     assert held_instead([DAY]) is None

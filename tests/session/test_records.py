@@ -7,7 +7,7 @@ from session_samples import HEADER, UTC, point
 
 from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session import records
-from solarcal.session.records import FitRecord, Record, UploadBegun, UploadRecord
+from solarcal.session.records import FitRecord, LinkRestored, Record, UploadBegun, UploadRecord
 from solarcal.session.view import view_session
 
 
@@ -49,6 +49,7 @@ def test_what_a_header_and_an_upload_say_when_nobody_says_otherwise() -> None:
 
 def test_a_field_that_a_record_does_not_have_says_nothing() -> None:
     """A file of an older format lacks fields: nothing was seen, lost, doubted or forced."""
+    assert LinkRestored(seq=1, utc=UTC, serial="0001").losses == 0
     empty = ("", None, 0, False, ())
     for _, one in inspect.getmembers(records, inspect.isclass):
         if getattr(one, "__struct_config__", None) is None or not one.__struct_config__.tag:

@@ -17,6 +17,7 @@ from solarcal.session.interchange.altaz import (
     DECIMAL,
     SPACED,
     many_rows,
+    refuse_radians,
     sexagesimal_row,
 )
 from solarcal.session.interchange.tpoint import read_tpoint, write_tpoint
@@ -461,3 +462,14 @@ def test_masked_rows_keep_their_place_among_many(tmp_path: Path) -> None:
     assert table.err1_deg.tolist() == [-0.25] * 9
     assert [i for i, status in enumerate(table.status) if status == "rejected"] == [4, 6]
     assert table.labels == tuple(range(4, 13))
+
+
+@pytest.mark.parametrize(("column", "angle"), [(0, 6.6), (1, 1.8), (2, 6.6), (3, -1.8)])
+def test_low_observations_near_north_are_no_radians(column: int, angle: float) -> None:
+    """Radians go once round, and none is above pi/2: a single one beyond says degrees."""
+    azimuth, elevation = np.linspace(0.5, 6.0, 30), np.linspace(0.2, 1.5, 30)
+    rows = np.column_stack((azimuth, elevation, azimuth, elevation))
+    with pytest.raises(InputFileError, match="looks like radians"):
+        refuse_radians(rows, "run.dat")
+    rows[4, column] = angle
+    refuse_radians(rows, "run.dat")

@@ -365,7 +365,7 @@ def test_options_shape_the_plan():
     times = clouded.plan.recommended.times_utc_s
     assert times
     assert not any(begin <= time < begin + HALF_HOUR_S for time in times)
-    five = PlanOptions().points_more(+1, taken=2, planned=2)
+    five = PlanOptions().points_more(-1, taken=2, planned=4)
     assert five.points == 5
     counted = analyse_with_options(station.session, five, now_utc_s)
     assert max(stop.points for stop in counted.plan.stops) == 3

@@ -211,10 +211,11 @@ def check_evidence(session: SessionView, noise_deg: float) -> tuple[Finding, ...
     tolerance_deg = session.header.tolerance_deg
     limit_deg = check_limit_deg(tolerance_deg, noise_deg)
     since = [c for c in session.checks_after(session.uploads[-1]) if c.seq > newest]
-    beyond = [c for c in since if c.sky_error_deg is not None and c.sky_error_deg > limit_deg]
+    measured = ((check.seq, check.sky_error_deg) for check in since)
+    beyond = {seq: sky for seq, sky in measured if sky is not None and sky > limit_deg}
     if not beyond:
         return ()
-    worst = max(check.sky_error_deg or 0.0 for check in beyond)
+    worst = max(beyond.values())
     return (
         Finding(
             kind="not_proven",
@@ -224,7 +225,7 @@ def check_evidence(session: SessionView, noise_deg: float) -> tuple[Finding, ...
             "reference check, take more points and upload again",
             number=worst,
             direct=True,
-            labels=tuple(check.seq for check in beyond),
+            labels=tuple(beyond),
         ),
     )
 

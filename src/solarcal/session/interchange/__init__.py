@@ -146,7 +146,7 @@ def _json_kind(text: str, first_line: str) -> Format | None:
         return SESSION
     if "focal_spot" in document or "motor_position" in document:
         return PAINT_CALIBRATION
-    if "kinematic_properties" in document or "heliostat_position" in document:
+    if "kinematic_properties" in document:
         return PAINT_HELIOSTAT
     return PAINT_TOWER if "power_plant_properties" in document else None
 
