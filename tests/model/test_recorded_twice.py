@@ -54,7 +54,10 @@ def with_records(*more: Record, before: int) -> SessionView:
 
 
 def found(session: SessionView, kind: str) -> list[Finding]:
-    return [f for f in direct_findings(session) if f.kind == kind and f.certainty == "found"]
+    """What is read in the records outranks residuals, and its subject is what it speaks of."""
+    both = [f for f in direct_findings(session) if f.kind == kind and f.certainty == "found"]
+    assert all(f.direct and (f.subject in f.sentence or f.subject[:4] != "axis") for f in both)
+    return both
 
 
 def state(session: SessionView) -> str:

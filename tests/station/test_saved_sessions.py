@@ -160,6 +160,11 @@ def test_the_newest_upload_to_a_unit_is_found_among_its_sessions(tmp_path):
     (tmp_path / "b.jsonl").write_bytes(b"".join(lines))
     (tmp_path / "a.jsonl").write_bytes(b"".join(lines[:8]))
     assert find_upload(tmp_path, identity) == (tmp_path / "b.jsonl", ())
+    # What cannot be read is no reason not to roll back, and is named.
+    (tmp_path / "c.jsonl").write_bytes(b"".join(lines[:3]).replace(b"0001", b"0002"))
+    found, (unreadable,) = find_upload(tmp_path, identity)
+    assert found == tmp_path / "b.jsonl"
+    assert str(tmp_path / "c.jsonl") in unreadable
     with pytest.raises(ProcedureRefused, match="records an upload to unit"):
         find_upload(tmp_path, msgspec.structs.replace(identity, serial="another"))
 
