@@ -25,13 +25,13 @@ from benchmarks.diagnosis import (
 from solarcal.model.analysis import findings_of
 from solarcal.model.evidence.direct import weigh
 from solarcal.model.evidence.read_outs import Loss, undo_losses
-from solarcal.model.evidence.residuals import _small, diagnose
+from solarcal.model.evidence.residuals import _small, _unknown, diagnose
 from solarcal.model.f_tests import PointsTested
 from solarcal.model.finding import Finding
 from solarcal.model.methods import fit_exact
 from solarcal.model.points import Points
 from solarcal.model.prior import Prior
-from solarcal.model.residual_tests import run_residual_tests
+from solarcal.model.residual_tests import Cause, run_residual_tests
 from solarcal.model.sky_context import SkyContext
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
@@ -113,12 +113,16 @@ def test_a_collimation_too_large_to_reach_every_point_is_still_found() -> None:
 
 def test_more_of_a_cause_than_there_is_in_nature_is_no_cause() -> None:
     """A sag of 2 deg, air of five times the standard: something else follows the same pattern."""
-    for cause, amount, name in (("SAG", 2.0, "gravity sag"), ("REFRACTION", -5.0, "refraction")):
+    for cause, amount, name, said in (
+        ("SAG", 2.0, "gravity sag", r"of \+2\.\d\d\d \+- 0\.\d\d\d deg would"),
+        ("REFRACTION", -5.0, "refraction", r"of -5\.\d\d \+- 0\.\d\d times the standard air would"),
+    ):
         day = made_up_day("azel", (JUNE,), 1, cause=cause, amount=amount, noise_deg=0.01)
         (unknown,) = day.found()
         assert unknown.kind == "unmodelled"
         assert "pattern of unknown cause" in unknown.sentence
         assert f"{name} o" in unknown.sentence
+        assert re.search(said, unknown.sentence), unknown.sentence
         assert weigh([unknown], frozenset(), 0.1).waiting == (unknown.sentence,)
     (natural,) = made_up_day("azel", (JUNE,), 1, cause="SAG", amount=0.45, noise_deg=0.01).found()
     assert natural.causes[0] == "sag"
@@ -126,6 +130,15 @@ def test_more_of_a_cause_than_there_is_in_nature_is_no_cause() -> None:
         "azel", (JUNE,), 1, cause="REFRACTION", amount=-1.0, noise_deg=0.01
     ).found()
     assert airless.causes[0] == "refraction"
+
+
+@pytest.mark.parametrize(("without_deg", "reported"), [(0.0201, False), (0.0225, True)])
+def test_a_pattern_of_unknown_cause_is_reported_from_a_tenth_of_the_tolerance(
+    without_deg: float, reported: bool
+) -> None:
+    """What it does is 0.002 or 0.0103 deg: what is left without it and with it, in squares."""
+    best = Cause("SAG", 3.0, 0.1, 1e-9, (), (0.02,), (), without_deg)
+    assert bool(_unknown(best, 0.1)) == reported
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -87,6 +87,14 @@ def test_a_clock_is_reported_from_these_limits_on(
     assert kind in kinds((1.1 * least * difference_s).tolist())
 
 
+def test_half_an_hour_between_settings_is_needed_to_show_a_drift() -> None:
+    minutes = np.concatenate((np.arange(0.0, 25.0, 5.0), np.arange(30.0, 55.0, 5.0)))
+    for minute_s, known in ((60.0, False), (120.0, True)):
+        setting = ClockSetting(27.0 * minute_s, 0.0, 0.0)
+        behaviour = clock_behaviour((minute_s * minutes).tolist(), [0.0] * 10, [setting])
+        assert (behaviour is not None) == known
+
+
 def test_a_whole_hour_is_said_to_be_one() -> None:
     assert "+1 h" in kinds([3600.2] * 10)["clock_offset"]
 

@@ -183,10 +183,14 @@ def test_a_noticed_restart_explains_the_counts_of_the_next_check(bench):
     b = bench()
     b.on_sun()
     b.station.poll()
+    before = b.station.session.records[-1]
     b.emulator.reboot()
     b.station.poll()
     b.station.poll()
-    assert [type(r) for r in b.station.session.restarts] == [Restarted]
+    (restarted,) = b.station.session.restarts
+    # Somewhen since what was recorded last.
+    assert isinstance(restarted, Restarted)
+    assert (restarted.seq, restarted.since) == (before.seq + 1, before.utc)
     b.station.ref_check()
     session = b.station.session
     check = session.ref_checks[-1]

@@ -136,6 +136,19 @@ def test_a_low_sun_is_waited_for():
     assert "too low" not in next_step(station.state, sun_elevation_deg=20.0).sentence
 
 
+def test_from_seven_points_on_they_may_be_uploaded_when_the_sun_is_low():
+    """The manual's least number of points of a calibration."""
+    station, _ = judged_day(1)
+    (point,) = station.session.accepted
+    for taken, enough in ((6, False), (7, True)):
+        points = tuple(msgspec.structs.replace(point, seq=point.seq + i) for i in range(taken))
+        state = replace(station.state, session=replace(station.session, points=points))
+        low, high = next_step(state, 2.0), next_step(state, 20.0)
+        assert ("upload what you have, or go on" in low.sentence) == enough
+        assert (low.action == "upload") == enough
+        assert ("or upload: there are enough to try" in high.sentence) == enough
+
+
 def test_after_the_upload_two_check_points_prove_it():
     station = connected()
     schedule = Schedule(points=12, every_min=55.0, checks=2)
@@ -386,6 +399,9 @@ def test_a_plan_is_made_once_and_anew_when_its_point_was_missed():
         fitter.fit_if_needed(station.state)
         plan = posted.get(timeout=20.0).judgement.plan
         due_s = plan.next_point_utc_s
+        assert fitter._plan_of(station.session) == plan
+        renewed = msgspec.structs.replace(station.session.header, operator="another")
+        assert fitter._plan_of(replace(station.session, header=renewed)) is None
 
         def at(utc_s):
             return replace(station.state, live=replace(station.state.live, laptop_utc_s=utc_s))

@@ -49,6 +49,8 @@ def test_a_turn_with_overlap_prefers_the_plain_azimuth():
         ((-180.0, 180.0), 180.0, (0.0, 360.0)),
         ((90.0, 270.0), 0.0, (-90.0, 90.0)),
         ((-90.0, 90.0), 180.0, (90.0, 270.0)),
+        # An overlap alone: from 370 to 400 deg is from 10 to 40.
+        ((370.0, 400.0), 0.0, (140.0, 170.0)),
         # A gap in the branch: the longer part.
         ((30.0, 320.0), 180.0, (0.0, 150.0)),
     ],
