@@ -289,6 +289,15 @@ def test_a_check_point_whose_errors_or_sun_are_not_recorded_is_compared_with_not
     assert found(edited(CHECK.seq, **{missing: None}), "check_point") == []
 
 
+def test_a_check_point_needs_a_reference_only_where_it_was_lost() -> None:
+    """A rotator has no reference switches, and after a restart one check is enough."""
+    records = [record for record in DAY.records if not isinstance(record, RefCheck)]
+    assert found(view_session(DAY.header, tuple(records)), "check_point") == []
+    again = RefCheck(seq=0, utc=CHECK.utc, number=4, complete=True, difference_counts=None)
+    restart = Restarted(seq=0, utc=CHECK.utc)
+    assert found(with_records(restart, again, before=CHECK.seq), "check_point") == []
+
+
 def test_a_check_point_after_the_line_came_back_to_the_same_unit() -> None:
     ours = LinkRestored(seq=0, utc=CHECK.utc, serial=DAY.header.unit.serial)
     assert found(with_records(ours, before=CHECK.seq), "check_point") == []

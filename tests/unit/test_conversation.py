@@ -64,6 +64,38 @@ def test_a_request_the_unit_got_damaged_is_repeated_with_the_same_number():
     link.assert_finished()
 
 
+def test_a_server_that_turns_away_is_named_and_later_the_same_words_are_noise():
+    link = ScriptedLink(("0001 CLOCK", b"# busy: another station is connected"))
+    with pytest.raises(LinkError, match="/dev/ttyTEST is in use by another station"):
+        talk_over(link).ask("CLOCK")
+    link = ScriptedLink(
+        ("0001 CLOCK", "0001 OK x"), ("0002 CLOCK", b"# busy"), ("0002 CLOCK", "0002 OK y")
+    )
+    talk = talk_over(link)
+    assert (talk.ask("CLOCK"), talk.ask("CLOCK")) == (("x",), ("y",))
+    link.assert_finished()
+
+
+@pytest.mark.parametrize("said", [[b"# busy"], [NOISE, b"# busy"], [], [LinkError("gone")]])
+def test_a_server_that_hung_up_has_said_why_before(said):
+    class HungUp(ScriptedLink):
+        def write(self, data):
+            raise LinkError("broken pipe")
+
+        def read_line(self, timeout_s):
+            line = super().read_line(timeout_s)
+            if isinstance(line, LinkError):
+                raise line
+            return line
+
+    link = HungUp()
+    link.inbox += said
+    why = "is in use by another station" if b"# busy" in said else "broken pipe"
+    with pytest.raises(LinkError, match=why):
+        talk_over(link).ask("CLOCK")
+    assert link.inbox == []
+
+
 def test_noise_in_several_pieces_costs_one_repeat():
     link = ScriptedLink(("0001 CLOCK", NOISE, NOISE, NOISE), ("0001 CLOCK", "0001 OK x"))
     assert talk_over(link).ask("CLOCK") == ("x",)

@@ -22,6 +22,8 @@ SUBJECTS = ("model", "mount", "session", "unit", "station")
 COUNT, SEED, WORKERS = 300, 20260621, 2
 TESTS_S = 20.0
 """Of the processor's: so long the tests look for one mutant."""
+CHEAP_S = 0.025
+"""A test that takes no longer counts as a case of its own."""
 MOST_TESTS = 1500
 
 KILLED, SURVIVED, UNREACHED = "killed", "survived", "not reached"
@@ -151,8 +153,8 @@ def _tried(mutants: list[Mutant], trees: list[Path], reach: Reach, tests_s: floa
 def _in_order(mutant: Mutant, reach: Reach, tests_s: float) -> list[str]:
     """The tests that reach a mutant, as many as their time allows.
 
-    Its own folder's first, of them those named after the module, and one case of each before a
-    second of any; the fastest first.
+    Its own folder's first, of them those named after the module, and one case of each that takes
+    a while before a second of any; the fastest first.
     """
     _, _, subject, *_, name = mutant.path.removesuffix(".py").split("/")
     reached = reach.tests(mutant.path, mutant.first_line, mutant.last_line)
@@ -165,7 +167,7 @@ def _in_order(mutant: Mutant, reach: Reach, tests_s: float) -> list[str]:
             (
                 not file.startswith(f"tests/{subject}/"),
                 name not in file,
-                cases[f"{file}::{function}"],
+                cases[f"{file}::{function}"] if reach.durations[test] > CHEAP_S else 1,
                 reach.durations[test],
                 test,
             )

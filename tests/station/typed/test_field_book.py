@@ -63,6 +63,8 @@ def test_a_line_is_a_time_a_step_its_answers_and_values_in_any_order() -> None:
         ("16:01:00 offset found1 1", "found1 is not asked for here; offset takes"),
         ("16:01:00 zero o1 0 o2 0", "nothing above needs a line `zero`"),
         ("16:01:00 void twelve", "void which record, and why?"),
+        ("16:01:00 void twelve it had moved", "void which record, and why?"),
+        ("16:01:00 void 12", "void which record, and why?"),
         ("2026-13-03", "is not a date"),
     ],
 )  # fmt: skip

@@ -29,6 +29,7 @@ from solarcal.station.next_step import next_step
 from solarcal.station.procedure import Station
 from solarcal.station.typed.unit import TypedUnit
 from solarcal.timescale import format_utc
+from solarcal.unit.tracker import Mode
 
 O1, O2 = -0.812, 0.357
 READ = displayed(unit_model(), MORNING, O1, O2)
@@ -67,6 +68,7 @@ def test_a_status_asks_nothing_and_follows_the_sun_by_the_units_clock() -> None:
     # Before anything is typed the axes are taken to stand where they are driven.
     assert (status.reading1_deg, status.target1_deg) == (ideal[0], ideal[0])
     assert status.typed_utc_s is None
+    assert (status.mode, status.moving) == (Mode.TRACK, (0, 0))
 
 
 def test_what_was_typed_is_shown_until_it_is_typed_anew() -> None:
