@@ -6,6 +6,7 @@ import msgspec
 import pytest
 from emulated_station import emulated_station
 
+from solarcal.station.next_step import next_step
 from solarcal.station.procedure import Station
 from solarcal.station.question_evidence import Fact, ago_text, question_evidence
 from solarcal.timescale import format_utc
@@ -108,6 +109,38 @@ def test_a_sun_offset_is_told_with_its_age_and_sides() -> None:
     hms = set_at.partition("T")[2].rstrip("Z")
     assert said[0].sentence.startswith(f"Set at {hms} UTC, 2 min ago: O1 ")
     assert "came from behind" in said[1].sentence
+
+
+def test_a_sun_offset_gives_no_second_point() -> None:
+    """Struck out, not stored or answered NO: the next point from it would have the same error."""
+    for ending in ("struck", "rejected", "NO", "NO to the check"):
+        station, _ = emulated_station()
+        station.set_unit_clock()
+        offset = station.set_sun_offset()
+        station.initialise(confirmed=True)
+        station.clock.wait(60.0)
+        station.begin_point()
+        station.answer(not ending.endswith("check"))
+        if ending != "NO to the check":
+            station.answer(ending != "NO")
+        if ending in ("struck", "rejected"):
+            station.answer(True)
+            station.gather_point()
+            point = station.store(ending == "struck")
+            if ending == "struck":
+                assert not station.session.unused_sun_offset
+                station.void(point.seq, "not on the Sun")
+        said, step = against(facts(station, 1)), next_step(station.state)
+        assert station.session.unused_sun_offset == offset
+        if ending == "NO to the check":
+            assert not said
+            assert step.action == "take_point"
+            continue
+        assert "was given up with its point: one more would repeat its error; set it again" in said
+        assert step.action == "sun_offset"
+        # The unit still has it: it can be put back.
+        station.take_back_sun_offset()
+        assert "No Set Sun Offset seen" in against(facts(station, 1))
 
 
 def test_an_old_sun_offset_speaks_for_no() -> None:

@@ -148,7 +148,16 @@ class SessionView:
 
     @property
     def fresh_sun_offset(self) -> SunOffset | None:
-        """The newest Set Sun Offset not yet used by a stored point or check."""
+        """The newest Set Sun Offset, while a point can be taken from it.
+
+        A second one would repeat the error of the first: whether that was stored, rejected or
+        struck out. With a NO to 'Did you do a Set Sun Offset?' it is not to be used either.
+        """
+        return self._in_force_after(record.seq for record in self.records if _uses_offset(record))
+
+    @property
+    def unused_sun_offset(self) -> SunOffset | None:
+        """The newest Set Sun Offset, while no stored point rests on it: it can be taken back."""
         return self._in_force_after(p.seq for p in self.accepted)
 
     @property
@@ -186,6 +195,13 @@ class SessionView:
             elif isinstance(record, CheckRecord) and record.status == "accepted":
                 known.setdefault(Offsets(), record.seq)
         return known
+
+
+def _uses_offset(record: Record) -> bool:
+    """Whether the Set Sun Offset before this record gives no other point after it."""
+    if not isinstance(record, PointRecord | CheckRecord):
+        return False
+    return record.status != "aborted" or record.answers.sun_offset is False
 
 
 def held_instead(views: Sequence[SessionView]) -> tuple[Coefficients, UploadRecord] | None:

@@ -172,7 +172,7 @@ class Station(PointSteps):
     @property
     def replaced_offsets(self) -> Offsets | None:
         """The O before a Set Sun Offset that no point was stored on; None where there is none."""
-        newest = self.session.fresh_sun_offset
+        newest = self.session.unused_sun_offset
         linked = self.tracker.capabilities.has_link
         return self._replaced.get(newest) if newest is not None and linked else None
 
@@ -188,7 +188,7 @@ class Station(PointSteps):
             There is none, or the unit no longer holds what was set.
         """
         self._demand_idle("taking back an offset")
-        newest, before = self.session.fresh_sun_offset, self.replaced_offsets
+        newest, before = self.session.unused_sun_offset, self.replaced_offsets
         if newest is None or before is None:
             raise ProcedureRefused("there is no Set Sun Offset to take back")
         held = self.tracker.stored()

@@ -127,6 +127,14 @@ def _complete_before(session: SessionView, check: RefCheck) -> bool:
 def _offset(session: SessionView, live: LiveView, spot: Spot | None) -> tuple[Fact, ...]:
     del spot
     fresh, status = session.fresh_sun_offset, live.status
+    if fresh is None and (given_up := session.unused_sun_offset) is not None:
+        return (
+            Fact(
+                f"The Set Sun Offset of {second_of_day(given_up.instant)} UTC was given up with "
+                "its point: one more would repeat its error; set it again.",
+                against=True,
+            ),
+        )
     if fresh is None:
         since = "since the last point" if session.sun_offsets else "in this session"
         as_before = status is not None and status.offsets in session.known_offsets
