@@ -126,6 +126,24 @@ def test_an_inclinometer_that_contradicts_the_points_is_off_by_so_many_sigmas() 
     assert finding.sigma == pytest.approx(0.1, abs=0.01)
 
 
+def test_the_errors_of_an_earlier_session_are_predicted_as_it_was_then() -> None:
+    context, rng = context_of("azel"), np.random.default_rng([37, 3])
+    after = random_mechanism(rng)
+    before = msgspec.structs.replace(after, P1=after.P1 - 0.3, P3=after.P3 + 0.4)
+    parts = [
+        measured(context, mechanism, np.linspace(*daylight_s(context, day), 12), rng)
+        for mechanism, day in ((before, JUNE), (after, JUNE + 30))
+    ]
+    solution = merge_sessions(parts, context, names=("old", "new")).solution
+    ax1, ax2 = np.array([-60.0, 10.0, 80.0, np.nan]), np.array([60.0, 40.0, 70.0, np.nan])
+    for name, mechanism in (("old", before), ("new", after)):
+        found = np.stack(solution.predict_of_deg([name] * 4, ax1, ax2))[:, :3]
+        true = np.stack(mechanism.errors_deg(context.geometry, ax1[:3], ax2[:3]))
+        assert found == pytest.approx(true, abs=0.1)
+    mixed = solution.predict_of_deg(["old", "new", "old", "old"], ax1, ax2)
+    assert [e[1] for e in mixed] == [e[1] for e in solution.predict_deg(ax1, ax2)]
+
+
 def test_an_unchanged_unit_is_fitted_as_one_set_of_points() -> None:
     result = merged(1)
     assert result.change == "same"

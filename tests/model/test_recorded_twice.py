@@ -10,11 +10,13 @@ import pytest
 from solarcal.model.evidence.direct import Evidence, direct_findings
 from solarcal.model.evidence.unit_state import held_evidence
 from solarcal.model.finding import Finding
+from solarcal.mount.drive import ScrewjackDrive, register
 from solarcal.mount.formula import Offsets
 from solarcal.session.records import (
     Answers,
     CheckRecord,
     LinkRestored,
+    PointRecord,
     Record,
     RefCheck,
     Restarted,
@@ -103,6 +105,25 @@ def test_counts_by_another_drive_or_reference(changes: dict[str, object]) -> Non
     (finding,) = found(of_the_unit(**changes), "counts")
     assert finding.labels == tuple(p.seq for p in DAY.accepted)
     assert state(of_the_unit(**changes)) == "does_not_fit"
+
+
+def test_counts_that_no_position_of_a_screwjack_has() -> None:
+    jack = ScrewjackDrive(R1=40.0, R2=12.0, R3=2.5, beta_deg=70.0, counts_per_length=1200.0)
+    header = change(DAY.header, unit=change(DAY.header.unit, drive2=jack))
+
+    def of_the_jack(record: Record) -> Record:
+        if not isinstance(record, PointRecord) or record.reading_deg is None:
+            return record
+        counts = register(jack, header.unit.reference2_deg, record.reading_deg[1])
+        return change(record, counts=(record.counts[0], counts))
+
+    whole = tuple(of_the_jack(record) for record in DAY.records)
+    assert found(view_session(header, whole), "counts") == []
+    bad = (FIRST.counts[0], 99_999_999)
+    records = tuple(change(r, counts=bad) if r.seq == FIRST.seq else r for r in whole)
+    (finding,) = found(view_session(header, records), "counts")
+    assert (finding.subject, finding.labels, finding.number) == ("axis 2", (FIRST.seq,), None)
+    assert "+99999999 counts are no angle by" in finding.sentence
 
 
 def test_read_outs_beyond_the_limits() -> None:

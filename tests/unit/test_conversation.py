@@ -47,6 +47,13 @@ def test_a_second_reply_to_an_answered_request_is_ignored():
     link.assert_finished()
 
 
+def test_a_unit_that_refuses_to_open_is_not_asked_again():
+    link = ScriptedLink(("0001 OPEN ?", "0001 OK 01234567", "0001 NO 22 busy"))
+    with pytest.raises(UnitRefused, match="busy"):
+        talk_over(link).open("5C0FFEE5")
+    link.assert_finished()
+
+
 def test_a_damaged_reply_is_repeated_with_the_same_number():
     damaged = sealed("<0001 OK 10.5").replace(b"10.5", b"19.5")
     link = ScriptedLink(("0001 CLOCK", damaged), ("0001 CLOCK", "0001 OK 10.5"))

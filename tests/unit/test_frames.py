@@ -149,6 +149,7 @@ def test_what_is_no_frame_is_never_sent():
 
 
 def test_the_longest_frame_passes_and_one_more_character_does_not():
+    assert f"than {MAX_FRAME_CHARS} characters before its line end" in PROTOCOL_PAGE.read_text()
     room = MAX_FRAME_CHARS - len(">0001 PARAM *01234567")
     longest = encode_request(Request(1, "PARAM", ("x" * room,)))
     assert len(longest) == MAX_FRAME_CHARS + 2
