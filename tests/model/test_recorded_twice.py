@@ -10,7 +10,7 @@ import pytest
 from solarcal.model.evidence.direct import Evidence, direct_findings
 from solarcal.model.evidence.unit_state import held_evidence
 from solarcal.model.finding import Finding
-from solarcal.mount.drive import ScrewjackDrive, register
+from solarcal.mount.drive import RotaryDrive, ScrewjackDrive, register
 from solarcal.mount.formula import Offsets
 from solarcal.session.records import (
     Answers,
@@ -94,6 +94,23 @@ def test_counts_and_read_outs() -> None:
     assert state(moved) == "does_not_fit"
     # A count or two, and what a read-out is rounded to, contradict nothing.
     assert found(edited(FIRST.seq, counts=(first + 2, second - 2)), "counts") == []
+    for unread in ({"counts": None}, {"reading_deg": None}):
+        assert found(edited(FIRST.seq, **unread), "counts") == []
+
+
+@pytest.mark.parametrize(("off", "contradicts"), [(0, False), (1, True), (-1, True)])
+def test_counts_of_a_coarse_drive_are_right_to_one(off: int, contradicts: bool) -> None:
+    """A tenth of a degree each; a rounded one that is off by one is up to one and a half off."""
+    unit = change(DAY.header.unit, drive1=RotaryDrive(counts_per_deg=10.0))
+
+    def coarse(record: Record) -> Record:
+        if not isinstance(record, PointRecord) or record.reading_deg is None:
+            return record
+        exact = (record.reading_deg[0] - unit.reference1_deg) * 10.0
+        return change(record, counts=(round(exact) + off, record.counts[1]))
+
+    session = view_session(change(DAY.header, unit=unit), tuple(map(coarse, DAY.records)))
+    assert bool(found(session, "counts")) == contradicts
 
 
 @pytest.mark.parametrize(
@@ -130,10 +147,15 @@ def test_read_outs_beyond_the_limits() -> None:
     limits = DAY.header.unit.limits
     narrow = change(limits, axis1=change(limits.axis1, high_deg=100.0))
     (finding,) = found(of_the_unit(limits=narrow), "limits")
-    assert f"axis 1: {FIRST.reading_deg[0]:.3f} is beyond -128..100" in finding.sentence
+    said = f"(point {FIRST.seq}: axis 1: {FIRST.reading_deg[0]:.3f} is beyond -128..100"
+    assert said in finding.sentence
+    assert finding.labels == tuple(p.seq for p in DAY.accepted if p.reading_deg[0] > 100.1)
+    assert len(finding.labels) > 1
     assert state(of_the_unit(limits=narrow)) == "does_not_fit"
     nearly = change(limits, axis1=change(limits.axis1, high_deg=FIRST.reading_deg[0] - 0.1))
     assert found(of_the_unit(limits=nearly), "limits") == []
+    beyond = change(limits, axis1=change(limits.axis1, high_deg=FIRST.reading_deg[0] - 0.3))
+    assert found(of_the_unit(limits=beyond), "limits") != []
 
 
 @pytest.mark.parametrize("question", ["ref_check", "sun_offset", "tracking"])

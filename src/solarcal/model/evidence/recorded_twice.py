@@ -88,13 +88,10 @@ def _angles(
 
 def _limits(unit: UnitRecord, points: Sequence[PointRecord]) -> Iterator[Finding]:
     allowed = unit.update_range_deg + OFFSET_TOLERANCE_DEG
-    whole = [p for p in points if p.reading_deg]
-    read_deg = np.array([p.reading_deg for p in whole], dtype=np.float64).reshape(-1, 2).T
-    outside = unit.limits.distance_deg(*read_deg) < -allowed
-    beyond = [whole[at] for at in np.flatnonzero(outside).tolist()]
-    if beyond:
-        labels = tuple(p.seq for p in beyond)
-        where = unit.limits.beyond(*(beyond[0].reading_deg or (0.0, 0.0)))
+    read = {p.seq: p.reading_deg for p in points if p.reading_deg}
+    labels = tuple(n for n, deg in read.items() if unit.limits.distance_deg(*deg) < -allowed)
+    if labels:
+        where = unit.limits.beyond(*read[labels[0]])
         yield Finding(
             kind="limits",
             subject="limits",
