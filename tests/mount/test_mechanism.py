@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 
 import katpoint
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from solarcal.errors import ConfigurationError
-from solarcal.mount.formula import Coefficients, correction_deg
+from solarcal.mount.formula import Coefficients, Offsets, correction_deg
 from solarcal.mount.geometry import GEOMETRIES, MountGeometry
 from solarcal.mount.mechanism import Mechanism
 
@@ -50,6 +51,12 @@ def reference_rows():
         pytest.skip(f"reference data {REFERENCE.name} is not beside the project")
     with REFERENCE.open(encoding="utf-8", newline="") as file:
         return list(csv.DictReader(file))
+
+
+def test_nothing_is_wrong_with_a_mechanism_unless_it_is_said():
+    assert set(msgspec.structs.astuple(Mechanism())) == {0.0}
+    assert set(msgspec.structs.astuple(Coefficients())) == {0.0}
+    assert set(msgspec.structs.astuple(Offsets())) == {0.0}
 
 
 def test_all_rows_of_the_geometry_reference():
