@@ -277,6 +277,10 @@ class TestCrossChecks:
             draws = rng.standard_normal((200_000, size)) ** 2 @ weights
             assert chance_above_zero(weights) == pytest.approx(np.mean(draws > 0.0), abs=0.015)
 
+    def test_what_is_of_one_sign_is_certain(self):
+        for weights, chance in (([1.0, 2.0], 1.0), ([-1.0, -2.0], 0.0), ([0.0, 0.0], 0.0)):
+            assert chance_above_zero(np.array(weights)) == chance
+
     def test_the_saddle_point_goes_through_even_weights(self):
         """2 a^2 > b^2 + c^2, whose right side is exponential: 1 - 1/sqrt(3) of all cases."""
         for weights in ([2.0, -1.0, -1.0], [2.0, -1.0 + 1e-9, -1.0], [2.0, -1.002, -1.0]):

@@ -1,6 +1,7 @@
 """The saved sessions can be replayed and fitted, and show what their README says."""
 
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import msgspec
 import pytest
 from msgspec.structs import replace as replace_struct
 
+from solarcal.config import Choice
 from solarcal.errors import ProcedureRefused
 from solarcal.mount.formula import Coefficients
 from solarcal.optics.reflection import Target
@@ -21,7 +23,14 @@ from solarcal.station.analysing import analyse_files, read_files
 from solarcal.station.clocks import clock_beside
 from solarcal.station.fitting import sky_context, solve
 from solarcal.station.procedure import Station
-from solarcal.station.saved_sessions import Replay, SavedSession, finished, look_into
+from solarcal.station.saved_sessions import (
+    Replay,
+    SavedSession,
+    continuing,
+    finished,
+    look_into,
+    session_files,
+)
 from solarcal.station.sign_off import sign_off
 from solarcal.station.uploading import find_upload
 from solarcal.timescale import parse_utc
@@ -233,3 +242,57 @@ def test_only_a_whole_unfinished_session_of_the_same_unit_can_be_gone_on_with(mo
     # The surveyed place may differ by a few digits, and across the date line.
     near = replace_struct(site, longitude_deg=-179.998)
     assert saved_sessions.unfinished_sessions(*unit, near, target) == [mine]
+
+
+def test_session_files_are_listed_newest_first_without_those_that_are_gone(tmp_path):
+    folder, other = tmp_path / "sessions", tmp_path / "other.jsonl"
+    folder.mkdir()
+    for at, path in enumerate((folder / "b.jsonl", other, folder / "a.jsonl", folder / "c.txt")):
+        path.write_text("")
+        os.utime(path, (1e9 + at, 1e9 + at))
+    (folder / "nowhere.jsonl").symlink_to(tmp_path / "gone.jsonl")
+    found = session_files([folder, tmp_path / "none"], [other, tmp_path / "gone.jsonl"])
+    assert found == [folder / "a.jsonl", other, folder / "b.jsonl"]
+
+
+def test_a_session_is_offered_with_its_points_and_where_it_is(tmp_path, monkeypatch):
+    monkeypatch.setenv("SOLARCAL_CONFIG", str(tmp_path / "config"))
+    monkeypatch.setenv("SOLARCAL_SESSIONS", str(SESSIONS))
+    saved = look_into(SESSIONS / "azel-good-day.jsonl")
+    last_utc = read_session(SESSIONS / "azel-good-day.jsonl").records[-1].utc
+    assert saved.words() == f"azel-good-day.jsonl  12 points, last {last_utc[:16]}Z"
+    assert {one.path for one in saved_sessions.saved_sessions()} == set(FILES)
+    monkeypatch.setenv("SOLARCAL_SESSIONS", str(tmp_path))
+    assert saved.words().endswith(f"  in {SESSIONS}")
+    (tmp_path / "bad.jsonl").write_text("x")
+    assert look_into(tmp_path / "bad.jsonl").words() == "bad.jsonl  cannot be read"
+
+
+def test_a_session_goes_on_on_the_line_it_was_taken_on(tmp_path):
+    saved = SavedSession(tmp_path / "day.jsonl")
+    line = Choice(port="/dev/ttyUSB0", driver="solartrak")
+    assert continuing(saved, line) == replace_struct(line, session=str(saved.path))
+    assert continuing(saved, None) is None
+    by_hand = continuing(replace(saved, typed=True), None)
+    assert by_hand == Choice(driver="typed", session=str(saved.path))
+
+
+def test_an_unfinished_session_of_the_unit_at_its_place_is_offered(tmp_path, monkeypatch):
+    monkeypatch.setenv("SOLARCAL_CONFIG", str(tmp_path / "config"))
+    monkeypatch.setenv("SOLARCAL_SESSIONS", str(tmp_path))
+    lines = (SESSIONS / "azel-good-day.jsonl").read_bytes().splitlines(keepends=True)
+    (tmp_path / "left.jsonl").write_bytes(b"".join(lines[:8]))
+    (tmp_path / "closed.jsonl").write_bytes(b"".join(lines))
+    (tmp_path / "damaged.jsonl").write_bytes(b"".join(lines[:8])[:-40] + b"\n" + lines[8])
+    unit = read_session(tmp_path / "left.jsonl").header.unit
+    mount = (unit.model, unit.serial, "azel")
+    (left,) = saved_sessions.unfinished_sessions(*mount, unit.site, None)
+    assert left.path == tmp_path / "left.jsonl"
+    near = replace_struct(unit.site, longitude_deg=unit.site.longitude_deg + 360.0)
+    assert len(saved_sessions.unfinished_sessions(*mount, near, None)) == 1
+    for name in ("latitude_deg", "longitude_deg"):
+        away = replace_struct(unit.site, **{name: getattr(unit.site, name) + 0.1})
+        assert saved_sessions.unfinished_sessions(*mount, away, None) == []
+    assert saved_sessions.unfinished_sessions(unit.model, "2", "azel", unit.site, None) == []
+    target = Target(10.0, 80.0, 50.0)
+    assert saved_sessions.unfinished_sessions(*mount, unit.site, target) == []

@@ -1,12 +1,17 @@
 """What is typed, read as it is meant."""
 
 import pytest
+from hand_bench import SetClock
 
-from solarcal.station.typed.entry_forms import reading_fields, sun_fields
+from solarcal.errors import ProcedureRefused
+from solarcal.station.typed.entry_forms import reading_fields, ref_check_form, sun_fields
 from solarcal.station.typed.forms import (
+    AskedForm,
     DisplayField,
     Kind,
+    TypedAnswer,
     TypedWrong,
+    WaitingDisplay,
     decimals,
     looked_again,
     plain_text,
@@ -86,3 +91,48 @@ def test_a_correction_of_both_axes_is_another_look() -> None:
     before = {"ax1": "1", "ax2": "2", "o1": "0"}
     assert looked_again(before, {"ax1": "1.5", "ax2": "2.1", "o1": "0"})
     assert not looked_again(before, {"ax1": "1.5", "ax2": "2", "o1": "3"})
+
+
+FORM = ref_check_form()
+ANSWERS = [
+    TypedAnswer(FORM, {"complete": word}, utc_s) for word, utc_s in (("yes", 1.0), ("no", 2.0))
+]
+
+
+def test_a_form_has_one_answer_the_first() -> None:
+    asked = AskedForm(FORM, SetClock())
+    assert not asked.done
+    for answer in (*ANSWERS, None):
+        asked.answer(answer)
+    assert asked.done
+    assert asked.wait() == ANSWERS[0]
+    given_up = AskedForm(FORM, SetClock())
+    given_up.answer(None)
+    given_up.answer(ANSWERS[0])
+    with pytest.raises(ProcedureRefused):
+        given_up.wait()
+
+
+def test_a_display_that_waits_asks_no_more_once_it_is_closed() -> None:
+    posted: list[AskedForm] = []
+
+    def post(asked: AskedForm) -> None:
+        posted.append(asked)
+        assert display.asking
+        if len(posted) == 1:
+            asked.answer(ANSWERS[0])
+        else:
+            display.close()
+
+    display = WaitingDisplay(post, SetClock(7.0))
+    assert not display.asking
+    assert display.ask(FORM) == ANSWERS[0]
+    assert (posted[0].form, posted[0].clock.utc_s()) == (FORM, 7.0)
+    assert not display.asking
+    # The form that waits when it is closed is given up; after that none is shown.
+    for _ in range(2):
+        with pytest.raises(ProcedureRefused):
+            display.ask(FORM)
+    assert len(posted) == 2
+    assert posted[1].done
+    WaitingDisplay(post, SetClock()).close()
