@@ -241,6 +241,9 @@ class TestBase:
         tilt = base_tilt(np.array([1.0, 0, 1.0, 0, 0, 0]), MountGeometry("azel", 35.0))
         assert tilt.tilt_deg == pytest.approx(np.sqrt(2.0))
         assert tilt.bearing_deg == pytest.approx(45.0)
+        for north, east, bearing in ((-1.0, 1.0, 135.0), (-1.0, -1.0, 225.0), (1.0, -1.0, 315.0)):
+            tilt = base_tilt(np.array([north, 0, east, 0, 0, 0]), MountGeometry("azel", 35.0))
+            assert tilt.bearing_deg == pytest.approx(bearing)
         assert tilt.turn_deg == pytest.approx(0.0)
 
     def test_an_east_west_roller_sags_at_its_east_end_or_is_turned(self):

@@ -238,3 +238,10 @@ def test_separation_keeps_its_digits_when_small():
 def test_a_mount_that_cannot_be_is_refused(arguments, says):
     with pytest.raises(ConfigurationError, match=says):
         MountGeometry(*arguments)
+
+
+@pytest.mark.parametrize("ax1_deg", [-180.0, np.nextafter(180.0, 181.0), 180.0])
+def test_a_hair_west_of_north_is_north_not_a_whole_turn(ax1_deg):
+    azimuth, zenith = MountGeometry("azel", 35.0).horizontal_from_axes(ax1_deg, 50.0)
+    assert 0.0 <= azimuth < 1e-12
+    assert zenith == pytest.approx(50.0)

@@ -305,6 +305,11 @@ def test_the_verdict_says_when_there_are_enough_and_when_something_is_wrong():
     good = next_step(station.state, 40.0, with_verdict(judgement, "done"))
     assert good.action == "upload"
     assert "Good for the year" in good.sentence
+    # Only counts that were found missing are to be looked for, not what nobody checked.
+    for certainty, missed in (("found", True), ("not_determinable", False)):
+        finding = Finding(kind="missed_counts", subject="axis 1", sentence="", certainty=certainty)
+        with_it = replace(with_verdict(judgement, "done"), findings=(finding,))
+        assert ("counts were missed" in next_step(station.state, 40.0, with_it).sentence) == missed
     wrong = next_step(station.state, 40.0, with_verdict(judgement, "does_not_fit"))
     assert "why the points do not fit, or go on with point 3" in wrong.sentence
 
