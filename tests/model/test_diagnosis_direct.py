@@ -147,10 +147,15 @@ def test_a_dead_read_out_is_exactly_zero_all_day() -> None:
     assert "dead" in finding.sentence
 
 
-def test_a_read_out_that_froze_for_two_points_names_them() -> None:
-    (finding,) = frozen_findings(range(1, 6), *read_outs([-30.0, -15.0, 0.02, 0.02, 30.0]))
+@pytest.mark.parametrize("at_deg", [0.02, -0.02, 0.0])
+def test_a_read_out_that_froze_for_two_points_names_them(at_deg: float) -> None:
+    (finding,) = frozen_findings(range(1, 6), *read_outs([-30.0, -15.0, at_deg, at_deg, 30.0]))
     assert finding.labels == (3, 4)
-    assert "frozen" in finding.sentence
+    shown = f"{at_deg:.5f} deg" if at_deg else "zero"
+    assert f"axis 1 read exactly {shown} at points 3 and 4 while the Sun moved 15.0 deg" in (
+        finding.sentence
+    )
+    assert finding.sentence.endswith("its read-out is frozen")
 
 
 def test_a_read_out_is_frozen_where_the_sun_moved_by_more_than_half_a_degree() -> None:

@@ -99,6 +99,11 @@ def test_the_other_methods_spot_is_another_point(tmp_path: Path) -> None:
         ('"UTIS": [', '"UTIX": [', r"no focal spot by UTIS; --spot HeliOS is there"),
         ('"Sun_elevation": ', '"Sun_elevation": -', r"the Sun's elevation -.* is not above 0"),
         (
+            '"Sun_elevation": ',
+            '"Sun_elevation": 0, "was": ',
+            r"the Sun's elevation 0 is not above 0",
+        ),
+        (
             '"target_name": "upper"',
             '"target_name": 3',
             r"no PAINT calibration record: .*target_name",

@@ -125,3 +125,9 @@ def test_a_marker_covers_an_unacknowledged_whole_line() -> None:
     content += torn_marker(len(content) - len(HEAD)) + encode_record(note(1, "synced"))
     text = parse_session(content, "day.jsonl")
     assert text.records == [note(1, "synced")]
+
+
+def test_a_declaration_that_cannot_be_read_declares_nothing() -> None:
+    for damaged in (torn_marker(21)[:-4] + b"\n", torn_marker(21).replace(b"21", b"no")):
+        with pytest.raises(SessionFileError, match=r"^day\.jsonl:[23]: .*changed"):
+            parse(HEAD + LAST[:20] + b"\n" + damaged + FIRST)
