@@ -9,12 +9,14 @@ from emulated_station import emulated_station
 
 from solarcal.model.analysis import findings_of
 from solarcal.model.evidence.direct import Evidence, direct_findings, evidence_sentences
+from solarcal.model.evidence.sun_path import UNIT_CLOCK
 from solarcal.mount.formula import Offsets
 from solarcal.session.records import RefCheck, Void
 from solarcal.session.view import SessionView, view_session
 from solarcal.station.analysing import analyse_session, solve_merged
 from solarcal.station.fitting import sky_context, solve
 from solarcal.station.technician import AutomaticTechnician, Schedule
+from solarcal.timescale import format_utc, parse_utc
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +70,20 @@ def test_a_clock_that_drifts_is_found(day):
     assert "clock_step" not in kinds(late)
     fast = with_points(day, lambda i, p: msgspec.structs.replace(p, unit_minus_laptop_s=2.0 * i))
     assert "clock_drift" in kinds(fast)
+
+
+def test_angles_of_a_units_clock_that_is_ahead_are_explained_by_it(day):
+    """100 s are 0.417 deg of Sun; the unit's clock says so, and the site is not doubted."""
+
+    def ahead(index, point):
+        laptop_utc = format_utc(parse_utc(point.read_utc) - 100.0)
+        return msgspec.structs.replace(point, read_utc=laptop_utc, unit_minus_laptop_s=100.0)
+
+    found = analyse_session(with_points(day, ahead)).findings
+    (finding,) = [f for f in found if f.subject == UNIT_CLOCK and "ideal angles" in f.sentence]
+    assert finding.number == pytest.approx(100.0)
+    assert "up to +100.0 s from the laptop's at the points, 0.417 deg of Sun" in finding.sentence
+    assert not [f for f in found if f.kind in ("site", "geometry")]
 
 
 def test_a_unit_an_hour_wrong_in_its_own_sums_is_explained(day):

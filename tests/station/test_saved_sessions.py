@@ -15,7 +15,7 @@ from solarcal.mount.formula import Coefficients
 from solarcal.optics.reflection import Target
 from solarcal.session.journal import Journal
 from solarcal.session.lines import sealed
-from solarcal.session.records import Void
+from solarcal.session.records import PointRecord, Void
 from solarcal.session.view import read_session
 from solarcal.site import Site
 from solarcal.station import saved_sessions
@@ -158,6 +158,15 @@ def test_a_replay_stops_at_both_ends_of_its_session():
     assert replay.view.records == ()
     replay.step(10_000)
     assert replay.position == len(replay)
+
+
+def test_a_replay_goes_to_just_after_a_point():
+    replay = Replay.open(SESSIONS / "azel-aborted-and-rejected.jsonl")
+    places = [i for i, r in enumerate(replay.records) if isinstance(r, PointRecord)]
+    for number, place in ((1, places[0]), (3, places[2]), (0, places[0]), (99, places[-1])):
+        replay.jump_to_point(number)
+        assert replay.position == place + 1
+        assert replay.utc_s == parse_utc(replay.records[place].utc)
 
 
 def test_the_newest_upload_to_a_unit_is_found_among_its_sessions(tmp_path):
