@@ -26,6 +26,7 @@ from solarcal.station.news import (
     StepFailed,
     Stored,
 )
+from solarcal.station.next_step import next_step
 from solarcal.station.point_judgement import PointJudgement, judge_check, judge_point
 from solarcal.station.procedure import Station
 from solarcal.station.question_evidence import question_evidence
@@ -247,13 +248,10 @@ class TakePointDialog(PacedDialog):
 
     def _demand_reference(self, state: StationState) -> None:
         """After a lost line: a unit that has restarted meanwhile gives no point before."""
-        live, session = state.live, state.session
-        lost = live.status is not None and not live.status.referenced
-        checked = session is not None and session.ref_checks and live.capabilities.has_link
-        if self._back and checked and lost:
+        step = next_step(state)
+        if self._back and step.action == "ref_check":
             self.offer()
-            words = "The unit has lost its reference (did it restart?): do a reference check."
-            self.finish(f"{self._back} {words}", "warning")
+            self.finish(f"{self._back} {step.sentence}", "warning")
             self._back = ""
 
     def step_done(self, done: Done[Any]) -> None:
