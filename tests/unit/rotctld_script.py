@@ -1,4 +1,4 @@
-"""Links that follow a script of rotctld's extended protocol; and what a rotctld says of itself."""
+"""What a rotctld says of itself, in its extended protocol."""
 
 STATE = (
     "dump_state:",
@@ -29,31 +29,3 @@ OPENING = (
     ("+\\dump_caps", *CAPS),
     ("+\\get_pos", *AT_REST),
 )
-
-
-class ScriptedRotctld:
-    """Expects exactly these requests and answers each with these lines; no lines are silence."""
-
-    def __init__(self, *exchanges):
-        self.script = list(exchanges)
-        self.inbox = []
-        self.closed = False
-
-    def write(self, data):
-        assert data.endswith(b"\n")
-        assert data.count(b"\n") == 1
-        assert self.script, f"unexpected request {data!r}"
-        expected, *lines = self.script.pop(0)
-        assert data == expected.encode() + b"\n"
-        self.inbox += [line if isinstance(line, bytes) else line.encode() for line in lines]
-
-    def read_line(self, timeout_s):
-        assert timeout_s >= 0.0
-        return self.inbox.pop(0) if self.inbox else None
-
-    def close(self):
-        self.closed = True
-
-    def assert_finished(self):
-        assert not self.script, f"never asked: {self.script}"
-        assert not self.inbox, f"never read: {self.inbox}"

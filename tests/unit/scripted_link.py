@@ -12,18 +12,46 @@ def sealed(body: str) -> bytes:
 NOISE = b"\x00\xff~~ noise"
 
 
-class ScriptedLink:
+class _Script:
+    """What is written is held to a script; what it answers is read line by line."""
+
+    def __init__(self, *exchanges):
+        self.script = list(exchanges)
+        self.inbox = []
+        self.closed = False
+
+    def read_line(self, timeout_s):
+        assert timeout_s >= 0.0
+        return self.inbox.pop(0) if self.inbox else None
+
+    def close(self):
+        self.closed = True
+
+    def assert_finished(self):
+        assert not self.script, f"never asked: {self.script}"
+        assert not self.inbox, f"never read: {self.inbox}"
+
+
+class ScriptedLines(_Script):
+    """Expects exactly these lines and answers each with these; no lines are silence."""
+
+    def write(self, data):
+        assert data.endswith(b"\n")
+        assert data.count(b"\n") == 1
+        assert self.script, f"unexpected request {data!r}"
+        expected, *lines = self.script.pop(0)
+        assert data == expected.encode() + b"\n"
+        self.inbox += [line if isinstance(line, bytes) else line.encode() for line in lines]
+
+
+class ScriptedLink(_Script):
     """Expects exactly the scripted requests and answers each with its scripted replies.
 
     An exchange is ``(request, reply, ...)`` without ``>``, ``<`` and checksum; a reply may also be
     raw bytes. ``?`` stands for the nonce of OPEN. No reply is silence, and takes no time.
     """
 
-    def __init__(self, *exchanges):
-        self.script = list(exchanges)
-        self.inbox = []
-        self.nonce = None
-        self.closed = False
+    nonce = None
 
     def write(self, data):
         assert data.endswith(b"\r\n")
@@ -40,17 +68,6 @@ class ScriptedLink:
             if isinstance(reply, str):
                 reply = sealed("<" + reply.replace("?", self.nonce or "?"))
             self.inbox.append(reply)
-
-    def read_line(self, timeout_s):
-        assert timeout_s >= 0
-        return self.inbox.pop(0) if self.inbox else None
-
-    def close(self):
-        self.closed = True
-
-    def assert_finished(self):
-        assert not self.script, f"never asked: {self.script}"
-        assert not self.inbox, f"never read: {self.inbox}"
 
 
 OPENING = (

@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import pytest
+from scripted_link import ScriptedLines
 
 from solarcal.errors import LinkError, ProcedureRefused, ProtocolError
 from solarcal.mount.geometry import AxisLimits
@@ -20,42 +21,15 @@ OPENING = (("AZ EL", "AZ180.0 EL45.0"), ("VE", "VESatNOGS-v2.2"))
 SILENT = ("AZ EL",)
 
 
-class ScriptedFirmware:
-    """Expects exactly these lines and answers each with these; what is missing is silence."""
-
-    def __init__(self, *exchanges):
-        self.script = list(exchanges)
-        self.inbox = []
-        self.closed = False
-
-    def write(self, data):
-        assert data.endswith(b"\n")
-        assert self.script, f"unexpected {data!r}"
-        expected, *lines = self.script.pop(0)
-        assert data == expected.encode() + b"\n"
-        self.inbox += [line if isinstance(line, bytes) else line.encode() for line in lines]
-
-    def read_line(self, timeout_s):
-        assert timeout_s >= 0.0
-        return self.inbox.pop(0) if self.inbox else None
-
-    def close(self):
-        self.closed = True
-
-    def assert_finished(self):
-        assert not self.script, f"never asked: {self.script}"
-        assert not self.inbox, f"never read: {self.inbox}"
-
-
 def opened(*exchanges):
-    link = ScriptedFirmware(*OPENING, *exchanges)
+    link = ScriptedLines(*OPENING, *exchanges)
     rotator = EasyCommRotator(lambda: link, "/dev/ttyUSB0")
     rotator.open()
     return rotator, link
 
 
 def test_it_says_its_version_and_its_last_digit():
-    link = ScriptedFirmware(*OPENING)
+    link = ScriptedLines(*OPENING)
     identity = EasyCommRotator(lambda: link, "/dev/ttyUSB0").open()
     assert (identity.model, identity.version) == ("EasyComm II", "SatNOGS-v2.2")
     assert (identity.azimuth, identity.elevation) == (AxisLimits(0, 360), AxisLimits(0, 180))
@@ -67,7 +41,7 @@ def test_firmware_that_restarts_with_the_line_is_given_its_time_once(monkeypatch
     monkeypatch.setattr(easycomm, "time", SimpleNamespace(monotonic=lambda: 0.0))
     waits = []
 
-    class Restarting(ScriptedFirmware):
+    class Restarting(ScriptedLines):
         def read_line(self, timeout_s):
             waits.append(timeout_s)
             return super().read_line(timeout_s)
@@ -81,7 +55,7 @@ def test_firmware_that_restarts_with_the_line_is_given_its_time_once(monkeypatch
 
 
 def test_firmware_without_a_version_is_served_too():
-    link = ScriptedFirmware(("AZ EL", "AZ180.0 EL45.0"), ("VE",))
+    link = ScriptedLines(("AZ EL", "AZ180.0 EL45.0"), ("VE",))
     assert EasyCommRotator(lambda: link, "/dev/ttyUSB0").open().version == ""
     link.assert_finished()
 
@@ -171,7 +145,7 @@ def test_silence_to_the_end_gives_the_line_up():
 def test_another_protocol_is_named():
     answers = [("AZ EL", "?>")] * ASKED_AT_MOST
     with pytest.raises(ProtocolError, match=r"answers '\?>', which is no EasyComm position"):
-        EasyCommRotator(lambda: ScriptedFirmware(*answers), "/dev/ttyUSB0").open()
+        EasyCommRotator(lambda: ScriptedLines(*answers), "/dev/ttyUSB0").open()
 
 
 def test_numbers_that_are_no_direction_are_damage():

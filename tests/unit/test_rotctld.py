@@ -3,7 +3,8 @@
 import threading
 
 import pytest
-from rotctld_script import AT_REST, CAPS, OPENING, STATE, ScriptedRotctld
+from rotctld_script import AT_REST, CAPS, OPENING, STATE
+from scripted_link import ScriptedLines
 
 from solarcal.errors import (
     ConfigurationError,
@@ -18,7 +19,7 @@ from solarcal.unit.drivers.rotctld_replies import ReplyReader, request
 
 
 def opened(*exchanges):
-    link = ScriptedRotctld(*OPENING, *exchanges)
+    link = ScriptedLines(*OPENING, *exchanges)
     rotator = RotctldRotator(lambda: link, "roof:4533")
     rotator.open()
     return rotator, link
@@ -28,7 +29,7 @@ def opened(*exchanges):
 
 
 def test_it_says_who_it_is_and_how_far_it_turns():
-    link = ScriptedRotctld(*OPENING)
+    link = ScriptedLines(*OPENING)
     told = RotctldRotator(lambda: link, "roof:4533").open()
     assert (told.model, told.version) == ("Yaesu GS-232B", "20220109.0")
     assert (told.azimuth, told.elevation) == (AxisLimits(0.0, 450.0), AxisLimits(0.0, 180.0))
@@ -37,7 +38,7 @@ def test_it_says_who_it_is_and_how_far_it_turns():
 
 def test_an_older_rotctld_that_tells_less_is_understood():
     old = tuple(line for line in STATE if not line.startswith(("South", "rot_type", "done")))
-    link = ScriptedRotctld(
+    link = ScriptedLines(
         ("+\\dump_state", *old), ("+\\dump_caps", "dump_caps:", "RPRT 0"), OPENING[2]
     )
     assert RotctldRotator(lambda: link, "roof:4533").open().model == "Hamlib model 603"
@@ -59,7 +60,7 @@ def test_an_older_rotctld_that_tells_less_is_understood():
 )
 def test_what_cannot_be_rotctld_is_not_believed(line, instead, words):
     state = [instead if each == line else each for each in STATE]
-    link = ScriptedRotctld(("+\\dump_state", *state), *OPENING[1:])
+    link = ScriptedLines(("+\\dump_state", *state), *OPENING[1:])
     with pytest.raises(ProtocolError, match="roof:4533, reply to dump_state") as caught:
         RotctldRotator(lambda: link, "roof:4533").open()
     assert words in str(caught.value)
@@ -68,13 +69,13 @@ def test_what_cannot_be_rotctld_is_not_believed(line, instead, words):
 
 def test_a_rotator_of_one_axis_is_refused():
     caps = ["Rot type:\t\tAzimuth" if line.startswith("Rot type") else line for line in CAPS]
-    link = ScriptedRotctld(OPENING[0], ("+\\dump_caps", *caps), OPENING[2])
+    link = ScriptedLines(OPENING[0], ("+\\dump_caps", *caps), OPENING[2])
     with pytest.raises(ConfigurationError, match="turns in azimuth only"):
         RotctldRotator(lambda: link, "roof:4533").open()
 
 
 def test_a_rotator_that_is_off_behind_its_rotctld_is_a_lost_link():
-    link = ScriptedRotctld(*OPENING[:2], ("+\\get_pos", "get_pos:", "RPRT -5"))
+    link = ScriptedLines(*OPENING[:2], ("+\\get_pos", "get_pos:", "RPRT -5"))
     with pytest.raises(LinkError, match=r"roof:4533, get_pos: the rotator does not answer.*-5"):
         RotctldRotator(lambda: link, "roof:4533").open()
 
@@ -230,7 +231,7 @@ def test_a_reply_that_comes_twice_is_not_taken_for_the_next_answer():
 
 
 def test_after_a_lost_line_a_new_one_is_believed():
-    links = [ScriptedRotctld(*OPENING, ("+\\get_pos",)), ScriptedRotctld(*OPENING)]
+    links = [ScriptedLines(*OPENING, ("+\\get_pos",)), ScriptedLines(*OPENING)]
     first, second = links
     rotator = RotctldRotator(lambda: links.pop(0), "roof:4533")
     rotator.open()
@@ -242,7 +243,7 @@ def test_after_a_lost_line_a_new_one_is_believed():
 
 
 def test_nothing_is_asked_before_the_line_is_open():
-    rotator = RotctldRotator(lambda: ScriptedRotctld(), "roof:4533")
+    rotator = RotctldRotator(lambda: ScriptedLines(), "roof:4533")
     with pytest.raises(LinkError, match="the line to roof:4533 is not open; connect first"):
         rotator.stop()
 
@@ -259,7 +260,7 @@ def test_no_motion_decided_before_a_stop_goes_out_after_it():
     link.assert_finished()
 
 
-class SlowRotctld(ScriptedRotctld):
+class SlowRotctld(ScriptedLines):
     """Answers to ``get_pos`` come only once STOP has been written."""
 
     def __init__(self, *exchanges):
@@ -326,7 +327,7 @@ def test_what_is_no_address_is_said_with_what_to_do(text):
 
 def test_a_request_that_an_interrupt_broke_off_takes_no_reply_of_the_next():
     """Whether it went out is not known: the line is given up, and STOP goes out on a new one."""
-    links = [ScriptedRotctld(*OPENING), ScriptedRotctld(*OPENING, ("+\\stop", "stop:", "RPRT 0"))]
+    links = [ScriptedLines(*OPENING), ScriptedLines(*OPENING, ("+\\stop", "stop:", "RPRT 0"))]
     rotator = RotctldRotator(lambda: links.pop(0), "roof:4533")
     rotator.open()
     first, second = rotator._link, links[0]

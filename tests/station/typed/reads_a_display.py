@@ -6,12 +6,13 @@ only what a display of few decimals would show.
 
 from dataclasses import dataclass, field
 
+import msgspec
+
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
-from solarcal.mount.drive import format_drive
 from solarcal.mount.formula import Coefficients
-from solarcal.profiles import MountDescription, Profile
+from solarcal.profiles import Profile
 from solarcal.session.journal import Journal
 from solarcal.session.records import (
     CheckRecord,
@@ -24,6 +25,7 @@ from solarcal.session.records import (
     UploadRecord,
 )
 from solarcal.station.clocks import EmulatedClock
+from solarcal.station.described_unit import described_by_session
 from solarcal.station.procedure import Station
 from solarcal.station.state import StationState
 from solarcal.station.technician import AutomaticTechnician, Schedule
@@ -99,28 +101,18 @@ class HandReader:
     @property
     def profile(self) -> Profile:
         """What a technician would have filled in of this tracker."""
-        unit = self.header.unit
-        return Profile(
+        nameless = Profile(
             name="by-hand",
             operator="hand reader",
             driver="typed",
             site=self.header.site,
             weather=self.header.weather,
-            mount=MountDescription(
-                unit_name="4711",
-                geometry=self.header.geometry,  # type: ignore[arg-type]
-                ax1_centre_deg=self.header.ax1_centre_deg,
-                drive1=format_drive(unit.drive1),
-                drive2=format_drive(unit.drive2),
-                limits1_deg=(unit.limits.axis1.low_deg, unit.limits.axis1.high_deg),
-                limits2_deg=(unit.limits.axis2.low_deg, unit.limits.axis2.high_deg),
-                update_range_deg=unit.update_range_deg,
-                reference1_deg=unit.reference1_deg,
-                reference2_deg=unit.reference2_deg,
-                zone_west_h=unit.zone_west_h,
-                display="counts" if self.book.counts else "angles",
-            ),
         )
+        described = described_by_session(nameless, self.header)
+        mount = msgspec.structs.replace(
+            described.mount, unit_name="4711", display="counts" if self.book.counts else "angles"
+        )
+        return msgspec.structs.replace(described, mount=mount)
 
     def take_points(self) -> None:
         self.technician.prepare()
