@@ -378,11 +378,11 @@ def test_options_shape_the_plan():
     station, judgement = judged_day()
     now_utc_s = station.state.live.laptop_utc_s
     first = judgement.plan.recommended.times_utc_s[0]
-    begin = first // HALF_HOUR_S * HALF_HOUR_S
+    begin = (first - 1.0) // HALF_HOUR_S * HALF_HOUR_S
     clouded = analyse_with_options(station.session, PlanOptions().strike(begin), now_utc_s)
     times = clouded.plan.recommended.times_utc_s
     assert times
-    assert not any(begin <= time < begin + HALF_HOUR_S for time in times)
+    assert not any(begin < time <= begin + HALF_HOUR_S for time in times)
     five = PlanOptions().points_more(-1, taken=2, planned=4)
     assert five.points == 5
     counted = analyse_with_options(station.session, five, now_utc_s)

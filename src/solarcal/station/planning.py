@@ -60,8 +60,9 @@ class PlanOptions:
         return None if self.points is None else max(0, self.points - taken)
 
     def intervals(self) -> tuple[tuple[float, float], ...]:
-        """(from, to) of the struck half hours, seconds; the last second belongs to the next."""
-        return tuple((begin, begin + HALF_HOUR_S - 1.0) for begin in sorted(self.struck))
+        """(from, to) of the struck half hours, seconds; the first second belongs to the one before,
+        as in the table, where a half hour's row is that of a stop at its end."""
+        return tuple((begin + 1.0, begin + HALF_HOUR_S) for begin in sorted(self.struck))
 
 
 DEFAULT_OPTIONS = PlanOptions()
