@@ -14,7 +14,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.mount.geometry import MountGeometry
 from solarcal.report import judgement, tables
 from solarcal.report.blocks import clock_text, columns, number, text_of
-from solarcal.report.session_report import record_line, session_text
+from solarcal.report.session_report import record_line, record_lines, session_text
 from solarcal.session.points import labelled_by_file, merge_tables
 from solarcal.session.records import (
     Answers,
@@ -410,3 +410,12 @@ def test_a_time_of_day_is_the_same_in_a_table_and_in_a_line():
         restored = LinkRestored(seq=4, utc=AT, serial="0001", losses=losses)
         assert words in record_line(restored)
     assert "13:01:38" in text_of(*tables.clocks_table([clock]))
+
+
+def test_records_of_several_days_are_listed_with_their_dates():
+    first = ClockSet(seq=3, utc="2026-06-03T13:40:00.000Z", before_s=0.1, after_s=0.0)
+    second = ClockSet(seq=4, utc="2026-06-04T12:59:59.600Z", before_s=0.1, after_s=0.0)
+    assert record_lines([first, first]) == [record_line(first)] * 2
+    assert [line[:20] for line in record_lines([first, second])] == [
+        "2026-06-03 13:40:00 ", "2026-06-04 13:00:00 ",
+    ]  # fmt: skip

@@ -60,7 +60,7 @@ from solarcal.station.curves import session_plot_data, table_plot_data
 from solarcal.station.question_evidence import found_words
 from solarcal.station.sign_off import sign_off
 from solarcal.station.state import uploads_as_replaced
-from solarcal.timescale import second_of_day
+from solarcal.timescale import format_utc, parse_utc, second_of_day
 
 if TYPE_CHECKING:
     from solarcal.station.headless import Calibration
@@ -195,9 +195,16 @@ def fit_text(judged: FileAnalysis, *, plot: bool) -> str:
     return "\n\n".join(parts)
 
 
-def record_line(record: Record) -> str:
+def record_line(record: Record, *, dated: bool = False) -> str:
     """One record in one line, as the log and a replay tell it."""
-    return f"{second_of_day(record.utc)}  {record.seq:>4}  {one_line(record_words(record))}"
+    day = f"{format_utc(parse_utc(record.utc), 0)[:10]} " if dated else ""
+    return f"{day}{second_of_day(record.utc)}  {record.seq:>4}  {one_line(record_words(record))}"
+
+
+def record_lines(records: Sequence[Record]) -> list[str]:
+    """One line a record, with its date where they are of more than one day."""
+    dated = len({format_utc(parse_utc(record.utc), 0)[:10] for record in records}) > 1
+    return [record_line(record, dated=dated) for record in records]
 
 
 def record_words(record: Record) -> str:
@@ -269,7 +276,7 @@ def record_words(record: Record) -> str:
 def replay_text(replay: "Replay") -> str:
     """A session record by record, then its end."""
     session = replay.view
-    log = "\n".join(record_line(record) for record in session.records)
+    log = "\n".join(record_lines(session.records))
     parts = [text_of(Sentences(replay.warnings))] if replay.warnings else []
     parts += [
         f"What happened\n-------------\n{log}",

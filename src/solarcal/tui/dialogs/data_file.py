@@ -14,7 +14,7 @@ from textual.widgets.option_list import Option
 
 from solarcal.decimals import counted
 from solarcal.mount.geometry import from_limit
-from solarcal.report.session_report import record_line
+from solarcal.report.session_report import record_lines
 from solarcal.session.records import Void
 from solarcal.session.voids import live_records
 from solarcal.station.guards import GuardRefused, demand_clear_of_limits
@@ -190,10 +190,12 @@ class VoidDialog(Dialog):
         options.add_options(
             Option(
                 # Never by colour or line alone: a struck record says so.
-                Content(("  " if record.seq in live else "x ") + record_line(record)),
+                Content(("  " if record.seq in live else "x ") + line),
                 id=str(record.seq),
             )
-            for record in reversed(session.records)
+            for record, line in reversed(
+                list(zip(session.records, record_lines(session.records), strict=True))
+            )
         )
         if listed:
             options.highlighted = min(at or 0, len(listed) - 1)

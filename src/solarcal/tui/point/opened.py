@@ -16,7 +16,7 @@ from textual.widgets import Input, Static
 
 from solarcal.mount.formula import COEFFICIENT_NAMES
 from solarcal.report.blocks import columns, number
-from solarcal.report.session_report import record_line
+from solarcal.report.session_report import record_lines
 from solarcal.session.records import PointRecord
 from solarcal.session.view import SessionView
 from solarcal.station.news import Done, PointStruck, StepFailed
@@ -197,7 +197,7 @@ def point_lines(
     lines += _error_lines(point, influence)
     lines += ["", _heading("Without it"), *_without_lines(session, point, influence), ""]
     lines += [_heading("Evidence"), *_evidence_lines(session, point), "", _heading("Records")]
-    lines += [record_line(record) for record in point_evidence(session, point).records]
+    lines += record_lines(point_evidence(session, point).records)
     return lines
 
 
