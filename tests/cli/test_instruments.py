@@ -200,6 +200,13 @@ def test_sunspot_design(capsys):
         ("heliostat shift --by 1_000 --distance 8", "--by: '1_000' is not a number"),
         ("heliostat shift --by ٣ --distance 8", "--by: '٣' is not a number"),
         ("two-mirror point --azimuth 170", "give --azimuth and --zenith"),
+        ("two-mirror point --azimuth 180 --zenith -5", "a zenith angle from 0"),
+        ("two-mirror point --azimuth 999 --zenith 5", "azimuth from -360 to 360"),
+        (
+            "two-mirror trace --t1 10 --t2 40 --signals -1 1 1 1",
+            "no light gives a signal of -1: measure the dark level",
+        ),
+        ("heliostat --sun 90 -5 --target 176 78", "--sun: give an azimuth from -360 to 360 and"),
         ("heliostat --sun nan 40 --target 0 80", "--sun: 'nan' is not a number"),
         ("heliostat circle --angle 22.5 --distance 0.5", "behind the mirror"),
         ("heliostat circle --distance 5", "--angle is missing"),
@@ -213,6 +220,8 @@ def test_sunspot_design(capsys):
         ("sunspot --height 0 --hole 4 --spot 13 --edge 5", "height H"),
         ("sunspot --hole 4 --spot 13 --edge 5", "--height is missing"),
         ("sunspot --height 500 --hole 4 --spot 13 --edge nan", "--edge: 'nan' is not a number"),
+        ("sunspot --height 500 --hole 13 --spot 4 --edge 4.5", "whether the two are swapped"),
+        ("sunspot --height 1 --hole 4 --spot 13 --edge 4.5", "check that all four are in the same"),
         ("sunspot --design --hole 4 --height 500 --plate 5", "too small"),
     ],
 )

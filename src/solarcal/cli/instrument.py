@@ -64,7 +64,8 @@ def add_options(parser: argparse.ArgumentParser, instruments: Iterable[Instrumen
             added.add(flag.flag)
         if one.json_keys:
             keys.append(f"JSON keys ({one.command}): {one.json_keys}.")
-    parser.epilog = " ".join(keys) or "The JSON keys are in docs/instruments.md."
+    page = "two-mirror" if "two-mirror" in parser.prog.split() else "instruments"
+    parser.epilog = " ".join(keys) or f"The JSON keys are in docs/{page}.md."
 
 
 def run(args: argparse.Namespace) -> int:

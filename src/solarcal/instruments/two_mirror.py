@@ -4,6 +4,7 @@ import math
 from dataclasses import asdict
 from pathlib import Path
 
+from solarcal.errors import ConfigurationError
 from solarcal.instruments.form import Answer, Form, answered
 from solarcal.instruments.mount_and_collector import drawn_latitude_deg
 from solarcal.instruments.sun import asked_sun_deg
@@ -57,6 +58,8 @@ def point(form: Form) -> Answer:
 
 SINGULAR_BELOW = math.sin(3.0 * RAD_PER_DEG)
 """Of sin t2: nearer to its pole axis 1 turns twenty times as far as the light moves."""
+DARK_LEVEL = 0.05
+"""Of all the light: how far below nothing a dark quadrant may read."""
 
 
 def asked_mirrors(form: Form) -> list[list[float]]:
@@ -87,6 +90,11 @@ def trace(form: Form) -> Answer:
     signals: Signals = form.number("a"), form.number("b"), form.number("c"), form.number("d")
     t1_deg, t2_deg = form.number("t1"), form.number("t2")
     e1, e2 = quadrant_errors(signals)
+    if min(signals) < -DARK_LEVEL * sum(signals):
+        raise ConfigurationError(
+            f"no light gives a signal of {min(signals):g}: measure the dark level anew, and check "
+            "the diode's wires"
+        )
     sun1, sun2 = diode.sun_axes_deg(e1, e2, t1_deg, t2_deg)
     turn1, turn2 = diode.corrections_deg(e1, e2, t1_deg, t2_deg)
     off_mrad = diode.off_centre_mrad(e1, e2)

@@ -15,6 +15,8 @@ from solarcal.units import RAD_PER_DEG, SUN_RADIUS_DEG
 
 LARGEST_ERROR_RAD = 0.1
 """The relation is for small angles; beyond this the spot is not on any plate."""
+IMAGE_WITHIN = 3.0
+"""By which factor the Sun's image may seem larger or smaller: its edge is blurred, read by eye."""
 
 
 def spot_error_deg(height: float, hole_diameter: float, spot_diameter: float, edge: float) -> float:
@@ -37,11 +39,24 @@ def spot_error_deg(height: float, hole_diameter: float, spot_diameter: float, ed
     Raises
     ------
     ConfigurationError
-        A height or diameter that no device has, or an error beyond 0.1 rad.
+        A height or diameter that no device has, a spot that is not the hole widened by the Sun's
+        disc, or an error beyond 0.1 rad.
     """
     require_positive("the height H", height)
     require_positive("the hole's diameter Do", hole_diameter)
     require_positive("the spot's diameter Ds", spot_diameter)
+    if spot_diameter <= hole_diameter:
+        raise ConfigurationError(
+            f"the spot's diameter Ds of {spot_diameter:g} is not larger than the hole's Do of "
+            f"{hole_diameter:g}: check whether the two are swapped"
+        )
+    usual = _spot_diameter(height, hole_diameter)
+    ratio = (spot_diameter - hole_diameter) / (usual - hole_diameter)
+    if not 1.0 / IMAGE_WITHIN <= ratio <= IMAGE_WITHIN:
+        raise ConfigurationError(
+            f"with a height H of {height:g} and a hole of {hole_diameter:g} the spot's diameter Ds "
+            f"is about {usual:.4g}, not {spot_diameter:g}; check that all four are in the same unit"
+        )
     if not math.isfinite(edge):
         raise ConfigurationError(f"the edge distance E must be a number, not {edge:g}")
     error_rad = math.atan((edge - 0.5 * (spot_diameter - hole_diameter)) / (2.0 * height))
@@ -51,6 +66,11 @@ def spot_error_deg(height: float, hole_diameter: float, spot_diameter: float, ed
             "device can show (0.1 rad); check that all four are in the same unit"
         )
     return error_rad / RAD_PER_DEG
+
+
+def _spot_diameter(height: float, hole_diameter: float) -> float:
+    """The hole widened by the Sun's disc over the way of the light."""
+    return hole_diameter + 4.0 * height * math.tan(SUN_RADIUS_DEG * RAD_PER_DEG)
 
 
 # --- designing one ----------------------------------------------------------------------------
@@ -94,7 +114,7 @@ def design_from_size(
     require_positive("the plate's diameter", plate_diameter)
     require_positive("the smallest shift that can be read", smallest_shift)
     travel = 2.0 * height
-    spot = hole_diameter + 2.0 * travel * math.tan(SUN_RADIUS_DEG * RAD_PER_DEG)
+    spot = _spot_diameter(height, hole_diameter)
     if plate_diameter <= spot:
         raise ConfigurationError(
             f"the plate of {plate_diameter:g} is too small for its spot of {spot:.4g}: make it "

@@ -162,8 +162,8 @@ def _require_usable(points: MirrorPoints) -> None:
             raise FitError(f"position {label}: all four angles must be numbers")
         if not 0.0 <= points.sun2_deg[row] <= 90.0:
             raise FitError(
-                f"position {label}: the Sun is below the horizon "
-                f"(zenith angle {points.sun2_deg[row]:.2f} deg); leave it out"
+                f"position {label}: the Sun's zenith angle {points.sun2_deg[row]:.2f} deg is not "
+                "between 0 and 90 (below the horizon?); leave it out"
             )
     suns = points.suns()
     apart_deg = np.degrees(np.arccos(np.clip((suns @ suns.T).min(), -1.0, 1.0)))
