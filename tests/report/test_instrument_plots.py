@@ -66,3 +66,10 @@ def test_sun_normal_and_target_are_letters_in_the_sky():
     )  # fmt: skip
     body = "\n".join(drawn.split("\n")[1:-2])
     assert [body.count(letter) for letter in "SNT"] == [1, 1, 1]
+
+
+def test_where_the_title_leaves_no_room_the_glyphs_are_still_named():
+    sheet = Sheet(30, 12, colour=False)
+    assert plate_drawing(4.0, 13.0, 0.0, 0.0, sheet).split("\n")[0] == "# hole  o spot"
+    wide = plate_drawing(4.0, 13.0, 0.0, 0.0, Sheet(60, 12, colour=False))
+    assert wide.split("\n")[0] == "the plate from the mirror  # hole  o spot"

@@ -162,10 +162,15 @@ class Canvas:
     def finish(self, *headers: Sequence[HeaderPart]) -> str:
         """The plot, ``height`` lines of at most ``width`` characters, without a last newline.
 
-        ``headers``: wordings of its first line; the first that fits is taken, else the last.
+        ``headers``: wordings of its first line; the first that fits is taken, else the last, of
+        which the glyphs' names are worth more than the title they follow.
         """
-        fitting = (h for h in headers if sum(len(text) for text, _ in h) <= self._width)
-        header = next(fitting, headers[-1])
+        names = list(headers[-1][1:])
+        if names:
+            names[0] = (names[0][0].lstrip(), names[0][1])
+        wordings = (*headers, names) if names else headers
+        fitting = (h for h in wordings if sum(len(text) for text, _ in h) <= self._width)
+        header = next(fitting, wordings[-1])
         left, line = self._width, ""
         for text, colour in header:
             shown = text[:left]
