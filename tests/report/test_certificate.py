@@ -192,7 +192,7 @@ TWO = (check_of(14, 0.05), check_of(15, 0.06))
         ([], False, "nothing was uploaded"),
         ([upload_of(13)], False, "no check point"),
         ([upload_of(13), check_of(14, 0.05)], False, "1 check point"),
-        ([upload_of(13), check_of(14, 0.05)], False, "2 are needed"),
+        ([upload_of(13), check_of(14, 0.05)], False, "2 check points are needed"),
         ([upload_of(13), *TWO], True, "2 check points"),
         ([upload_of(13), check_of(14, 0.05), check_of(15, 0.2)], False, "1 of 2 check points"),
         ([upload_of(13), check_of(14, 0.05), check_of(15, 0.11)], True, "and the noise of a"),
@@ -203,7 +203,7 @@ TWO = (check_of(14, 0.05), check_of(15, 0.06))
         ([check_of(13, 0.05), upload_of(14)], False, "no check point"),
         ([upload_of(13), *TWO, upload_of(16, rollback=True)], False, "rolled back"),
         ([upload_of(13, verified=False), *TWO], False, "did not read back"),
-        ([upload_of(13, new_coefficients=Coefficients(P1=1.0)), *TWO], False, "upload again"),
+        ([upload_of(13, new_coefficients=Coefficients(P1=1.0)), *TWO], False, "upload the coeff"),
         ([upload_of(13, new_offsets=Offsets(2.0, 1.0)), *TWO], False, "less than 0.5 % sure"),
         (
             [

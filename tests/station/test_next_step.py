@@ -12,6 +12,7 @@ from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
 from solarcal.errors import ProcedureRefused
 from solarcal.model.finding import Finding
+from solarcal.mount.formula import Offsets
 from solarcal.session.journal import Journal
 from solarcal.station import guards
 from solarcal.station.analysing import analyse_session
@@ -175,9 +176,110 @@ def test_after_the_upload_two_check_points_prove_it():
     early = analyse_session(replace(station.session, points=few))
     step = next_step(station.state, judgement=early)
     assert step.action == "sun_offset"
-    assert "(95 % needed). Take more points and upload again, or roll back." in step.sentence
+    assert "(95 % needed). Data point 13 of ~" in step.sentence
     # Whole on two lines of 80 columns, with its key.
     assert len(step.sentence) < 150
+    # A data point leaves its offset in force: the unit does not point by what was uploaded.
+    station.track()
+    technician.take_point()
+    judgement = analyse_session(station.session)
+    assert judgement.verdict.state == "done"
+    step = next_step(station.state, 40.0, judgement)
+    then = "set it anew and take check point 3 of 3, or upload again (F8, a)."
+    assert step.sentence == f"A Set Sun Offset is in force beside what was uploaded: {then}"
+    assert sign_off([station.session], judgement).reason.endswith(
+        "UTC is still in force: upload again, or set it anew and take a check point"
+    )
+    assert next_step(station.state, -6.0, judgement).action == "upload"
+    technician.sight.centre()
+    station.set_sun_offset()
+    step = next_step(station.state, 40.0, judgement)
+    assert step.action == "take_point"
+    assert ": take check point 3 of 3 with it, or upload" in step.sentence
+    station.upload_again()
+    assert next_step(station.state, 40.0, judgement).action == "report"
+
+
+def test_what_is_not_sure_asks_for_more_points_at_once_and_after_every_check():
+    """Check points do not make the year surer: they are not asked for before it is."""
+    station, technician = uploaded()
+    for taken in ("none", "checks", "data point"):
+        if taken == "checks":
+            technician.take_checks()
+        elif taken == "data point":
+            station.track()
+            technician.take_point()
+        now_utc_s = station.clock.utc_s()
+        judgement = analyse_session(station.session, at_utc_s=now_utc_s)
+        step = next_step(station.state, 40.0, judgement)
+        assert (step.action, step.due_utc_s) == ("sun_offset", judgement.plan.next_point_utc_s)
+        number = len(station.session.accepted) + 1
+        assert step.sentence.startswith("NOT signed off: the year is ")
+        assert f" Data point {number} of ~" in step.sentence
+        assert len(step.sentence) < 150
+        proof = sign_off([station.session], judgement)
+        year, *others = proof.open
+        assert year.endswith("(95 % needed): take more points")
+        assert all(reason in proof.sentence for reason in proof.open)
+        assert (
+            others
+            == {
+                "none": ["no check point was taken after the upload"],
+                "checks": [],
+                "data point": others,
+            }[taken]
+        )
+    assert len(others) == 1
+    assert others[0].endswith("UTC is still in force")
+    # Nor is what was uploaded to be uploaded once more when the Sun is low.
+    points = station.session.accepted * 2
+    many = replace(station.session, points=points)
+    judgement = replace(judgement, plan=None)
+    for newest in (len(points), -1):
+        uploads = tuple(
+            msgspec.structs.replace(u, seq=u.seq if newest < 0 else points[-1].seq + 1)
+            for u in many.uploads
+        )
+        state = replace(station.state, session=replace(many, uploads=uploads, records=()))
+        low = next_step(state, 3.0, judgement).sentence
+        assert ("upload what you have" in low) == (newest < 0)
+
+
+def test_surer_coefficients_are_uploaded_before_any_check_point():
+    station, _ = uploaded()
+    judgement = with_verdict(analyse_session(station.session), "done")
+    proof = sign_off([station.session], judgement)
+    assert proof.superseded
+    assert "upload the coefficients of all points; no check point was taken" in proof.reason
+    step = next_step(station.state, 40.0, judgement)
+    assert step.action == "upload"
+    # They are in the unit already.
+    assert step.sentence.endswith("(95 % needed). Upload the coefficients of all points.")
+    station.clock.wait(60.0)
+    station.set_sun_offset()
+    station.poll()
+    step = next_step(station.state, 40.0, judgement)
+    assert step.sentence.endswith("Upload the coefficients of all points (it asks for a reason).")
+
+
+def test_an_offset_that_is_struck_out_is_still_in_the_unit():
+    station, technician = uploaded()
+    technician.sight.centre()
+    offset = station.set_sun_offset()
+    assert station.session.offset_left == offset
+    station.void(offset.seq, "not on the Sun")
+    assert station.session.offset_left == offset
+    second = station.set_sun_offset()
+    assert station.session.offset_left == second
+    station.take_back_sun_offset()
+    assert station.session.offset_left == offset
+    # One that was set on the unit's own keys is seen in the point it gave.
+    point = msgspec.structs.replace(station.session.accepted[-1], seq=99, offsets=Offsets(0.5, 0))
+    session = station.session
+    seen = replace(session, records=(*session.records, point))
+    assert seen.offset_left == point
+    as_uploaded = msgspec.structs.replace(point, offsets=Offsets())
+    assert replace(session, records=(*session.records, as_uploaded)).offset_left is None
 
 
 def test_after_a_rollback_the_points_go_on():
@@ -252,14 +354,17 @@ def test_the_offset_of_a_check_point_that_was_not_stored_is_settled_first(last_a
     station.clock.wait(60.0)
     station.begin_point(check=True)
     if last_answer == "NO":
+        # To the reference check: the offset may still give a check point.
         station.answer(False)
+        then = "take check point 3 of 3 with it"
     else:
+        then = "set it anew and take check point 3 of 3"
         for _ in range(3):
             station.answer(True)
         station.gather_point()
         station.store(False, "a reflection")
     step = next_step(station.state, 40.0)
-    assert "take check point 3 of 3 with it, take it back, or upload again" in step.sentence
+    assert f"beside what was uploaded: {then}, or upload again (F8, a)." in step.sentence
     assert "is still in force" in sign_off([station.session], None).reason
     station.take_back_sun_offset()
     assert station.session.offset_left is None

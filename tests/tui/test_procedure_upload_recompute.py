@@ -21,6 +21,7 @@ from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import UploadRecord
 from solarcal.session.view import read_session
 from solarcal.station.news import ClockAdjusted
+from solarcal.station.uploading import propose_upload
 from solarcal.tui.dialogs.upload import UploadDialog
 from solarcal.tui.widgets.footer import Keys
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
@@ -93,7 +94,9 @@ async def test_an_upload_is_read_back_and_rolled_back_and_each_is_recorded(
         # Few points are not done: asked a second time, with the reason of the verdict.
         await shows(pilot, "not DONE. Press", "Against it", "% sure (95 % needed)", "once more")
         await pilot.press("y")
-        await shows(pilot, "read back EQUAL", "the new ones are in force already")
+        await shows(pilot, "read back EQUAL", "check points alone do not sign it off")
+        await pilot.press("pagedown")
+        await shows(pilot, "the new ones are in force already")
         uploaded = station.session.uploads[-1].new_coefficients
         assert station.tracker.stored().permanent_coefficients == uploaded
         await pilot.press("b")
@@ -105,6 +108,26 @@ async def test_an_upload_is_read_back_and_rolled_back_and_each_is_recorded(
         await until(pilot, lambda: len(app.screen_stack) == 1)
     uploads = [r for r in read_session(path).records if isinstance(r, UploadRecord)]
     assert [(u.verified, u.rollback) for u in uploads] == [(True, False), (True, True)]
+
+
+@on_loop
+async def test_beside_an_offset_in_force_the_uploaded_coefficients_are_written_again() -> None:
+    station, _ = bench()
+    take_points(station, 5)
+    upload = propose_upload(station.session, station.coefficients_in_force)
+    assert upload is not None
+    station.upload(upload.rounded, method="robust")
+    station.clock.wait(60.0)
+    station.set_sun_offset()
+    assert station.session.offset_left is not None
+    async with workstation(station) as (app, pilot):
+        await pilot.press("f8")
+        await shows(pilot, "a: those uploaded once more, with O = 0")
+        await pilot.press("a")
+        await shows(pilot, "read back EQUAL")
+        await until(pilot, lambda: not app.screen.offered("again"))
+    assert station.session.offset_left is None
+    assert station.tracker.stored().offsets == Offsets()
 
 
 @on_loop

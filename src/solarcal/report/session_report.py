@@ -313,6 +313,7 @@ def _hand_ending(calibration: "HandCalibration") -> str:
     if calibration.session.offset_left is not None:
         return (
             "NOT completed: the newest Set Sun Offset is still in the unit: take a check point "
-            "with it (lines `check` and `zero`), or key the coefficients in again (`upload`)."
+            "with a new one (lines `offset`, `check` and `zero`), or key the coefficients in again "
+            "(`upload`)."
         )
     return "Calibration completed, keyed in and typed back equal."

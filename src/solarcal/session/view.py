@@ -4,6 +4,7 @@ They come from the journal of a running program, or from a file, whether or not 
 writing it.
 """
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -40,7 +41,7 @@ from solarcal.session.records import (
     UploadRecord,
     Void,
 )
-from solarcal.session.voids import live_records, offsets_struck
+from solarcal.session.voids import TAKEN_BACK, live_records, offsets_struck
 from solarcal.units import wrap_deg
 
 _SAME_DEG = 1e-4
@@ -161,9 +162,30 @@ class SessionView:
         return self._in_force_after(p.seq for p in self.accepted)
 
     @property
-    def offset_left(self) -> SunOffset | None:
-        """The Set Sun Offset that the unit still has in force beside what was uploaded before."""
-        return self._in_force_after(()) if self.uploads else None
+    def offset_left(self) -> SunOffset | PointRecord | CheckRecord | None:
+        """The newest record of another O than was uploaded, while the unit has it in force.
+
+        A record that is struck out puts no O back: only an upload, a stored check point and a Set
+        Sun Offset taken back write one.
+        """
+        if not self.uploads:
+            return None
+        uploaded = self.uploads[-1].new_offsets
+        back = {void.seq for _, void in self.struck_out if void.reason.startswith(TAKEN_BACK)}
+        undone = math.inf
+        for record in reversed(self.records):
+            if isinstance(record, Void) and record.seq in back:
+                undone = min(undone, record.voids)
+            if record.seq >= undone:
+                continue
+            stored = getattr(record, "status", "") == "accepted"
+            if isinstance(record, UploadRecord) or (isinstance(record, CheckRecord) and stored):
+                return None
+            if isinstance(record, SunOffset | PointRecord | CheckRecord):
+                seen = _offsets_seen(record)
+                if seen is not None:
+                    return None if seen == uploaded else record
+        return None
 
     def _in_force_after(self, ends: Iterable[int]) -> SunOffset | None:
         """The newest Set Sun Offset, where none of these records came later, and no upload or
@@ -195,6 +217,13 @@ class SessionView:
             elif isinstance(record, CheckRecord) and record.status == "accepted":
                 known.setdefault(Offsets(), record.seq)
         return known
+
+
+def _offsets_seen(record: SunOffset | PointRecord | CheckRecord) -> Offsets | None:
+    """The O in force that a record shows, if any."""
+    if isinstance(record, CheckRecord):
+        return None if record.error_deg is None else Offsets(*record.error_deg)
+    return record.offsets
 
 
 def _uses_offset(record: Record) -> bool:

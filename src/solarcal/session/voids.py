@@ -19,6 +19,9 @@ from solarcal.session.records import (
 _OBSERVED = (InForce, Restarted, UploadBegun, UploadRecord)
 """What the unit was seen to hold or to do: no person took or typed it."""
 
+TAKEN_BACK = "Set Sun Offset taken back"
+"""How the reason of a void begins with which the unit was given the O of before again."""
+
 
 def live_records(records: Sequence[Record]) -> tuple[Record, ...]:
     """The records that no void strikes, in order. A struck void strikes nothing itself."""

@@ -13,6 +13,7 @@ from solarcal.station import guards
 from solarcal.station.gathering import STALE, stale
 from solarcal.station.sign_off import CHECK_POINTS, sign_off
 from solarcal.station.state import Activity, LinkState, StationState
+from solarcal.station.uploading import offer_upload
 from solarcal.timescale import SECONDS_PER_SUN_DEG, parse_utc
 from solarcal.unit.tracker import Mode
 
@@ -141,11 +142,14 @@ def _next_point(
     session: SessionView,
     sun_elevation_deg: float | None,
     judgement: Analysis | None,
+    what: str = "point",
 ) -> NextStep:
     n = len(session.accepted)
+    newest = session.uploads[-1] if session.uploads else None
+    untried = newest is None or newest.rollback or session.accepted[-1].seq > newest.seq
     low = _low(sun_elevation_deg)
     if not low and stale(session.fresh_sun_offset, state.live.laptop_utc_s):
-        return NextStep(f"{STALE}: set it again, then take point {n + 1}.", "sun_offset")
+        return NextStep(f"{STALE}: set it again, then take {what} {n + 1}.", "sun_offset")
     if not low and session.fresh_sun_offset is not None:
         status = state.live.status
         if status is not None and status.mode is Mode.LIMIT:
@@ -157,7 +161,7 @@ def _next_point(
                 "sun_offset",
             )
         return NextStep(
-            f"Watch it track for a minute and through one update, then take point {n + 1}.",
+            f"Watch it track for a minute and through one update, then take {what} {n + 1}.",
             "take_point",
         )
     misfit = judgement is not None and judgement.verdict.state == "does_not_fit"
@@ -175,7 +179,7 @@ def _next_point(
     planned = None if day is None else day.recommended
     if planned is not None and planned.points:
         due_utc_s: float | None = planned.times_utc_s[0]
-    elif day is None and n >= FULL_CALIBRATION and not misfit:
+    elif day is None and n >= FULL_CALIBRATION and untried and not misfit:
         return NextStep(f"{n} points: upload the coefficients, then prove them.", "upload")
     else:
         due_utc_s = parse_utc(session.accepted[-1].utc) + POINT_INTERVAL_S if n else None
@@ -183,7 +187,7 @@ def _next_point(
     waits = due_utc_s is not None and now_utc_s is not None and due_utc_s > now_utc_s
     # A planned time is one with the Sun high enough.
     if low and not (waits and planned is not None and planned.points):
-        enough = n >= ENOUGH_POINTS and not misfit
+        enough = n >= ENOUGH_POINTS and untried and not misfit
         least = "upload what you have, or go on" if enough else "go on"
         why = " Meanwhile find out why the points do not fit." if misfit else ""
         return NextStep(
@@ -192,7 +196,7 @@ def _next_point(
         )
     if misfit:
         return NextStep(
-            f"Find out why the points do not fit, or go on with point {n + 1}.",
+            f"Find out why the points do not fit, or go on with {what} {n + 1}.",
             "sun_offset",
             due_utc_s,
         )
@@ -200,14 +204,14 @@ def _next_point(
         but = "" if day is None or not day.hopeless else NOT_TODAY
         of = f" of ~{n + planned.points}" if planned.points > 1 else ", perhaps the last"
         return NextStep(
-            f"Point {n + 1}{of}: set the Sun offset, then take it.{but}",
+            f"{what.capitalize()} {n + 1}{of}: set the Sun offset, then take it.{but}",
             "sun_offset",
             due_utc_s,
         )
-    rest = f"Point {n + 1}: set the Sun offset, then take it"
+    rest = f"{what.capitalize()} {n + 1}: set the Sun offset, then take it"
     if day is not None and day.hopeless:
         return NextStep(f"{rest}.{NOT_TODAY}", "sun_offset", due_utc_s)
-    if n >= ENOUGH_POINTS:
+    if n >= ENOUGH_POINTS and untried:
         rest += " (or upload: there are enough to try)"
     return NextStep(rest + ".", "sun_offset", due_utc_s)
 
@@ -220,6 +224,21 @@ def _low(sun_elevation_deg: float | None) -> str:
     if sun_elevation_deg is None or sun_elevation_deg >= guards.MIN_ELEVATION_DEG:
         return ""
     return f" ({sun_elevation_deg:z.0f} deg)"
+
+
+LEFT = "A Set Sun Offset is in force beside what was uploaded"
+
+
+def _at_limit(state: StationState) -> bool:
+    return state.live.status is not None and state.live.status.mode is Mode.LIMIT
+
+
+def _doubtful(state: StationState, session: SessionView, judgement: Analysis) -> bool:
+    """Whether an upload of the coefficients of all points is refused without a reason."""
+    held, status = session.uploads[-1].writes, state.live.status
+    if session.offset_left is not None and status is not None:
+        held = held[0], status.offsets
+    return bool(offer_upload(judgement, session.header.unit, held).against)
 
 
 def _after_upload(
@@ -243,24 +262,28 @@ def _after_upload(
     since = session.checks_after(upload)
     proof = sign_off([session], judgement)
     number = f"check point {len(since) + 1} of {max(CHECK_POINTS, len(since) + 1)}"
+    why = f"NOT signed off: {proof.open[0].partition(': ')[0]}." if proof.open else ""
     low = _low(sun_elevation_deg)
-    if session.offset_left is not None and (low or len(since) >= CHECK_POINTS):
+    offset = session.fresh_sun_offset
+    usable = offset is not None and not stale(offset, state.live.laptop_utc_s)
+    if proof.superseded and judgement is not None:
+        reason = " (it asks for a reason)" if _doubtful(state, session, judgement) else ""
+        return NextStep(f"{why} Upload the coefficients of all points{reason}.", "upload")
+    if session.offset_left is not None and (low or _at_limit(state)):
+        return NextStep(f"{LEFT}: upload again (a), until there is a Sun for points.", "upload")
+    if judgement is not None and judgement.verdict.state != "done":
+        step = _next_point(state, session, sun_elevation_deg, judgement, "data point")
+        return replace(step, sentence=f"{why} {step.sentence}")
+    if session.offset_left is not None and len(since) >= CHECK_POINTS:
+        take = f"take {number} with it" if usable else f"set it anew and take {number}"
         return NextStep(
-            f"A Set Sun Offset is in force beside what was uploaded: take {number} with it, take "
-            "it back, or upload again.",
-            "sun_offset",
+            f"{LEFT}: {take}, or upload again (F8, a).", "take_point" if usable else "sun_offset"
         )
     if len(since) >= CHECK_POINTS and proof.proven:
-        if not proof.signed_off:
-            # What speaks for it is on the pane: here only the reason, and what to do.
-            _, but, against = proof.reason.partition(", but ")
-            why = f"NOT signed off: {against.partition(': ')[0] if but else proof.reason}"
-            if judgement is not None and judgement.verdict.state == "done":
-                return NextStep(f"{why}. Upload again, or roll back.", "upload")
-            then = "Take more points and upload again, or roll back."
-            return NextStep(f"{why}. {then}", "sun_offset")
-        return NextStep("Signed off: calibrated and proven. Write the report.", "report")
-    offset = session.fresh_sun_offset
+        if proof.signed_off:
+            return NextStep("Signed off: calibrated and proven. Write the report.", "report")
+        then = "Take more points and upload again, or roll back."
+        return NextStep(f"{why} {then}", "sun_offset")
     if low:
         return NextStep(f"The Sun is too low for {number}{low}; go on {HIGH_ENOUGH}.")
     if stale(offset, state.live.laptop_utc_s):

@@ -23,7 +23,7 @@ from solarcal.session.records import (
     UploadRecord,
     Void,
 )
-from solarcal.session.voids import refuse_void
+from solarcal.session.voids import TAKEN_BACK, refuse_void
 from solarcal.station import guards
 from solarcal.station.attempts import PointSteps, Progress
 from solarcal.station.recording import CreateJournal
@@ -198,7 +198,7 @@ class Station(PointSteps):
         if back.offsets != before:
             raise ProcedureRefused("the unit reads back other offsets than were written")
         words = f"O1 {before.O1:+z.4f}, O2 {before.O2:+z.4f} deg"
-        return self.void(newest.seq, f"Set Sun Offset taken back: {words} again")
+        return self.void(newest.seq, f"{TAKEN_BACK}: {words} again")
 
     def initialise(
         self,

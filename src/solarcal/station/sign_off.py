@@ -8,7 +8,7 @@ import numpy as np
 from solarcal.decimals import counted
 from solarcal.model.analysis import Analysis
 from solarcal.model.evidence.unit_state import check_limit_deg
-from solarcal.session.records import CheckRecord, UploadRecord
+from solarcal.session.records import CheckRecord, PointRecord, SunOffset, UploadRecord
 from solarcal.session.view import SessionView, held_instead
 from solarcal.station.uploading import forecast_with
 from solarcal.stopping_rule import StoppingRule
@@ -34,6 +34,9 @@ class SignOff:
         within the tolerance, the verdict is ``done``, and what was uploaded is as sure over the
         year as the stopping rule asks.
     reason : the sentence that says so, or why not.
+    open : everything that is still against it, none where it is signed off.
+    superseded : whether the coefficients of all points are to be uploaded: with them the year is
+        sure enough, with those uploaded it is not.
     proven : whether the check points have decided: there are enough of them, ``CHECKS_APART_S``
         apart, or one is beyond.
     uploads : every live upload and rollback, oldest first.
@@ -43,6 +46,8 @@ class SignOff:
 
     signed_off: bool
     reason: str
+    open: tuple[str, ...] = ()
+    superseded: bool = False
     proven: bool = False
     uploads: tuple[UploadRecord, ...] = ()
     checks: tuple[CheckRecord, ...] = ()
@@ -79,16 +84,29 @@ def sign_off(views: Sequence[SessionView], judgement: Analysis | None) -> SignOf
     beyond = int((left > limit_deg).sum())
     times_s = [parse_utc(check.utc) for check in checks]
     apart_s = max(times_s, default=0.0) - min(times_s, default=0.0)
+    year, superseded = _year_against(newest, judgement)
     if held is not None:
-        against = "the unit does not hold what was uploaded; upload again"
-    elif (left_in := views[-1].offset_left) is not None:
-        against = (
-            f"the Set Sun Offset of {clock_utc(parse_utc(left_in.utc))} is still in force: "
-            "take a check point with it, or take it back"
-        )
+        against: tuple[str, ...] = ("the unit does not hold what was uploaded; upload again",)
+    elif newest.rollback:
+        against = ("the newest upload was rolled back",)
+    elif not newest.verified:
+        against = ("the unit did not read back what was uploaded",)
     else:
-        against = _against(newest, rule, left, apart_s, beyond, judgement)
-    reason = against or f"{_those(left)}: all {_within(left, rule)}"
+        checks_against = _checks_against(left, apart_s, beyond)
+        # What a check point alone does not settle comes first.
+        against = (*checks_against, *year) if beyond else (*year, *checks_against)
+        if (left_in := views[-1].offset_left) is not None:
+            against = (*against, _still_in_force(left_in, settles=not year))
+        if judgement is None:
+            against = (*against, "there is no verdict on the points")
+    reason = "; ".join(against)
+    if left.size and not beyond and held is None and newest.verified and not newest.rollback:
+        within = _within(left, rule)
+        reason = (
+            f"{counted(left.size, 'check point')} {within}, but {reason}"
+            if against
+            else f"{_those(left)}: all {within}"
+        )
     missed = [
         check.sky_error_deg or 0.0
         for view in views
@@ -101,6 +119,8 @@ def sign_off(views: Sequence[SessionView], judgement: Analysis | None) -> SignOf
     return SignOff(
         not against,
         reason,
+        against,
+        superseded and not newest.rollback,
         beyond > 0 or (left.size >= CHECK_POINTS and apart_s >= CHECKS_APART_S),
         uploads,
         checks,
@@ -133,35 +153,38 @@ def _within(left_deg: FloatArray, rule: StoppingRule) -> str:
     return f"within the tolerance{noise}, the worst {worst_deg:.3f} deg"
 
 
-def _against(
-    newest: UploadRecord,
-    rule: StoppingRule,
-    left_deg: FloatArray,
-    apart_s: float,
-    beyond: int,
-    judgement: Analysis | None,
-) -> str:
-    """Why it is not signed off, or nothing."""
-    if newest.rollback:
-        return "the newest upload was rolled back"
-    if not newest.verified:
-        return "the unit did not read back what was uploaded"
+def _checks_against(left_deg: FloatArray, apart_s: float, beyond: int) -> tuple[str, ...]:
+    """What the check points still want to prove an upload."""
     if not left_deg.size:
-        return "no check point was taken after the upload"
+        return ("no check point was taken after the upload",)
     if beyond:
         worst = f"the worst {left_deg.max():.3f} deg"
-        return f"{beyond} of {_those(left_deg)}: beyond the tolerance, {worst}"
-    within = f"{counted(left_deg.size, 'check point')} {_within(left_deg, rule)}"
+        return (f"{beyond} of {_those(left_deg)}: beyond the tolerance, {worst}",)
     if left_deg.size < CHECK_POINTS:
-        return f"{within}; {CHECK_POINTS} are needed"
+        return (f"{CHECK_POINTS} check points are needed",)
     if apart_s < CHECKS_APART_S:
-        return f"{within}, but all in one direction: take another one half an hour later"
+        return ("all of them are in one direction: take another one half an hour later",)
+    return ()
+
+
+def _year_against(newest: UploadRecord, judgement: Analysis | None) -> tuple[tuple[str, ...], bool]:
+    """What the points say against what was uploaded, and whether theirs is to be uploaded."""
     if judgement is None:
-        return f"{within}, but there is no verdict on the points"
-    expected = forecast_with(judgement, *newest.writes)
-    if expected.probability_within_tolerance < expected.rule.probability - DRAWN:
-        cure = "upload again" if judgement.forecast.sure else "take more points"
-        return f"{within}, but the year is {expected.sure_words}: {cure}"
-    if judgement.verdict.state != "done":
-        return f"{within}, but the verdict is not DONE: {judgement.verdict.reasons[0]}"
-    return ""
+        return (), False
+    verdict, expected = judgement.verdict, forecast_with(judgement, *newest.writes)
+    unsure = expected.probability_within_tolerance < expected.rule.probability - DRAWN
+    done = verdict.state == "done"
+    against = []
+    if unsure:
+        cure = ": upload the coefficients of all points" if done else ": take more points"
+        against.append(f"the year is {expected.sure_words}{'' if verdict.first else cure}")
+    if not done and (verdict.first or not unsure):
+        against.append(f"the verdict is not DONE: {verdict.reasons[0]}")
+    return tuple(against), done and unsure
+
+
+def _still_in_force(left: SunOffset | PointRecord | CheckRecord, *, settles: bool) -> str:
+    """``settles``: whether nothing else is to be done first."""
+    at = clock_utc(parse_utc(getattr(left, "read_utc", None) or left.utc))
+    still = f"the Set Sun Offset of {at} is still in force"
+    return f"{still}: upload again, or set it anew and take a check point" if settles else still

@@ -84,7 +84,7 @@ def offer_upload(
     fitted = judgement.solution.coefficients()
     rounded = fitted.rounded(unit.tilt_decimals, unit.scale_decimals)
     verdict = judgement.verdict
-    kept = judgement.forecast.uploading(rounded)
+    kept = _year(judgement.forecast, rounded)
     against = list(verdict.reasons[:1] if verdict.state == "does_not_fit" else ())
     now: Forecast | None = None
     better: float | None = None
@@ -211,7 +211,7 @@ def forecast_with(judgement: Analysis, coefficients: Coefficients, offsets: Offs
     return _year(judgement.forecast, held(coefficients, offsets))
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=4)
 def _year(known: Forecast, coefficients: Coefficients) -> Forecast:
     """Screens ask for the same year every second."""
     return known.uploading(coefficients)

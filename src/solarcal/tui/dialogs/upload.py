@@ -188,7 +188,9 @@ class UploadDialog(Dialog):
         if proposal is None:
             self.finish(too_few_points(session), "warning")
         elif proposal.against:
-            self.finish(f"REFUSED: {'; '.join(proposal.against)}. Only with a reason.", "warning")
+            again = " a: those uploaded once more, with O = 0." if self.offered("again") else ""
+            reasons = "; ".join(proposal.against)
+            self.finish(f"REFUSED: {reasons}. Only with a reason.{again}", "warning")
         else:
             self.say(
                 "Key in P1..P6 with O = 0, store, and type them back. Upload?"
@@ -218,7 +220,9 @@ class UploadDialog(Dialog):
 
     def _tell(self, record: UploadRecord) -> None:
         self.query_one(Field).display = False
-        self.set_focus(None)
+        table = self.query_one(TextLines)
+        table.focus()
+        table.scroll_home(animate=False)
         self.offer("upload" if record.rollback else "rollback", "track")
         # What is in force has changed, and with it what the check points prove.
         self.submit(UnitLookedAt, self._look())
@@ -229,15 +233,23 @@ class UploadDialog(Dialog):
         elif record.rollback:
             self.finish("Rolled back: the unit holds its previous values, read back equal.")
         else:
-            self.finish(
-                "Uploaded, stored and read back EQUAL. Now prove it with two check points: "
-                "track, set the Sun offset, take point."
-            )
+            judged = self._proposal.judgement if self._proposal is not None else None
+            if judged is None or judged.verdict.state == "done":
+                then = "Now prove it with two check points: track, set the Sun offset, take point."
+            else:
+                then = (
+                    f"The verdict is {_state(judged)}, not DONE: check points alone do not sign it "
+                    "off. More data points, then upload again."
+                )
+            self.finish(f"Uploaded, stored and read back EQUAL. {then}")
 
 
 def _to_repeat(session: SessionView | None) -> bool:
-    """Whether the newest upload is not what the unit holds, or may not be."""
-    return session is not None and not (session.holds_upload and session.uploads[-1].verified)
+    """Whether P and O of the newest upload are not what the unit holds, or may not be."""
+    if session is None:
+        return False
+    held = session.holds_upload and session.uploads[-1].verified
+    return not held or session.offset_left is not None
 
 
 def _propose(station: Station, judgement: Analysis | None) -> UploadOffer | None:
@@ -255,11 +267,15 @@ def _propose(station: Station, judgement: Analysis | None) -> UploadOffer | None
 def _sure(proposal: UploadOffer) -> str:
     """The question where the verdict is not done."""
     verdict = proposal.judgement.verdict
-    state = verdict.words.split(":")[0]
     return (
-        f"The verdict is {state}, not DONE. Press y once more to write the coefficients now. "
+        f"The verdict is {_state(proposal.judgement)}, not DONE. Press y once more to write the "
+        "coefficients now. "
         f"Against it: {verdict.reasons[0]}."
     )
+
+
+def _state(judgement: Analysis) -> str:
+    return judgement.verdict.words.split(":")[0]
 
 
 def proposal_table(proposal: UploadOffer) -> str:
