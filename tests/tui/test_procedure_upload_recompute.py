@@ -95,6 +95,7 @@ async def test_an_upload_is_read_back_and_rolled_back_and_each_is_recorded(
         await shows(pilot, "not DONE. Press", "Against it", "% sure (95 % needed)", "once more")
         await pilot.press("y")
         await shows(pilot, "read back EQUAL", "check points alone do not sign it off")
+        await shows(pilot, "no check point was taken", "2 more")
         await pilot.press("pagedown")
         await shows(pilot, "the new ones are in force already")
         uploaded = station.session.uploads[-1].new_coefficients

@@ -270,7 +270,7 @@ def _after_upload(
         reason = " (it asks for a reason)" if _doubtful(state, session, judgement) else ""
         return NextStep(f"{why} Upload the coefficients of all points{reason}.", "upload")
     if session.offset_left is not None and (low or _at_limit(state)):
-        return NextStep(f"{LEFT}: upload again (a), until there is a Sun for points.", "upload")
+        return NextStep(f"{LEFT}: upload again (F8, a).", "upload")
     if judgement is not None and judgement.verdict.state != "done":
         step = _next_point(state, session, sun_elevation_deg, judgement, "data point")
         return replace(step, sentence=f"{why} {step.sentence}")

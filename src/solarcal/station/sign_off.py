@@ -159,7 +159,7 @@ def _checks_against(left_deg: FloatArray, apart_s: float, beyond: int) -> tuple[
         return ("no check point was taken after the upload",)
     if beyond:
         worst = f"the worst {left_deg.max():.3f} deg"
-        return (f"{beyond} of {_those(left_deg)}: beyond the tolerance, {worst}",)
+        return (f"{beyond} of {_those(left_deg)} beyond the tolerance: {worst}",)
     if left_deg.size < CHECK_POINTS:
         return (f"{CHECK_POINTS} check points are needed",)
     if apart_s < CHECKS_APART_S:

@@ -222,7 +222,7 @@ class UploadDialog(Dialog):
         self.query_one(Field).display = False
         table = self.query_one(TextLines)
         table.focus()
-        table.scroll_home(animate=False)
+        table.scroll_home(animate=False, immediate=True)
         self.offer("upload" if record.rollback else "rollback", "track")
         # What is in force has changed, and with it what the check points prove.
         self.submit(UnitLookedAt, self._look())
