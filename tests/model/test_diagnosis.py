@@ -132,6 +132,22 @@ def test_more_of_a_cause_than_there_is_in_nature_is_no_cause() -> None:
     assert airless.causes[0] == "refraction"
 
 
+@pytest.mark.parametrize(
+    ("cause", "amount", "days", "name"),
+    [
+        ("C", 0.08, (JUNE,), "collimation"),
+        ("N", 0.08, (JUNE,), "nonperpendicularity"),
+        ("SAG", 0.15, (JUNE, DECEMBER), "sag"),
+        ("REFRACTION", 0.4, (JUNE, DECEMBER), "refraction"),
+    ],
+)
+def test_a_small_cause_that_its_rival_cannot_explain_is_named_alone(
+    cause: str, amount: float, days: tuple[int, ...], name: str
+) -> None:
+    day = made_up_day("azel", days, 1, cause=cause, amount=amount, noise_deg=0.003)
+    assert [finding.causes for finding in day.found()] == [(name,)]
+
+
 @pytest.mark.parametrize(("without_deg", "reported"), [(0.0201, False), (0.0225, True)])
 def test_a_pattern_of_unknown_cause_is_reported_from_a_tenth_of_the_tolerance(
     without_deg: float, reported: bool

@@ -131,3 +131,12 @@ def test_a_declaration_that_cannot_be_read_declares_nothing() -> None:
     for damaged in (torn_marker(21)[:-4] + b"\n", torn_marker(21).replace(b"21", b"no")):
         with pytest.raises(SessionFileError, match=r"^day\.jsonl:[23]: .*changed"):
             parse(HEAD + LAST[:20] + b"\n" + damaged + FIRST)
+
+
+def test_a_last_line_with_a_checksum_at_its_end_was_written_whole() -> None:
+    """Two bytes changed on the disk, one in the checksum's name: no cut line ends so."""
+    changed = bytearray(LAST)
+    changed[0] ^= 1
+    changed[LAST.rindex(b"crc32c")] ^= 1
+    with pytest.raises(SessionFileError, match=r"^day\.jsonl:3: cut or changed"):
+        parse(HEAD + FIRST + bytes(changed))

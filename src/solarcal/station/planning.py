@@ -129,16 +129,14 @@ class Fitter:
         if session is None:
             return
         wanted = (session.header, session.points, session.newest_evidence, plan_options)
-        if wanted != self._fitted or self._overtaken(session, state.live.laptop_utc_s):
+        if wanted != self._fitted or self._overtaken(state.live.laptop_utc_s):
             self._fitted = wanted
             self._planned_utc_s = planning_utc_s(session, state.live.laptop_utc_s)
             self.fit(state.generation, session, self._planned_utc_s, plan_options)
 
-    def _overtaken(self, session: SessionView, now_utc_s: float | None) -> bool:
+    def _overtaken(self, now_utc_s: float | None) -> bool:
         last = self._last
         plan = last.judgement.plan if last is not None and last.judgement is not None else None
-        if last is None or last.session.points != session.points:
-            return False
         if now_utc_s is None or plan is None or plan.at_utc_s != self._planned_utc_s:
             # Nothing to overtake, or a newer one is on its way.
             return False
