@@ -117,8 +117,17 @@ def test_the_laptop_clock_is_known_by_a_time_signal_only() -> None:
 def test_missed_counts_name_check_axis_and_points() -> None:
     finding = missed_counts_finding(3, -412, Loss(2, -0.302, (4, 5, 6)), Moment(5, True))
     assert finding.labels == (5, 6)
-    for words in ("check 3", "-412 counts", "axis 2", "before point 5", "points 5 and 6"):
+    for words in (
+        "check 3",
+        "-412 counts",
+        "axis 2",
+        "before point 5",
+        "points 5 and 6 read wrong",
+    ):
         assert words in finding.sentence
+    alone = missed_counts_finding(3, -412, Loss(2, -0.302, (4, 5, 6)), Moment(6, True))
+    assert alone.labels == (6,)
+    assert "before point 6; point 6 reads wrong by as much" in alone.sentence
 
 
 def test_points_that_hardly_tell_when_leave_all_between_the_checks_in_doubt() -> None:
