@@ -137,8 +137,8 @@ def test_a_low_sun_is_waited_for():
     assert "too low" not in next_step(station.state, sun_elevation_deg=20.0).sentence
 
 
-def test_from_seven_points_on_they_may_be_uploaded_when_the_sun_is_low():
-    """The manual's least number of points of a calibration."""
+def test_from_seven_points_on_they_may_be_uploaded_and_from_twelve_on_they_are_enough():
+    """The manual's numbers of points of a calibration, least and most, where none is planned."""
     station, _ = judged_day(1)
     (point,) = station.session.accepted
     for taken, enough in ((6, False), (7, True)):
@@ -148,6 +148,12 @@ def test_from_seven_points_on_they_may_be_uploaded_when_the_sun_is_low():
         assert ("upload what you have, or go on" in low.sentence) == enough
         assert (low.action == "upload") == enough
         assert ("or upload: there are enough to try" in high.sentence) == enough
+        assert high.action == "sun_offset"
+    for taken, full in ((11, False), (12, True)):
+        points = tuple(msgspec.structs.replace(point, seq=point.seq + i) for i in range(taken))
+        step = next_step(replace(state, session=replace(station.session, points=points)), 20.0)
+        assert (step.action == "upload") == full
+        assert step.sentence.startswith("12 points: upload the coefficients") == full
 
 
 def test_after_the_upload_two_check_points_prove_it():
