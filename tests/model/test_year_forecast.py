@@ -7,7 +7,7 @@ from made_up_trackers import JUNE, TRACKER, context_of, day_of, random_mechanism
 from solarcal.errors import ConfigurationError
 from solarcal.model.forecast import forecast, forecast_of, upper_quantile
 from solarcal.model.methods import fit
-from solarcal.model.prior import MechanismPosterior, Prior, symmetric_root
+from solarcal.model.prior import MechanismPosterior, Prior, standard_normals, symmetric_root
 from solarcal.model.sky_context import SkyContext, sun_directions
 from solarcal.model.year_grid import controller_coefficients, year_grid
 from solarcal.mount.formula import Coefficients
@@ -191,6 +191,14 @@ def test_no_pointing_is_wrong_by_more_than_half_a_turn():
     expected = forecast_of(unknown, Coefficients(), year_grid(context_of("azel")))
     assert expected.year_max_deg == pytest.approx(180.0)
     assert expected.year_p95_deg <= 180.0
+
+
+def test_standard_normals_are_exactly_standard_and_shared_by_all():
+    normals = standard_normals(64, dimensions=3)
+    np.testing.assert_allclose(normals.mean(axis=0), 0.0, atol=1e-12)
+    np.testing.assert_allclose(normals.T @ normals / 64, np.eye(3), atol=1e-12)
+    with pytest.raises(ValueError, match="read-only"):
+        normals[0, 0] = 1.0
 
 
 def test_draws_do_not_hang_on_which_eigenvectors_a_machine_finds():
