@@ -11,7 +11,7 @@ from solarcal.model.evidence.direct import Evidence, direct_findings
 from solarcal.model.evidence.unit_state import held_evidence
 from solarcal.model.finding import Finding
 from solarcal.mount.drive import RotaryDrive, ScrewjackDrive, register
-from solarcal.mount.formula import Offsets
+from solarcal.mount.formula import Coefficients, Offsets
 from solarcal.session.records import (
     Answers,
     CheckRecord,
@@ -380,3 +380,25 @@ def test_counts_missed_are_dated_by_the_points_of_one_session_alone() -> None:
     assert len(Evidence(table, (lost,)).losses) == 1
     assert Evidence(other, (lost,)).losses == ()
     assert Evidence(table, (lost, DAY)).losses == ()
+
+
+@pytest.mark.parametrize(
+    ("earlier", "checks"),
+    [
+        ({}, 2),
+        ({"verified": False}, 0),
+        ({"new_coefficients": Coefficients(P2=1.5)}, 0),
+        ({"new_offsets": Offsets(0.1, 0.0)}, 0),
+    ],
+)
+def test_the_same_numbers_written_again_leave_check_points_their_meaning(
+    earlier: dict[str, object], checks: int
+) -> None:
+    (upload,) = DAY.uploads
+    again = change(upload, seq=DAY.records[-1].seq + 1)
+    records = [change(r, **earlier) if r.seq == upload.seq else r for r in DAY.records]
+    view = view_session(DAY.header, (*records, again))
+    assert len(view.checks_after(view.uploads[-1])) == checks
+    # A rejected one has no meaning to keep.
+    refused = [change(r, status="rejected") if isinstance(r, CheckRecord) else r for r in records]
+    assert view_session(DAY.header, tuple(refused)).checks_after(upload) == []

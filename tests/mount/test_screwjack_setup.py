@@ -79,11 +79,18 @@ def test_the_sigma_of_beta_is_that_of_the_mean_of_two_lengths():
 def test_a_wrong_length_shows_in_the_betas_and_is_named():
     """R1 measured half an inch short: three observations contradict each other."""
     short = msgspec.structs.replace(UNSET, R1=29.5)
-    setup = fit_beta(short, observed(JACK, -55.0, -10.0, 20.0, 60.0))
+    observations = observed(JACK, -55.0, -10.0, 20.0, 60.0)
+    setup = fit_beta(short, observations)
     assert setup.consistent is False
     assert setup.explanations[0].name == "R1"
     assert setup.explanations[0].change == pytest.approx(0.5, abs=1e-3)
     assert setup.explanations[0].rms < 1e-4
+    # Of all betas the fitted one leaves least: beside it the lengths' residuals are larger.
+    least = sum(residual**2 for residual in setup.length_residuals)
+    for beside in (-0.01, 0.01):
+        other = msgspec.structs.replace(setup.drive, beta_deg=setup.drive.beta_deg + beside)
+        left = sum((one.length - other.length(one.angle_deg)) ** 2 for one in observations)
+        assert left > least
 
 
 def test_the_wrong_sense_is_named():

@@ -208,6 +208,10 @@ def test_dialects_of_one_night(tmp_path: Path, rows: str) -> None:
             "85:40:02 54:29:61 85:38:22 54:32:45\n",
             r"dat:4: minutes or seconds are not below 60",
         ),
+        (
+            "85:40:02 54:60:00 85:38:22 54:32:45\n",
+            r"dat:4: minutes or seconds are not below 60",
+        ),
         ("85:40:02 54:29:25 85:38:22\n", r"dat:4: 3 angles where an observation has four"),
         ("85:40:02 54:29:25 85:38:22 x\n", r"dat:4: 'x' \(number 4 of the line\) is not"),
         (

@@ -496,6 +496,9 @@ def test_options_shape_the_plan():
     assert not any(begin < time <= begin + HALF_HOUR_S for time in times)
     five = PlanOptions().points_more(-1, taken=2, planned=4)
     assert five.points == 5
+    # Not fewer than are taken, and not more than a day has.
+    assert PlanOptions(points=2).points_more(-1, taken=2, planned=0).points == 2
+    assert PlanOptions(points=40).points_more(+1, taken=2, planned=0).points == 40
     counted = analyse_with_options(station.session, five, now_utc_s)
     assert max(stop.points for stop in counted.plan.stops) == 3
     leaving = PlanOptions().leave_at(now_utc_s + 7200.0)

@@ -193,3 +193,25 @@ def test_the_command_writes_an_ordinary_session(
     assert told == {"session": str(path), "points": 3, "stopped": None}
     assert run_command(["fit", str(path), "--method", "linear", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["points"]["used"] == 3
+
+
+@pytest.mark.parametrize(
+    ("plan", "refused"),
+    [
+        ({"points": 0}, "0 points: give 1 to 200"),
+        ({"points": 1}, ""),
+        ({"points": 200}, ""),
+        ({"points": 201}, "201 points: give 1 to 200"),
+        ({"every_min": 4.9}, "a point every 4.9 minutes: give 5 to 240 minutes"),
+        ({"every_min": 5.0}, ""),
+        ({"every_min": 240.0}, ""),
+        ({"every_min": 240.1}, "a point every 240.1 minutes: give 5 to 240 minutes"),
+    ],
+)
+def test_a_plan_that_cannot_be_followed_is_refused(plan: dict[str, float], refused: str) -> None:
+    if refused:
+        with pytest.raises(ProcedureRefused, match=refused):
+            FollowPlan(**plan)
+    else:
+        # A dozen points half an hour apart, as by hand.
+        assert msgspec.to_builtins(FollowPlan(**plan)) == {"points": 12, "every_min": 30.0} | plan
