@@ -1,5 +1,6 @@
 """The SolarTrak driver, as transcripts of what it says and hears."""
 
+import msgspec
 import pytest
 from scripted_link import NOISE, OPENING, SITE, ScriptedLink
 from test_fields import PARAMETERS, STATUS, STATUS_TEXT
@@ -11,7 +12,7 @@ from solarcal.unit import fields
 from solarcal.unit.conversation import Timing
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.fields import parameters_to_texts
-from solarcal.unit.tracker import Mode, RefCheckResult, Spot, Truth
+from solarcal.unit.tracker import ROTATOR, TYPED, Capabilities, Mode, RefCheckResult, Spot, Truth
 
 
 def connected(*exchanges, opening=OPENING):
@@ -39,6 +40,15 @@ def test_open_says_who_answers():
         True,
     )
     link.assert_finished()
+
+
+def test_a_controller_on_a_line_has_all_that_a_station_may_have_to_do_itself():
+    own = msgspec.to_builtins(SolarTrakUnit(lambda: ScriptedLink()).capabilities)
+    assert own.pop("emulated") is False
+    assert set(own.values()) == {True}
+    # A display is read by a person; a rotator has a line, and nothing of a controller.
+    assert msgspec.structs.replace(TYPED, has_link=True) == Capabilities()
+    assert {name for name, has in msgspec.to_builtins(ROTATOR).items() if has} == {"has_link"}
 
 
 def test_open_survives_a_dirty_line():

@@ -44,6 +44,10 @@ def test_a_line_is_a_time_a_step_its_answers_and_values_in_any_order() -> None:
     )
     assert entry.values == {"o1": "-0,5", "ax1": "81.2"}
     assert (entry.stores, entry.reason) == (False, "the spot moved")
+    for stored, stores in (("", None), ("store ", True)):
+        line = f"2026-06-03T16:00:10Z point yes yes yes {stored}because near the limit"
+        (entry,) = read_entries([line], "b")
+        assert (entry.stores, entry.reason) == (stores, "near the limit")
 
 
 @pytest.mark.parametrize(

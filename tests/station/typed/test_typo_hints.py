@@ -143,6 +143,11 @@ def test_what_no_slip_explains_is_said_in_degrees(held: Model, shown: dict[str, 
     assert "no single slip explains it" in sentence
     assert "AX1 by" in sentence
     assert "AX2 by" in sentence
+    for field in ("ax1", "ax2"):
+        one = {**shown, field: "12.34"}
+        (doubt,) = reading_sheet_doubts(held, one, MORNING, offset_just_set=True)
+        assert doubt.field == field
+        assert doubt.sentence.startswith(f"{field.upper()} by ")
 
 
 def test_offsets_typed_otherwise_a_moment_ago(held: Model) -> None:
