@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import msgspec
 import pytest
+from emulated_station import emulated_station
 
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
@@ -24,7 +25,7 @@ from solarcal.station.sign_off import sign_off
 from solarcal.station.state import Activity, LinkState, StationState
 from solarcal.station.sun_path import sun_now
 from solarcal.station.technician import AutomaticTechnician, Schedule
-from solarcal.timescale import parse_utc
+from solarcal.timescale import clock_utc, parse_utc
 from solarcal.unit.drivers.solartrak import SolarTrakUnit
 from solarcal.unit.tracker import Mode
 
@@ -591,6 +592,42 @@ def test_the_difference_is_that_of_the_two_suns_shown(scenario):
     shown = math.hypot(east, sun.elevation_deg - sun.unit_elevation_deg)
     assert sun.apart_deg == pytest.approx(shown, rel=0.01)
     assert sun.apart_deg > 0.1
+
+
+@pytest.mark.parametrize(
+    ("limits1_deg", "since", "day"),
+    [
+        ("[-100,128]", "2026-06-03T22:30:00Z", "2026-06-04 "),
+        ("[-120,60]", "2026-06-03T14:00:00Z", ""),
+    ],
+)
+def test_a_sun_beyond_a_limit_is_waited_for_until_it_is_back(limits1_deg, since, day):
+    """In the evening until the next day, in the morning for some hours."""
+    station, _ = emulated_station("tijeras-azel", f"unit.limits1_deg={limits1_deg}", start=since)
+    station.set_unit_clock()
+    while station.poll().mode is not Mode.LIMIT:
+        station.clock.wait(600.0)
+    step = next_step(station.state, 40.0)
+    back_s = step.due_utc_s
+    assert step.action is None
+    assert step.sentence == (
+        "The unit waits at an axis limit, the Sun is beyond that of axis 1: wait until the Sun is "
+        f"clear of it, about {day}{clock_utc(back_s)}."
+    )
+
+    def refused():
+        try:
+            guards.demand_clear_of_limits(station.session.header, station.poll(), "initialise")
+            guards.demand_sun_high_enough(station.sun_elevation_deg(), "initialise")
+        except guards.GuardRefused as refusal:
+            return str(refusal)
+        return ""
+
+    assert f"wait until the Sun is clear of it, about {day}" in refused()
+    station.clock.wait(back_s - station.clock.utc_s() - 600.0)
+    assert refused()
+    station.clock.wait(600.0)
+    assert not refused()
 
 
 def test_a_unit_that_waits_at_a_limit_is_not_told_to_track():

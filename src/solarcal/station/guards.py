@@ -4,6 +4,8 @@ from solarcal.decimals import Pair
 from solarcal.errors import ProcedureRefused
 from solarcal.mount.geometry import from_limit
 from solarcal.session.records import Header, UnitRecord
+from solarcal.station import sun_path
+from solarcal.timescale import clock_utc, format_utc
 from solarcal.unit.tracker import Mode, Status
 
 
@@ -19,6 +21,7 @@ MIN_ELEVATION_DEG = 5.0
 """Below this the refraction of a real sky is too uncertain to fit (10 arcsec and more)."""
 
 NEAR_LIMIT_DEG = 1.0
+SOON_S = 6.0 * 3600.0
 
 
 def near_limit_threshold_deg(update_range_deg: float) -> float:
@@ -43,9 +46,25 @@ def demand_clear_of_limits(header: Header, status: Status, step: str) -> float:
         axes = "for this Sun the axes lie" if header.unit.typed else "the axes stand"
         raise GuardRefused(
             f"{step} refused: {axes} {from_limit(distance, 2)}, and {needed:.2f} deg inside it are "
-            "needed; wait until the Sun is clear of it, or override with a reason"
+            f"needed; wait until {back_words(header, status)}, or override with a reason"
         )
     return distance
+
+
+def back_in_reach_s(header: Header, status: Status) -> float | None:
+    """When the Sun is clear of the limits again and high enough for a point; ``None`` where it is
+    now, or is not within a day."""
+    needed = near_limit_threshold_deg(header.unit.update_range_deg)
+    return sun_path.back_in_reach_s(header, status.unit_utc_s, needed, MIN_ELEVATION_DEG)
+
+
+def back_words(header: Header, status: Status) -> str:
+    """``the Sun is clear of it``, with the time, and the date where it is not within hours."""
+    back_s = back_in_reach_s(header, status)
+    if back_s is None:
+        return "the Sun is clear of it"
+    date = f"{format_utc(back_s)[:10]} " if back_s - status.unit_utc_s > SOON_S else ""
+    return f"the Sun is clear of it, about {date}{clock_utc(back_s)}"
 
 
 def demand_sun_high_enough(elevation_deg: float, step: str) -> None:

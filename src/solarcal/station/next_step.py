@@ -85,13 +85,34 @@ def next_step(
     newest = session.uploads[-1] if session.uploads else None
     back = newest is not None and newest.rollback and newest.verified and session.holds_upload
     if newest is not None and not back:
-        return _after_upload(state, session, sun_elevation_deg, judgement)
-    if (preparation := _preparation(state, session)) is not None:
-        return preparation
-    step = _next_point(state, session, sun_elevation_deg, judgement)
-    if newest is not None and session.newest_evidence == newest.seq:
-        return replace(step, sentence=f"Rolled back. {step.sentence}")
-    return step
+        step = _after_upload(state, session, sun_elevation_deg, judgement)
+    elif (preparation := _preparation(state, session)) is not None:
+        step = preparation
+    else:
+        step = _next_point(state, session, sun_elevation_deg, judgement)
+        if newest is not None and session.newest_evidence == newest.seq:
+            step = replace(step, sentence=f"Rolled back. {step.sentence}")
+    return _in_reach(state, session, step)
+
+
+def _in_reach(state: StationState, session: SessionView, step: NextStep) -> NextStep:
+    """The step, or how long the unit waits at a limit for a Sun that step needs."""
+    status = state.live.status
+    needs_sun = step.action in ("sun_offset", "initialise", "take_point")
+    if status is None or status.mode is not Mode.LIMIT or not needs_sun:
+        return step
+    header = session.header
+    back_s = guards.back_in_reach_s(header, status)
+    if back_s is None:
+        return NextStep(f"{guards.AT_LIMIT[0].upper()}{guards.AT_LIMIT[1:]}.")
+    limits = header.unit.limits
+    first = limits.axis1.distance_deg(status.ideal1_deg)
+    axis = 1 if first < limits.axis2.distance_deg(status.ideal2_deg) else 2
+    return NextStep(
+        f"The unit waits at an axis limit, the Sun is beyond that of axis {axis}: wait until "
+        f"{guards.back_words(header, status)}.",
+        due_utc_s=back_s,
+    )
 
 
 def _during(state: StationState, session: SessionView) -> NextStep | None:
@@ -152,9 +173,7 @@ def _next_point(
         return NextStep(f"{STALE}: set it again, then take {what} {n + 1}.", "sun_offset")
     if not low and session.fresh_sun_offset is not None:
         status = state.live.status
-        if status is not None and status.mode is Mode.LIMIT:
-            return NextStep(f"{guards.AT_LIMIT[0].upper()}{guards.AT_LIMIT[1:]}.")
-        if status is not None and status.mode is not Mode.TRACK:
+        if status is not None and status.mode not in (Mode.TRACK, Mode.LIMIT):
             return NextStep(
                 f"The unit is in mode {status.mode}: let it track (t in Set Sun Offset), and "
                 "watch it for a minute.",

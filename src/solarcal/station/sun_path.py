@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solarcal.decimals import Pair
-from solarcal.mount.controller import ideal_axes_deg
+from solarcal.mount.controller import ideal_and_elevation_deg, ideal_axes_deg
 from solarcal.mount.geometry import MountGeometry
 from solarcal.optics.offset_mirror import Heliostat
 from solarcal.session.records import Header
@@ -25,6 +25,7 @@ SUN_STANDS_DEG_PER_S = 2e-5
 """Slower than this the Sun has no side to come from (an axis at its turning point)."""
 
 RATE_OVER_S = 30.0
+REACH_STEP_S = 300.0
 
 
 def sun_moves_deg(
@@ -56,6 +57,27 @@ def forward_sense(rate_deg_per_s: float, approach: int) -> int:
     if abs(rate_deg_per_s) < SUN_STANDS_DEG_PER_S:
         return -1 if approach < 0 else 1
     return -1 if rate_deg_per_s < 0.0 else 1
+
+
+def back_in_reach_s(
+    header: Header, unit_utc_s: float, least_deg: float, elevation_deg: float
+) -> float | None:
+    """When a Sun that is out of reach comes back within the limits; UTC, to five minutes.
+
+    Parameters
+    ----------
+    least_deg, elevation_deg : how far inside the limits the ideal angles are to be, and how high
+        the Sun.
+
+    ``None`` where they are by now, or are not within a day.
+    """
+    unit = header.unit
+    times = unit_utc_s + REACH_STEP_S * np.arange(SECONDS_PER_DAY / REACH_STEP_S + 1.0)
+    geometry = MountGeometry(header.geometry, unit.site.latitude_deg, header.ax1_centre_deg)
+    ax1, ax2, elevation = ideal_and_elevation_deg(geometry, unit.site, times, unit.heliostat)
+    within = (unit.limits.distance_deg(ax1, ax2) >= least_deg) & (elevation >= elevation_deg)
+    first = int(np.argmax(within))
+    return float(times[first]) if first else None
 
 
 @dataclass(frozen=True, slots=True)
