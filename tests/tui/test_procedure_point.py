@@ -1,6 +1,7 @@
 """Taking points by the keys: questions, gathering, result, and what happens when it goes wrong."""
 
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -20,7 +21,8 @@ from textual.geometry import Offset
 from solarcal.errors import ConfigurationError, LinkError
 from solarcal.session.records import CheckRecord, LinkLost, Override, PointRecord
 from solarcal.session.view import read_session
-from solarcal.station.news import FitRecorded, StatusRead, StepFailed
+from solarcal.station.analysing import analyse_session
+from solarcal.station.news import FitReady, FitRecorded, StatusRead, StepFailed
 from solarcal.station.state import QUESTIONS, Activity
 from solarcal.tui.app import SolarcalApp
 from solarcal.tui.point.dialog import TakePointDialog
@@ -271,9 +273,18 @@ async def test_after_an_upload_a_check_point_is_asked_for_and_judged() -> None:
     station.track()
     station.clock.wait(120.0)
     offset_set(station)
+    judgement = analyse_session(station.session)
+    assert judgement is not None
     async with workstation(station) as (app, pilot):
-        await pilot.press("f7")
-        await shows(pilot, "a check point, or one more data point?")
+        for state, which in (("done", False), ("continue", True)):
+            judged = replace(judgement, verdict=replace(judgement.verdict, state=state))
+            app.fit = FitReady(0, station.session, None, judged)
+            await pilot.press("f7")
+            await shows(pilot, "a check point, or one more data point?")
+            assert ("not DONE: a data point (d)" in screen_words(app)) is which
+            if not which:
+                await pilot.press("escape")
+                await until(pilot, lambda: len(app.screen_stack) == 1)
         await pilot.press("enter")
         for words in ("1. Did", "2. Did", "3. Do"):
             await shows(pilot, words, "Take a check point")

@@ -135,7 +135,11 @@ class TakePointDialog(PacedDialog):
     def _choose(self) -> None:
         self._choosing = True
         self.offer("check", "data")
-        self.say(f"{self._back} After an upload: a check point, or one more data point?".lstrip())
+        judged = self.workstation.judgement
+        unsure = judged is not None and judged.verdict.state != "done"
+        which = " The verdict is not DONE: a data point (d)." if unsure else ""
+        asks = f"After an upload: a check point, or one more data point?{which}"
+        self.say(f"{self._back} {asks}".lstrip())
 
     def _begin(self, *, check: bool, override_reason: str | None = None) -> None:
         self._check, self._choosing, self._back = check, False, ""
