@@ -292,6 +292,9 @@ def _after_upload(
         return NextStep(f"{LEFT}: upload again (F8, a).", "upload")
     if judgement is not None and judgement.verdict.state != "done":
         step = _next_point(state, session, sun_elevation_deg, judgement, "data point")
+        if not judgement.forecast.sure and judgement.verdict.state != "does_not_fit":
+            # With all points: of what was uploaded it does not grow with the next one.
+            why = f"NOT signed off: the year is {judgement.forecast.sure_words}."
         return replace(step, sentence=f"{why} {step.sentence}")
     if session.offset_left is not None and len(since) >= CHECK_POINTS:
         take = f"take {number} with it" if usable else f"set it anew and take {number}"

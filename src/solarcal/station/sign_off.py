@@ -177,7 +177,8 @@ def _year_against(newest: UploadRecord, judgement: Analysis | None) -> tuple[tup
     against = []
     if unsure:
         cure = ": upload the coefficients of all points" if done else ": take more points"
-        against.append(f"the year is {expected.sure_words}{'' if verdict.first else cure}")
+        cure = "" if verdict.first else cure
+        against.append(f"the year with what was uploaded is {expected.sure_words}{cure}")
     if not done and (verdict.first or not unsure):
         against.append(f"the verdict is not DONE: {verdict.reasons[0]}")
     return tuple(against), done and unsure
