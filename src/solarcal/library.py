@@ -25,6 +25,7 @@ from solarcal.session.interchange import FillIn
 from solarcal.site import Site, Weather
 from solarcal.station.analysing import UnitFiles, analyse_files, read_files
 from solarcal.station.fitting import points_table
+from solarcal.stopping_rule import DEFAULT_RULE, StoppingRule
 from solarcal.sun import SunPosition, sun_position
 
 __all__ = [
@@ -114,8 +115,8 @@ def analyse(
     method
         As for :func:`fit`.
     tolerance_deg
-        Of files: what 95 % of the year's pointing shall be within; default the session's, else
-        0.1 deg.
+        What 95 % of the year's pointing shall be within; default that of the session, else 0.1
+        deg.
     site
         Of points of your own: where the tracker is. Where they have ``utc_s``, their ideal angles
         are compared with the Sun, as those of files are.
@@ -132,7 +133,8 @@ def analyse(
             raise ConfigurationError("points of your own need a site: site=Site(LAT, LON)")
         context = SkyContext.for_points(source, site, ideal=ideal)
         evidence = Evidence(points_table(source, site, ideal))
-        return analyse_points(source, context, evidence, method=method)
+        rule = DEFAULT_RULE if tolerance_deg is None else StoppingRule(tolerance_deg)
+        return analyse_points(source, context, evidence, method=method, rule=rule)
     return analyse_files(source, method=method, tolerance_deg=tolerance_deg).of_the_controller()
 
 

@@ -51,6 +51,34 @@ def test_points_of_ones_own_are_judged_at_a_site():
     assert solarcal.forecast(points, site=solarcal.Site(35.05, -106.48)).year_rms_deg > 0.0
 
 
+def test_a_day_south_of_the_equator_is_of_one_piece_and_judged_by_the_tolerance_asked_for():
+    """AX1 from 80 to 280 deg; without times, too, and where the centre given parts it, that is
+    said: P2 and P5 of two calibrations would be taken for one."""
+    site = solarcal.Site(-33.9, 151.2)
+    utc_s = 1795471200.0 + 2400.0 * np.arange(14)
+    sun = solarcal.sun_position("precise", utc_s, site, refraction="hughes")
+    true = solarcal.Mechanism(P1=0.3, P2=-0.4, P3=0.5, P4=0.2, P5=0.0007)
+    ax1, ax2 = solarcal.MountGeometry("azel", -33.9).axes_from_horizontal(
+        sun.azimuth_deg, sun.zenith_deg
+    )
+    err1, err2 = true.errors_deg(solarcal.MountGeometry("azel", -33.9), ax1, ax2)
+    noise = 0.02 * np.random.default_rng(4).standard_normal((2, 14))
+
+    def judged(*centre_deg, **asked):
+        points = solarcal.Points(
+            geometry=solarcal.MountGeometry("azel", -33.9, *centre_deg), ax1_deg=ax1, ax2_deg=ax2,
+            err1_deg=err1 + noise[0] / np.sin(np.radians(ax2)), err2_deg=err2 + noise[1],
+        )  # fmt: skip
+        return solarcal.analyse(points, site=site, **asked)
+
+    assert judged().solution.coefficients().P2 == pytest.approx(-0.4, abs=0.05)
+    assert judged().verdict.state == "done"
+    assert judged(tolerance_deg=0.002).verdict.state == "continue"
+    parted = judged(0.0)
+    assert parted.verdict.state != "done"
+    assert any("beyond the end of axis 1's branch" in f.sentence for f in parted.findings)
+
+
 @pytest.mark.parametrize(("ideal", "late_s", "kind"), [
     ("apparent", 0.0, None), ("airless", 0.0, None),
     ("apparent", 3600.0, "time_stamps"), ("airless", -3600.0, "time_stamps"),

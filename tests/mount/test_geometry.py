@@ -150,6 +150,7 @@ def test_southern_azel_day_is_continuous_on_branch_180():
 )
 def test_default_branch_keeps_the_day_in_one_piece(name, latitude_deg, centre):
     assert default_ax1_centre(name, latitude_deg) == centre
+    assert MountGeometry(name, latitude_deg) == MountGeometry(name, latitude_deg, centre)
 
 
 def day_path(mount, declination_deg):
@@ -187,7 +188,7 @@ def day_path(mount, declination_deg):
     ],
 )
 def test_a_tropical_azel_day_crosses_its_branch(name, latitude_deg, declination_deg, crosses):
-    mount = MountGeometry(name, latitude_deg, default_ax1_centre(name, latitude_deg))
+    mount = MountGeometry(name, latitude_deg)
     path = day_path(mount, declination_deg)
     assert np.isfinite(path).sum() > 100
     assert crosses_branch(path, mount.ax1_centre_deg) is crosses

@@ -66,7 +66,7 @@ def test_all_rows_of_the_geometry_reference():
     for row in rows:
         name = row.pop("geometry")
         value = {column: float(text) for column, text in row.items()}
-        mount = MountGeometry(name, value["lat_deg"])
+        mount = MountGeometry(name, value["lat_deg"], 0.0)
         p = Coefficients(
             *(value[column] for column in ("P1_deg", "P2_deg", "P3_deg", "P4_deg", "P5", "P6"))
         )
@@ -103,7 +103,7 @@ def test_pointing_undoes_readings(name, latitude, centre, mechanism, turn, polar
 @given(name=names, latitude=latitudes, mechanism=mechanisms, seed=st.integers(0, 2**16))
 @settings(derandomize=True, deadline=None, max_examples=40)
 def test_arrays_close_and_agree_with_single_angles(name, latitude, mechanism, seed):
-    mount = MountGeometry(name, latitude)
+    mount = MountGeometry(name, latitude, 0.0)
     rng = np.random.default_rng(seed)
     ax1, ax2 = rng.uniform(-179.0, 179.0, (5, 4)), rng.uniform(20.0, 160.0, (5, 4))
     readings = mechanism.readings_deg(mount, ax1, ax2)

@@ -170,7 +170,8 @@ def horizontal_of_axes_deg(rows: Rows, ax1_deg: Value, ax2_deg: Value) -> tuple[
 class MountGeometry(msgspec.Struct, frozen=True):
     """The axes of one mount at one latitude, with the branch of AX1.
 
-    Angles are degrees, scalars or arrays that broadcast together; floats in give floats out.
+    Angles are degrees, scalars or arrays that broadcast together; floats in give floats out. The
+    centre of the branch, where it is left out, is that of ``default_ax1_centre``.
 
     Raises
     ------
@@ -180,7 +181,7 @@ class MountGeometry(msgspec.Struct, frozen=True):
 
     name: str
     latitude_deg: float
-    ax1_centre_deg: float = 0.0
+    ax1_centre_deg: float = math.nan
 
     def __post_init__(self) -> None:
         if self.name not in GEOMETRIES:
@@ -188,6 +189,9 @@ class MountGeometry(msgspec.Struct, frozen=True):
                 f"unknown geometry {self.name!r}: choose {', '.join(GEOMETRIES)}"
             )
         require_between("latitude", self.latitude_deg, -90.0, 90.0)
+        if math.isnan(self.ax1_centre_deg):
+            centre_deg = default_ax1_centre(self.name, self.latitude_deg)
+            msgspec.structs.force_setattr(self, "ax1_centre_deg", centre_deg)
         require_between("AX1 branch centre", self.ax1_centre_deg, -360.0, 360.0, " deg")
 
     def basis(self) -> FloatArray:

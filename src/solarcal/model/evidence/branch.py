@@ -24,6 +24,8 @@ from solarcal.timescale import SECONDS_PER_DAY, format_utc, parse_utc
 from solarcal.units import FloatArray, wrap_deg
 
 _STEP_S = 60.0
+_GAP_DEG = 90.0
+"""Of axis 1: no two points of a day that is looked at in full are as far apart."""
 
 
 def side_evidence(
@@ -37,19 +39,14 @@ def side_evidence(
     if fitted is not None:
         places = enumerate(zip(used.labels, used.ax2_deg, strict=True))
         used = used.rows([row for row, place in places if place in fitted])
-    if not len(used) or not np.isfinite(used.utc_s).all():
+    if not len(used):
         return ()
-    order = np.argsort(used.utc_s, kind="stable")
     from_centre = np.asarray(wrap_deg(used.ax1_deg - table.ax1_centre_deg), dtype=np.float64)
-    steps = np.abs(np.diff(from_centre[order]))
-    # A step of more than 270 deg along the branch is a short one across its ends; of one of more
-    # than half a turn the Sun's path tells: its points may be of two days.
-    if not any(
-        step > 270.0 or (step > 180.0 and _crossed_between(context, first_s, second_s))
-        for step, (first_s, second_s) in zip(steps, pairwise(used.utc_s[order]), strict=True)
-    ):
-        return ()
-    runs = np.split(order, np.flatnonzero(steps > 180.0) + 1)
+    runs = (
+        _runs_in_time(context, used.utc_s, from_centre)
+        if np.isfinite(used.utc_s).all()
+        else _runs_by_gap(from_centre)
+    )
     *others, many = sorted(_ranges(runs, from_centre), key=len)
     if not others:
         return ()
@@ -68,6 +65,34 @@ def side_evidence(
             labels=labels,
         ),
     )
+
+
+def _runs_in_time(
+    context: SkyContext, utc_s: FloatArray, from_centre_deg: FloatArray
+) -> list[NDArray[np.intp]]:
+    """Positions in the order of time, parted where the Sun crossed the end of the branch."""
+    order = np.argsort(utc_s, kind="stable")
+    steps = np.abs(np.diff(from_centre_deg[order]))
+    # A step of more than 270 deg along the branch is a short one across its ends; of one of more
+    # than half a turn the Sun's path tells: its points may be of two days.
+    if not any(
+        step > 270.0 or (step > 180.0 and _crossed_between(context, first_s, second_s))
+        for step, (first_s, second_s) in zip(steps, pairwise(utc_s[order]), strict=True)
+    ):
+        return [order]
+    return np.split(order, np.flatnonzero(steps > 180.0) + 1)
+
+
+def _runs_by_gap(from_centre_deg: FloatArray) -> list[NDArray[np.intp]]:
+    """Without times: positions near both ends of the branch and a quarter turn of nothing between
+    them are two runs."""
+    order = np.argsort(from_centre_deg, kind="stable")
+    along = from_centre_deg[order]
+    gaps = np.diff(along)
+    across_deg = 360.0 - (along[-1] - along[0])
+    if not len(gaps) or not across_deg < _GAP_DEG <= gaps.max():
+        return [order]
+    return np.split(order, [int(gaps.argmax()) + 1])
 
 
 def _crossed_between(context: SkyContext, first_s: float, second_s: float) -> bool:
