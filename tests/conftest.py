@@ -87,7 +87,7 @@ def pytest_collection_finish() -> None:
     a million objects again and again, only at what tests make."""
     gc.enable()
     gc.freeze()
-    gc.set_threshold(50_000, 20, 50)
+    gc.set_threshold(1_000_000, 20, 50)
 
 
 def pytest_sessionfinish() -> None:
