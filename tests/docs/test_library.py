@@ -72,7 +72,7 @@ def test_a_day_south_of_the_equator_is_of_one_piece_and_judged_by_the_tolerance_
         return solarcal.analyse(points, site=site, **asked)
 
     found = judged()
-    assert found.solution.coefficients().P2 == pytest.approx(-0.4, abs=0.05)
+    assert abs(found.solution.coefficients().P2 + 0.4) < 0.05
     assert found.verdict.state == "done"
     assert judged(tolerance_deg=0.002).verdict.state == "continue"
     parted = judged(0.0)
