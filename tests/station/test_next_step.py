@@ -3,6 +3,7 @@
 import math
 import queue
 from dataclasses import replace
+from pathlib import Path
 
 import msgspec
 import pytest
@@ -11,15 +12,22 @@ from emulated_station import emulated_station
 from solarcal.emulator.emulation import Emulator
 from solarcal.emulator.scenario import load_scenario
 from solarcal.emulator.server import InProcessLink
-from solarcal.errors import ProcedureRefused
+from solarcal.errors import ConfigurationError, ProcedureRefused
 from solarcal.model.finding import Finding
 from solarcal.mount.formula import Offsets
 from solarcal.session.journal import Journal
+from solarcal.session.view import read_session
 from solarcal.station import guards
 from solarcal.station.analysing import analyse_session
 from solarcal.station.clocks import EmulatedClock
 from solarcal.station.next_step import NextStep, countdown_text, next_step
-from solarcal.station.planning import HALF_HOUR_S, Fitter, PlanOptions, analyse_with_options
+from solarcal.station.planning import (
+    HALF_HOUR_S,
+    Fitter,
+    PlanOptions,
+    analyse_with_options,
+    fit_message,
+)
 from solarcal.station.procedure import Station
 from solarcal.station.sign_off import sign_off
 from solarcal.station.state import Activity, LinkState, StationState
@@ -538,6 +546,28 @@ def test_a_plan_is_made_once_and_anew_when_its_point_was_missed():
     finally:
         fitter.close()
     assert posted.empty()
+
+
+@pytest.mark.parametrize(
+    "error", [ConfigurationError("odd"), ValueError("odd"), ZeroDivisionError("odd")]
+)
+def test_a_session_that_cannot_be_judged_keeps_its_fit_and_says_why(monkeypatch, error):
+    """Arithmetic on strange points fails in its own words, and the thread goes on."""
+
+    def fails(*of):
+        raise error
+
+    session = read_session(Path(__file__).parents[2] / "sessions" / "azel-good-day.jsonl")
+    monkeypatch.setattr("solarcal.station.planning.analyse_with_options", fails)
+    message = fit_message(3, session)
+    assert (message.generation, message.judgement) == (3, None)
+    assert message.reason == "no forecast: odd"
+    assert message.solution is not None
+    assert message.solution.n_points == len(session.accepted)
+    monkeypatch.setattr("solarcal.station.planning.solve", fails)
+    if isinstance(error, ConfigurationError):
+        message = fit_message(3, session)
+        assert (message.solution, message.reason) == (None, "odd")
 
 
 def test_where_there_is_no_plan_none_is_overtaken(monkeypatch):
