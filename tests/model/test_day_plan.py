@@ -1,6 +1,7 @@
 """Planning the rest of a day."""
 
 import re
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
@@ -406,6 +407,11 @@ class TestSteadiness:
         context, noisy = day_of("azel", 24, JUNE, noise_deg=0.08)
         rough = analyse(noisy.subset([0, 1, 2, 3, 4]), context, at_utc_s=float(noisy.utc_s[4])).plan
         assert "later than planned: the last point" in rough.compared_with(before).sentence
+        # The noise of one is said where it has changed by more than 15 %, either way.
+        for factor, noise_said in ((0.8, True), (0.9, False), (1.1, False), (1.2, True)):
+            known = replace(before.basis, noise_deg=rough.basis.noise_deg / factor)
+            said = rough.compared_with(replace(before, basis=known)).sentence
+            assert ("the last point makes the noise of one" in said) == noise_said
 
     def test_points_of_another_day_do_not_hold_up_todays(self):
         context, points = day_of("azel", 24, JUNE)
