@@ -43,7 +43,9 @@ def with_points(session: SessionView, change) -> SessionView:
 
 
 def kinds(session: SessionView, certainty: str = "found") -> set[str]:
-    return {f.kind for f in direct_findings(session) if f.certainty == certainty}
+    findings = direct_findings(session)
+    assert all(finding.direct for finding in findings)
+    return {f.kind for f in findings if f.certainty == certainty}
 
 
 def test_a_good_day_has_nothing_but_the_laptop_clock_to_say(day):
@@ -92,6 +94,7 @@ def test_a_unit_an_hour_wrong_in_its_own_sums_is_explained(day):
         lambda i, p: msgspec.structs.replace(p, unit_minus_laptop_s=p.unit_minus_laptop_s - 3600.0),
     )
     (sun,) = [f for f in direct_findings(wrong) if f.kind == "unit_sun"]
+    assert sun.direct
     assert "+1 h" in sun.sentence
     assert len(sun.labels) == len(day.accepted)
 

@@ -196,7 +196,7 @@ def test_ports_that_cannot_be_opened_say_why_in_one_line(tmp_path):
         (f"rfc2217://{nobody}", "no answer from"),
         ("socket://127.0.0.1", "write it as socket://host:port"),
         ("socket://127.0.0.1:99999", "with a port from 1 to 65535"),
-        ("carrier-pigeon://roof", "cannot be opened"),
+        ("carrier-pigeon://roof", "carrier-pigeon://roof cannot be opened: "),
     ):
         with pytest.raises(LinkError, match=re.escape(reason)) as failed:
             SerialLink(url)

@@ -157,6 +157,13 @@ def test_offsets_typed_otherwise_a_moment_ago(held: Model) -> None:
     sentence = said(tracked, {**texts, "o1": "-0.182"}, offset_just_set=False)
     assert "O1 was typed -0.182, two digits exchanged: -0.812 belongs there" in sentence
     assert "The read-outs fit what was typed before." in sentence
+    before = replace(held, offsets=Offsets(-0.182, O2))
+    assert "The read-outs fit what was typed now." in said(before, texts, offset_just_set=False)
+    # A thousandth more or less fits as well, and nothing at all fits other read-outs.
+    for other in ({"o1": "-0.811"}, {"o1": "-0.182", "ax2": "12.34"}):
+        sentence = said(tracked, {**texts, **other}, offset_just_set=False)
+        assert "as typed before." in sentence
+        assert "read-outs fit" not in sentence
     swapped = {**texts, "o1": texts["o2"], "o2": texts["o1"]}
     assert said(tracked, swapped, offset_just_set=False).startswith("O1 and O2 exchanged?")
 
