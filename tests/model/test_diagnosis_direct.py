@@ -44,7 +44,7 @@ def test_what_the_readings_scatter_by_is_no_drift() -> None:
 def test_a_step_is_named_with_the_point_it_precedes_and_is_no_drift() -> None:
     said = kinds([0.1] * 6 + [3.1] * 4)
     assert set(said) == {"clock_step", "clock_offset"}
-    assert "+3.0 s before point 7" in said["clock_step"]
+    assert "+3.0 s before point 7, within 60 minutes: 0.013 deg of Sun" in said["clock_step"]
 
 
 def test_a_step_on_top_of_a_drift_leaves_both() -> None:

@@ -43,6 +43,8 @@ def test_only_sessions_one_after_the_other_have_an_order() -> None:
     later = first.replace(utc_s=first.utc_s + 86400.0)
     assert groups_in_time([later, second, first]) == [[2, 1], [0]]
     assert groups_in_time([later, first]) == [[1], [0]]
+    beside = second.replace(utc_s=second.utc_s + 86400.0)
+    assert groups_in_time([first, beside, later, second]) == [[0, 3], [2, 1]]
     assert groups_in_time([first, first.replace(utc_s=np.full(len(first), np.nan))]) is None
 
 

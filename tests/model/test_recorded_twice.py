@@ -8,7 +8,7 @@ import msgspec
 import pytest
 
 from solarcal.model.evidence.direct import Evidence, direct_findings
-from solarcal.model.evidence.unit_state import held_evidence
+from solarcal.model.evidence.unit_state import check_evidence, held_evidence
 from solarcal.model.finding import Finding
 from solarcal.mount.drive import RotaryDrive, ScrewjackDrive, register
 from solarcal.mount.formula import Coefficients, Offsets
@@ -402,3 +402,22 @@ def test_the_same_numbers_written_again_leave_check_points_their_meaning(
     # A rejected one has no meaning to keep.
     refused = [change(r, status="rejected") if isinstance(r, CheckRecord) else r for r in records]
     assert view_session(DAY.header, tuple(refused)).checks_after(upload) == []
+
+
+@pytest.mark.parametrize(
+    ("sky_deg", "noise_deg", "proven"),
+    [(0.09, 0.0, True), (0.11, 0.0, False), (0.5, 0.3, True), (0.6, 0.3, False), (None, 0.0, True)],
+)
+def test_a_check_point_beyond_the_tolerance_and_its_noise_proves_that_it_does_not_point(
+    sky_deg: float | None, noise_deg: float, proven: bool
+) -> None:
+    """0.1 deg; one that is right on it reads more than 1.645 sigmas above it once in twenty."""
+    findings = check_evidence(edited(CHECK.seq, sky_error_deg=sky_deg), noise_deg)
+    assert (findings == ()) == proven
+    for finding in findings:
+        assert (finding.labels, finding.number, finding.direct) == ((CHECK.seq,), sky_deg, True)
+        assert finding.sentence.startswith("1 of 2 check points after the upload: beyond the ")
+    # A data point since then is judged by its own residual.
+    later = change(FIRST, seq=DAY.records[-1].seq + 1)
+    records = (*edited(CHECK.seq, sky_error_deg=sky_deg).records, later)
+    assert check_evidence(view_session(DAY.header, records), noise_deg) == ()

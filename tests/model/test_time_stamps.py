@@ -164,6 +164,9 @@ def test_angles_counted_otherwise_are_named_and_no_cause_is_looked_for_beside(ge
 def test_every_convention_that_has_a_name_is_looked_for():
     for (geometry, *_), name in _MEANINGS.items():
         assert any(f"({name})" in way.words(geometry) for way in other_conventions()), name
+    # Zeros are where the axes of a mount and the directions of the compass are.
+    assert {zero % 90 for way in other_conventions() for _, zero in way.axes} == {0}
+    assert len(set(other_conventions())) == 8 * 4 - 1
 
 
 def analyse_table(table: PointTable) -> tuple[Finding, ...]:

@@ -210,10 +210,12 @@ def test_solar_offsets_are_observed_minus_solar(tmp_path: Path) -> None:
     np.testing.assert_allclose(points.err1_deg[:2], 0.08, atol=1e-12)
     np.testing.assert_allclose(points.err2_deg[:2], -0.07, atol=1e-12)
     assert "taken as plain azimuth" in points.warnings[0]
+    assert points.warnings[1].endswith("a.tsv: 1 of 3 rows have no offset and are left out")
 
 
 def test_older_files_give_the_observed_place_and_the_other_sign(tmp_path: Path) -> None:
     points = read_table(write(tmp_path, "a.tsv", OBSERVED), latitude_deg=-74.7)
+    assert not any("no offset" in warning for warning in points.warnings)
     np.testing.assert_allclose(points.ax1_deg, [166.0], atol=1e-12)
     np.testing.assert_allclose(points.ax2_deg, [53.0], atol=1e-12)
     np.testing.assert_allclose(points.err1_deg, [0.08], atol=1e-12)

@@ -30,6 +30,8 @@ def test_a_right_unit_agrees():
     [
         (SITE, NOW + 3600.0, "wrong by +1 h"),
         (SITE, NOW - 7200.0, "wrong by -2 h"),
+        (SITE, NOW + 86400.0, "its date is wrong by +1 day"),
+        (SITE, NOW - 86400.0, "its date is wrong by -1 day"),
         # Morning for afternoon: half a day either way.
         (SITE, NOW + 12 * 3600.0, "wrong by +12 h"),
         (SITE, NOW - 12 * 3600.0, "wrong by -12 h"),

@@ -55,6 +55,9 @@ STATUS_TEXT = (
 def test_status_is_written_as_the_protocol_page_says():
     assert fields.status(7.0).write(STATUS) == STATUS_TEXT.split()
     assert fields.status(7.0).read(STATUS_TEXT.split()) == STATUS
+    for unlocked_s, text in ((0.0, "0"), (-2.0, "0"), (0.9, "0"), (1.5, "1")):
+        now = msgspec.structs.replace(STATUS, unlocked_s=unlocked_s)
+        assert fields.status(7.0).write(now)[-1] == text
 
 
 @pytest.mark.parametrize(
