@@ -88,6 +88,15 @@ def test_easycomm_answers_questions_and_nothing_else():
     ]  # fmt: skip
 
 
+def test_easycomm_goes_to_an_azimuth_on_the_turn_that_its_range_holds():
+    """South of the equator the range holds North: the station sends 0 to 360 deg."""
+    protocol, machine = EasyCommProtocol(), Turntable()
+    machine.azimuth = AxisLimits(-128.0, 128.0)
+    for line in (b"AZ350.0 EL60.0", b"AZ10.0 EL60.0", b"AZ-20.0 EL60.0", b"AZ180.0 EL60.0"):
+        protocol.answer(machine, line)
+    assert [azimuth for azimuth, _ in machine.calls] == [-10.0, 10.0, -20.0, 128.0]
+
+
 def test_the_pages_client_follows_the_sun_and_misses_it_by_the_towers_lean():
     (block,) = re.findall(r"```python\n(import socket\n.*?)```", PAGE.read_text(), re.DOTALL)
     assert len([line for line in block.splitlines() if line.strip()]) <= 20

@@ -207,10 +207,18 @@ class EasyCommProtocol:
             azimuth, elevation = machine.stands_deg()
             # Firmware goes as far as it can and says nothing.
             machine.go_to(
-                machine.azimuth.clamped_deg(goals.get("AZ", azimuth)),
+                _on_its_turn_deg(machine.azimuth, goals.get("AZ", azimuth)),
                 machine.elevation.clamped_deg(goals.get("EL", elevation)),
             )
         return [" ".join(replies)] if replies else []
+
+
+def _on_its_turn_deg(reach: AxisLimits, azimuth_deg: float) -> float:
+    """The azimuth as a rotator reads it whose range holds North: 350 deg is its -10."""
+    turns = (azimuth_deg + 360.0 * turn for turn in (0, -1, 1))
+    return next(
+        (az for az in turns if reach.distance_deg(az) >= 0.0), reach.clamped_deg(azimuth_deg)
+    )
 
 
 ROTATOR_PROTOCOLS: dict[str, Callable[[], RotatorProtocol]] = {
