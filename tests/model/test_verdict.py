@@ -88,6 +88,7 @@ class TestStates:
         for asked, state in ((p - 0.005, "done"), (p + 0.005, "continue")):
             expected = forecast(solution, rule=StoppingRule(0.05, asked))
             assert judge(solution, expected).state == state
+            assert expected.sure_words.endswith(f" % sure ({100.0 * asked:g} % needed)")
 
     def test_a_spot_nobody_could_read(self):
         context, points = day_of("azel", 12, noise_deg=0.4)

@@ -74,14 +74,16 @@ def test_a_fit_finds_the_mechanism_and_the_beam_returns_to_the_spot(
 
 def test_a_joint_that_is_not_displaced_need_not_be_said(tmp_path: Path) -> None:
     records = write_heliostat(tmp_path, write_tower(tmp_path), TRUTH)
-    short = paint_table(read_paint(records, {}))
     (place,) = tmp_path.glob("AA23/Properties/*.json")
     whole = json.loads(place.read_text())
-    joints = [f"{one}_translation_{axis}" for one in
-              ("first_joint", "second_joint", "concentrator") for axis in "enu"]  # fmt: skip
-    whole["kinematic_properties"] = dict.fromkeys(joints, 0.0) | whole["kinematic_properties"]
-    place.write_text(json.dumps(whole))
-    assert_same_points(paint_table(read_paint(records, {})), short)
+    actuators = {"actuators": whole["kinematic_properties"]["actuators"]}
+    joints = ("first_joint", "second_joint", "concentrator")
+    zeros = {f"{joint}_translation_{axis}": 0.0 for joint in joints for axis in "enu"}
+    tables = []
+    for kinematics in (actuators, actuators | zeros):
+        place.write_text(json.dumps(whole | {"kinematic_properties": kinematics}))
+        tables.append(paint_table(read_paint(records, {})))
+    assert_same_points(*tables)
 
 
 def test_the_other_methods_spot_is_another_point(tmp_path: Path) -> None:

@@ -604,6 +604,19 @@ def test_a_unit_that_refuses_to_track_is_referenced_again_only_where_it_says_so(
     assert len(b.station.session.ref_checks) == checks
 
 
+def test_the_technician_lets_a_unit_that_lost_its_reference_find_it_and_track(bench):
+    b = bench()
+    b.on_sun()
+    checks = len(b.station.session.ref_checks)
+    b.emulator.reboot()
+    b.technician._track()
+    status = b.station.poll()
+    assert (status.referenced, status.mode) == (True, Mode.TRACK)
+    assert len(b.station.session.ref_checks) == checks + 1
+    b.technician._track()
+    assert len(b.station.session.ref_checks) == checks + 1
+
+
 def test_a_refused_step_says_what_is_pending_and_the_action_that_settles_it(bench):
     b = bench()
     b.on_sun()
