@@ -83,23 +83,24 @@ def test_an_option_counts_before_every_session_and_is_no_difference(other) -> No
 
 
 @pytest.mark.parametrize("swapped", [False, True])
-def test_limits_and_inclinometers_that_differ_are_said(other, swapped: bool) -> None:
+def test_limits_leans_and_last_coefficients_that_differ_are_said(other, swapped: bool) -> None:
     unit = read_session(DAY).header.unit
     limits = msgspec.structs.replace(unit.limits, axis1=AxisLimits(-90.0, 90.0))
     lean = Inclinometer(lean_north_deg=0.1, lean_east_deg=0.2, sigma_deg=0.5)
-    path = other(unit=msgspec.structs.replace(unit, limits=limits), inclinometer=lean)
+    path = other(
+        unit=msgspec.structs.replace(unit, limits=limits),
+        inclinometer=lean,
+        last_coefficients=Coefficients(P1=0.3),
+    )
     first, second = (path, DAY) if swapped else (DAY, path)
-    by_limits, by_lean = differing(judged(first, second))
+    by_limits, by_lean, by_last = differing(judged(first, second))
     assert "axis 1 -90 to 90, axis 2" in by_limits
     assert lean.words() in by_lean
     assert by_limits.endswith(f": that of {first} counts")
     assert by_lean.endswith(f": that of {path} counts"), "the newest reading"
-
-
-def test_last_coefficients_that_differ_are_said(other) -> None:
-    (said,) = differing(judged(DAY, other(last_coefficients=Coefficients(P1=0.3))))
-    assert f"(none in {DAY}; +0.3 +0 +0 +0 +0 +0 in " in said
-    assert said.endswith(f": that of {DAY} counts")
+    for text in (f"none in {DAY}", f"+0.3 +0 +0 +0 +0 +0 in {path}"):
+        assert text in by_last
+    assert by_last.endswith(f": that of {first} counts")
 
 
 def test_sessions_of_one_rule_differ_in_nothing(other) -> None:
