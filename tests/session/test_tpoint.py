@@ -127,6 +127,7 @@ def test_latitudes(tmp_path: Path, dms: str, latitude_deg: float) -> None:
         ("-30 14 40.2", "95 14 40.2", r"dat:5: a latitude of 95\.2445 deg is beyond the pole"),
         ("-30 14 40.2", "-30 61 40.2", r"dat:5: minutes or seconds .* not below 60"),
         ("-30 14 40.2", "-30 -1 40.2", r"dat:5: minutes or seconds .* not below 60"),
+        ("-30 14 40.2", "-30 14 -0.5", r"dat:5: minutes or seconds .* not below 60"),
         ("-30 14 40.2", "south", r"dat:5: 'south' is not a number; the latitude comes here"),
         (
             "-30 14 40.2 2026 06 21.5 12.0 780.0 2700.0 0.3", "-30.2445 14 40.2",

@@ -4,7 +4,12 @@ import pytest
 from hand_bench import SetClock
 
 from solarcal.errors import ProcedureRefused
-from solarcal.station.typed.entry_forms import reading_fields, ref_check_form, sun_fields
+from solarcal.station.typed.entry_forms import (
+    came_field,
+    reading_fields,
+    ref_check_form,
+    sun_fields,
+)
 from solarcal.station.typed.forms import (
     AskedForm,
     DisplayField,
@@ -136,3 +141,9 @@ def test_a_display_that_waits_asks_no_more_once_it_is_closed() -> None:
     assert len(posted) == 2
     assert posted[1].done
     WaitingDisplay(post, SetClock()).close()
+
+
+@pytest.mark.parametrize(("sense", "forward"), [(1, "+"), (-1, "-")])
+def test_from_behind_is_the_suns_sense(sense: int, forward: str) -> None:
+    field = came_field(2, sense)
+    assert (field.name, field.hint) == ("came2", f"{forward} is from behind; empty: not known")

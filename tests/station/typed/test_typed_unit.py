@@ -69,6 +69,7 @@ def test_a_status_asks_nothing_and_follows_the_sun_by_the_units_clock() -> None:
     assert (status.reading1_deg, status.target1_deg) == (ideal[0], ideal[0])
     assert status.typed_utc_s is None
     assert (status.mode, status.moving) == (Mode.TRACK, (0, 0))
+    assert status.counts == tuple(unit_model().counts(axis, ideal[axis]) for axis in (0, 1))
 
 
 def test_what_was_typed_is_shown_until_it_is_typed_anew() -> None:
