@@ -193,6 +193,17 @@ def test_no_pointing_is_wrong_by_more_than_half_a_turn():
     assert expected.year_p95_deg <= 180.0
 
 
+def test_rms_percentile_and_largest_are_those_of_posterior_and_grid_together():
+    """The contract's definitions, over every draw at every moment."""
+    context, points = day_of("azel", 8, JUNE)
+    expected = forecast(fit(points, context))
+    square = np.sum(expected.errors.of() ** 2, axis=1)
+    assert expected.year_rms_deg == pytest.approx(np.sqrt(square.mean()))
+    assert np.mean(square <= expected.year_p95_deg**2 * (1.0 + 1e-9)) >= 0.95
+    assert np.mean(square < expected.year_p95_deg**2 * (1.0 - 1e-9)) < 0.95
+    assert expected.year_max_deg == pytest.approx(np.sqrt(np.quantile(square.max(axis=1), 0.95)))
+
+
 def test_standard_normals_are_exactly_standard_and_shared_by_all():
     normals = standard_normals(64, dimensions=3)
     np.testing.assert_allclose(normals.mean(axis=0), 0.0, atol=1e-12)
