@@ -49,7 +49,11 @@ FOR_EMULATED = ("--set", "--start", "--seed")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--scenario", metavar="NAME|FILE", help="an emulated tracker, in process")
+    where.add_argument(
+        "--scenario",
+        metavar="NAME|FILE",
+        help=f"an emulated tracker, in process (default, without --port: {DEFAULT_SCENARIO})",
+    )
     where.add_argument("--port", type=port, metavar="URL", help=PORT_HELP)
     add_driver_options(parser)
     add_emulator_arguments(parser)
