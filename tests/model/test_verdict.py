@@ -18,12 +18,13 @@ from solarcal.model.cross_checks import (
     cross_check,
     order_limit,
 )
+from solarcal.model.finding import Finding
 from solarcal.model.forecast import forecast
 from solarcal.model.mechanism_solution import MechanismSolution, base_tilt, shim_heights, wind
 from solarcal.model.methods import fit, fit_exact
 from solarcal.model.planner import plan
 from solarcal.model.points import Points
-from solarcal.model.verdict import Verdict
+from solarcal.model.verdict import Verdict, assess, conclude
 from solarcal.model.year_grid import year_grid
 from solarcal.mount.geometry import MountGeometry
 from solarcal.mount.mechanism import Mechanism
@@ -79,6 +80,13 @@ class TestStates:
         assert verdict.state == "not_today"
         assert verdict.reasons[0] == day.sentence
         assert judge(solution, expected).state == "continue"
+        # Another day is of no use as long as points that read wrong stay among these.
+        wrong = Finding(
+            kind="missed_counts", subject="axis 2", sentence="points 5 and 6 read wrong",
+            direct=True, labels=(5, 6),
+        )  # fmt: skip
+        misread = assess(solution, expected, evidence=[wrong])
+        assert any(wrong.sentence in r for r in conclude(misread, expected, day).reasons)
 
     def test_done_needs_the_probability_that_is_asked_for(self):
         context, points = day_of("azel", 9, JUNE)

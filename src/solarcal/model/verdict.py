@@ -170,7 +170,7 @@ def conclude(assessment: Assessment, expected: Forecast, planned: Plan | None = 
         reasons += assessment.remarks
     elif planned is not None and planned.hopeless:
         state = "not_today"
-        reasons = [planned.sentence, sure, *assessment.remarks]
+        reasons = [planned.sentence, sure, *assessment.reservations, *assessment.remarks]
     else:
         state = "continue"
         reasons = [sure, *assessment.reservations, *assessment.remarks]
