@@ -80,9 +80,9 @@ class TestStates:
         assert verdict.state == "not_today"
         assert verdict.reasons[0] == day.sentence
         assert judge(solution, expected).state == "continue"
-        # Another day is of no use as long as points that read wrong stay among these.
+        # Another day is of no use as long as points that are doubted stay among these.
         wrong = Finding(
-            kind="missed_counts", subject="axis 2", sentence="points 5 and 6 read wrong",
+            kind="answers", subject="points", sentence="points 5 and 6 read otherwise",
             direct=True, labels=(5, 6),
         )  # fmt: skip
         misread = assess(solution, expected, evidence=[wrong])
