@@ -89,7 +89,7 @@ class Unmodelled(msgspec.Struct, frozen=True, kw_only=True):
         return msgspec.structs.replace(self, clock_s=max(sigma_s, _LEAST_CLOCK_S))
 
 
-DEFAULT_UNMODELLED = Unmodelled(large_collimation_chance=0.3)
+DEFAULT_UNMODELLED = Unmodelled(large_collimation_chance=0.48)
 
 
 class StoppingRule(msgspec.Struct, frozen=True):

@@ -223,11 +223,11 @@ def test_collimation_may_be_likelier_than_axes_that_are_not_square():
 
 
 def test_a_chance_that_is_named_alone_is_that_of_both():
-    assert DEFAULT_UNMODELLED.large_chances == (0.3, 0.05)
+    assert DEFAULT_UNMODELLED.large_chances == (0.48, 0.05)
     assert DEFAULT_UNMODELLED.changed({"large_chance": 0.0}).large_chances == (0.0, 0.0)
     both = {"large_chance": 0.1, "large_collimation_chance": 0.2}
     assert DEFAULT_UNMODELLED.changed(both).large_chances == (0.2, 0.1)
-    assert DEFAULT_UNMODELLED.changed({"clock_s": 9.0}).large_chances == (0.3, 0.05)
+    assert DEFAULT_UNMODELLED.changed({"clock_s": 9.0}).large_chances == (0.48, 0.05)
 
 
 def test_a_session_is_judged_by_the_chances_of_its_own_time():
