@@ -132,7 +132,10 @@ class ComparisonScreen(StationScreen):
     """The year as the unit was found and as it is now: map and errors, on the same scales."""
 
     DEFAULT_CSS = """
-    ComparisonScreen #proof { height: auto; min-height: 2; max-height: 4; padding: 0 1; background: $boost; text-style: bold; }
+    ComparisonScreen #proof {
+        height: auto; min-height: 2; max-height: 4; padding: 0 1; background: $boost;
+        text-style: bold;
+    }
     ComparisonScreen .side { width: 1fr; }
     ComparisonScreen .side > Words { height: 2; text-style: bold; padding: 0 1; }
     ComparisonScreen .errors { display: none; }
