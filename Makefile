@@ -23,9 +23,9 @@ demo: .venv/.installed
 	-@$(BIN)/python -m pytest -n 0 --collect-only -qq >/dev/null
 	@touch $@
 
-# Five workers on two cores: what waits for real programs and for screens leaves room for others.
+# Four workers on two cores: what waits for real programs and for screens leaves room for others.
 test: .venv/.compiled-tests
-	$(BIN)/python -m pytest -n 5 --dist worksteal
+	$(BIN)/python -m pytest -n 4 --dist worksteal
 
 check: .venv/.installed-dev
 	$(BIN)/ruff check .
