@@ -262,6 +262,15 @@ def test_what_is_not_sure_asks_for_more_points_at_once_and_after_every_check():
         assert ("upload what you have" in low) == (newest < 0)
 
 
+def test_all_points_struck_out_after_the_upload_begin_anew():
+    """The verdict of the points that were is still there until the next one is made."""
+    station, _ = uploaded()
+    judgement = with_verdict(analyse_session(station.session), "continue")
+    for point in station.session.accepted:
+        station.void(point.seq, "another tower")
+    assert "data point 1" in next_step(station.state, 40.0, judgement).sentence.lower()
+
+
 def test_surer_coefficients_are_uploaded_before_any_check_point():
     station, _ = uploaded()
     judgement = with_verdict(analyse_session(station.session), "done")

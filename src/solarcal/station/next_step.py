@@ -167,7 +167,11 @@ def _next_point(
 ) -> NextStep:
     n = len(session.accepted)
     newest = session.uploads[-1] if session.uploads else None
-    untried = newest is None or newest.rollback or session.accepted[-1].seq > newest.seq
+    untried = (
+        newest is None
+        or newest.rollback
+        or any(point.seq > newest.seq for point in session.accepted)
+    )
     low = _low(sun_elevation_deg)
     if not low and stale(session.fresh_sun_offset, state.live.laptop_utc_s):
         return NextStep(f"{STALE}: set it again, then take {what} {n + 1}.", "sun_offset")
