@@ -8,6 +8,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
+import textual.app
 from textual.events import MouseDown, MouseUp
 from textual.geometry import Offset, Region
 from textual.pilot import Pilot
@@ -144,6 +145,8 @@ async def workstation(
         await pilot.pause()
         try:
             yield app, pilot
+            # A key that still waits would find no screen: run_test closes them before the app.
+            await textual.app.wait_for_idle()
         finally:
             if app.worker is not None:
                 app.worker.close()
