@@ -40,7 +40,7 @@ def asked_sun_deg(form: Form) -> tuple[float, float]:
     given = form.pair("sun")
     if given is not None:
         if not (abs(given[0]) <= 360.0 and 0.0 <= given[1] <= 180.0):
-            raise form.error("sun", "give an azimuth from -360 to 360 and a zenith angle from 0")
+            raise form.error("sun", "give azimuth (-360 to 360) and zenith angle (0 to 180)")
         return given
     if form.of_command and form.optional("lat") is None and form.optional("lon") is None:
         raise form.error("sun", "give the Sun, or place and time")

@@ -25,6 +25,7 @@ from solarcal.report.scales import Sheet
 from solarcal.report.tables import (
     checks_table,
     clocks_table,
+    date_and_time,
     file_points_table,
     key_in_table,
     listed_of_files,
@@ -60,7 +61,6 @@ from solarcal.station.curves import session_plot_data, table_plot_data
 from solarcal.station.question_evidence import found_words
 from solarcal.station.sign_off import sign_off
 from solarcal.station.state import uploads_as_replaced
-from solarcal.timescale import format_utc, parse_utc, second_of_day
 
 if TYPE_CHECKING:
     from solarcal.station.headless import Calibration
@@ -197,13 +197,14 @@ def fit_text(judged: FileAnalysis, *, plot: bool) -> str:
 
 def record_line(record: Record, *, dated: bool = False) -> str:
     """One record in one line, as the log and a replay tell it."""
-    day = f"{format_utc(parse_utc(record.utc), 0)[:10]} " if dated else ""
-    return f"{day}{second_of_day(record.utc)}  {record.seq:>4}  {one_line(record_words(record))}"
+    day, time = date_and_time(record.utc)
+    when = f"{day} {time}" if dated else time
+    return f"{when}  {record.seq:>4}  {one_line(record_words(record))}"
 
 
 def record_lines(records: Sequence[Record]) -> list[str]:
     """One line a record, with its date where they are of more than one day."""
-    dated = len({format_utc(parse_utc(record.utc), 0)[:10] for record in records}) > 1
+    dated = len({date_and_time(record.utc)[0] for record in records}) > 1
     return [record_line(record, dated=dated) for record in records]
 
 

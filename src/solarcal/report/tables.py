@@ -31,7 +31,7 @@ from solarcal.timescale import format_utc, parse_utc, second_of_day
 from solarcal.units import FloatArray
 
 
-def _date_and_time(utc: str) -> tuple[str, str]:
+def date_and_time(utc: str) -> tuple[str, str]:
     """YYYY-MM-DD and HH:MM:SS, rounded."""
     told = format_utc(parse_utc(utc), 0)
     return told[:10], told[11:19]
@@ -39,7 +39,7 @@ def _date_and_time(utc: str) -> tuple[str, str]:
 
 def _days(records: Sequence[RefCheck] | Sequence[ClockSet]) -> tuple[tuple[str, ...], ...]:
     """The dates to stand above the rows, where the records are of more than one."""
-    dates = [_date_and_time(record.utc)[0] for record in records]
+    dates = [date_and_time(record.utc)[0] for record in records]
     return tuple((date if len(set(dates)) > 1 else "",) for date in dates)
 
 
@@ -207,7 +207,7 @@ def checks_table(
         judged = BLANK
         if sky is not None:
             judged = "within" if sky <= tolerance_deg else "BEYOND"
-        date, time = _date_and_time(check.read_utc or check.utc)
+        date, time = date_and_time(check.read_utc or check.utc)
         dates.append((date if dated else "",))
         rows.append(
             (

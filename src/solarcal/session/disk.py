@@ -145,6 +145,7 @@ else:
         wanted = f"{os.major(state.st_dev):02x}:{os.minor(state.st_dev):02x}:{state.st_ino}"
         for line in table.splitlines():
             fields = line.split()
-            if "FLOCK" in fields and wanted in fields:
+            # One that waits for the lock has an arrow in the place of the word.
+            if fields[1:2] == ["FLOCK"] and fields[5:6] == [wanted]:
                 return f"another program (process {fields[4]})"
         return "another program"

@@ -269,8 +269,7 @@ def _sure(proposal: UploadOffer) -> str:
     verdict = proposal.judgement.verdict
     return (
         f"The verdict is {_state(proposal.judgement)}, not DONE. Press y once more to write the "
-        "coefficients now. "
-        f"Against it: {verdict.reasons[0]}."
+        f"coefficients now. Against it: {verdict.reasons[0]}."
     )
 
 

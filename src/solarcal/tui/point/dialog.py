@@ -252,8 +252,10 @@ class TakePointDialog(PacedDialog):
 
     def _demand_reference(self, state: StationState) -> None:
         """After a lost line: a unit that has restarted meanwhile gives no point before."""
+        if not self._back:
+            return
         step = next_step(state)
-        if self._back and step.action == "ref_check":
+        if step.action == "ref_check":
             self.offer()
             self.finish(f"{self._back} {step.sentence}", "warning")
             self._back = ""
